@@ -1,10 +1,10 @@
-"""A field of cylinders like BARN's: out of a corridor, through the field, to a goal behind it, without a map.
+"""Field of cylinders like BARN's: out of a corridor, through the field to a goal behind it, without a map.
 
-An own generator after the published description of the BARN dataset (Perille, Truong, Xiao and Stone, Benchmarking
-Metric Ground Navigation, SSRR 2020) and the sizes that its published generator has: a cellular automaton on 30 x 30
-cells of 0.15 m, initial fills of 15 to 30 %, two to four smoothing steps, a cylinder of 0.15 m for each cell that is
-not wholly enclosed, a way for a robot of 5 x 5 cells; the challenge's corridor, start, goal and time limit. Nothing is
-drawn again but what has no way: that it measures as BARN's 300 worlds do is no choice of ours.
+Independent generator based on the published description of the BARN dataset (Perille, Truong, Xiao and Stone,
+Benchmarking Metric Ground Navigation, SSRR 2020) and the sizes of its published generator: a cellular automaton on
+30 x 30 cells of 0.15 m, initial fills of 15 to 30 %, two to four smoothing steps, a cylinder of 0.15 m for each cell
+that is not fully enclosed, a path for a robot of 5 x 5 cells; the challenge's corridor, start, goal and time limit.
+Fields are sampled again only if they have no path. No parameter was tuned to match the measures of BARN's 300 worlds.
 """
 
 from dataclasses import dataclass
@@ -22,20 +22,22 @@ Point = tuple[float, float]
 CELLS, CELL, RADIUS = 30, 0.15, 0.075  # [m]
 START, GOAL = Pose2(-2.25, 3.0, pi / 2.0), (-2.25, 13.0)
 FILLS, SMOOTHINGS = (0.15, 0.2, 0.25, 0.3), (2, 3, 4)
-ROBOT = 2  # cells that it takes on either side of its own
-SHY = 0.15  # [m] of way that a step beside a cell without room for it counts more; half of that two cells away
+ROBOT = 2  # cells that the robot covers on either side of its own
+SHY = 0.15  # [m] extra cost of a step next to a cell that is too narrow; half of it at two cells
 
 
 @dataclass(frozen=True, kw_only=True)
 class BarnLike(Family):
-    """A field of cylinders like BARN's: out of a corridor, through the field, to a goal behind it, without a map.
+    """A field of cylinders like BARN's: out of a corridor, through the field to a goal behind it, without a map.
 
-    Difficulty: `cylinders` in the field, `length` of the reference way [m], `clearance` along it [m], `detour` over the
-    straight way. The reference goes, as the published one does, through a random cell of either edge of the field.
+    Difficulty: number of `cylinders` in the field, `length` of the reference path [m], `clearance` along it [m],
+        `detour`
+    relative to the straight line. As in BARN, the reference path passes through a random cell of either edge of the
+    field.
     """
 
     def scene(self, index: int) -> Scene:
-        """The world of an index."""
+        """World of an index."""
         rng = self.rng(index)
         fill, smoothings, path = rng.choice(FILLS), rng.choice(SMOOTHINGS), None
         while path is None:
@@ -61,7 +63,7 @@ class BarnLike(Family):
 
 
 def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:
-    """(rows, columns) Where cells are taken; the field's two long sides are walls, and beyond them all is."""
+    """(rows, columns) Whether a cell is occupied. The two long sides are walls; cells beyond them count as occupied."""
     field = rng.random((CELLS, CELLS)) < fill
     field[:, [0, -1]] = True
     for _ in range(smoothings):
@@ -71,7 +73,7 @@ def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:
 
 
 def neighbours(field: Field, beyond: bool) -> npt.NDArray[np.int_]:
-    """(rows, columns) How many of the eight around each cell are taken; `beyond` tells it of those beyond the sides."""
+    """(rows, columns) Number of occupied cells among the eight neighbours; `beyond` sets those outside the sides."""
     padded = np.zeros((CELLS + 2, CELLS + 2), dtype=np.int_)
     padded[1:-1, 1:-1] = field
     padded[:, [0, -1]] = beyond
@@ -81,25 +83,25 @@ def neighbours(field: Field, beyond: bool) -> npt.NDArray[np.int_]:
 
 
 def centre(row: int, column: int) -> Point:
-    """The place of a cell in the world [m]."""
+    """Position of a cell in the world [m]."""
     return -4.425 + CELL * column, 5.175 + CELL * row
 
 
 def corridor() -> list[Post]:
-    """The cylinders around the start: two walls up to the field's, and one behind it."""
+    """Cylinders around the start: two walls that lead to the field, and one behind the start."""
     sides = [Post(f"c{i}_{k}", x, 0.075 + CELL * k, RADIUS) for i, x in enumerate((-4.425, -0.075)) for k in range(34)]
     return sides + [Post(f"c2_{k}", -4.425 + CELL * k, 0.075, RADIUS) for k in range(1, 29)]
 
 
 def reference(field: Field, rng: np.random.Generator) -> list[Point] | None:
-    """The corners of a short way through the field that keeps a little off its sides; None where there is none.
+    """Corners of a short path through the field that keeps some distance from its sides; None if there is none.
 
-    It begins and ends in random cells of the greatest region that leads in, and of the one that leads out.
+    It starts and ends in random cells of the largest free region at either edge.
     """
     from scipy import ndimage
 
     free = ~ndimage.binary_dilation(field, np.ones((2 * ROBOT + 1, 2 * ROBOT + 1)))
-    if not free.any(axis=1).all():  # as nearly always, and told sooner than by regions
+    if not free.any(axis=1).all():  # a cheap test that nearly always rejects the field
         return None
     regions, _ = ndimage.label(free)
     sizes = np.bincount(regions.ravel())

@@ -1,4 +1,4 @@
-"""From room to room while doors shut: the robot is told, or finds out, and must think of another way."""
+"""From room to room while doors close: the robot is informed, or senses it, and must find another route."""
 
 from dataclasses import dataclass
 from math import inf
@@ -10,12 +10,12 @@ from rocs_bt.units import Count, Seconds
 
 @dataclass(frozen=True, kw_only=True)
 class BlockedDoors(TaskFamily):
-    """From room to room while doors shut: the robot is told, or finds out, and must think of another way.
+    """From room to room while doors close: the robot is informed, or senses it, and must find another route.
 
-    Each of `doors` is drawn from the way that is shortest while the others are shut; a way remains. With `told` the
-    agent hears of each as it shuts, else only its eyes tell. A door waits while a robot is in its way. The reference
-    goes by doors that stay open. Difficulty: `length` of that way [m], `detour` over the way that was open at first,
-    `doors` that shut, `first` time [s] at which one does.
+    Each of `doors` is sampled from the route that is shortest with the others closed; a route always remains. With
+    `told` = 1 the agent receives a fact as each door closes, with 0 it depends on its sensors. A door waits while a
+    robot blocks it. The reference uses doors that stay open. Difficulty: `length` of that path [m], `detour` relative
+    to the initially shortest path, number of `doors` that close, `first` closing time [s].
     """
 
     NOT_SAMPLED: ClassVar[tuple[str, ...]] = (*TaskFamily.NOT_SAMPLED, "told")
@@ -25,7 +25,7 @@ class BlockedDoors(TaskFamily):
     until: Seconds = 8.0
 
     def scene(self, index: int) -> Scene:
-        """The building of an index."""
+        """Building of an index."""
         for rng, building, (start, goal) in self.sample_until_fit(index, rooms=2):
             closed = building.sample_closed(rng, start, goal, self.doors)
             first, last = building.shortest(start, goal), building.shortest(start, goal, closed)
@@ -35,13 +35,13 @@ class BlockedDoors(TaskFamily):
         closing = list(zip(closed, times, strict=True))
         ground, path = building.ground(), building.path(last.rooms)
         ground.movers += [building.leaf(door, closed=False) for door in closed]
-        told = [
+        updates = [
             {"node": building.door_name(d), "at": quantity(at, "s"), "open": False} for d, at in closing if self.told
         ]
-        doc = f"From room {start} to room {goal} while {len(closed)} doors shut."
+        doc = f"From room {start} to room {goal} while {len(closed)} doors close."
         scenario = self.task(index, doc, path) | {
             "mover": [building.closing(door, at) for door, at in closing],
-            "fact": [*building.facts(), *told],
+            "fact": [*building.facts(), *updates],
         }
         length = length_of(path)
         difficulty = {"detour": length / first.length, "doors": float(len(closed)), "first": times[0]}

@@ -1,4 +1,4 @@
-"""From room to room by roads, some of which are closed by order: nothing stands there, and yet one must not pass."""
+"""From room to room by roads, some of which are closed by order, without an obstacle."""
 
 from dataclasses import dataclass
 from math import inf
@@ -9,18 +9,19 @@ from rocs_bt.units import Count, Seconds
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedEdges(TaskFamily):
-    """From room to room by roads, some of which are closed by order: nothing stands there, and yet one must not pass.
+    """From room to room by roads, some of which are closed by order, without an obstacle.
 
-    Only knowledge tells: a planner that trusts its eyes drives through. Whether it did is the requirement `obeys`.
-    Roads are drawn from the way that is shortest while the others are closed; a way remains, and is the reference.
-    Difficulty: `length` of that way [m], `detour` over the way of who does not obey, `closed` roads.
+    Sensors cannot detect a closed road: a planner that ignores knowledge drives through. The requirement `obeys` checks
+    this. Roads are sampled from the route that is shortest with the others closed; a route always remains and is the
+    reference. Difficulty: `length` of that path [m], `detour` relative to the path over closed roads, number of
+    `closed` roads.
     """
 
     closed: Count = 2
     at: Seconds = 0.1
 
     def scene(self, index: int) -> Scene:
-        """The building of an index."""
+        """Building of an index."""
         for rng, building, (start, goal) in self.sample_until_fit(index, rooms=2):
             closed = building.sample_closed(rng, start, goal, self.closed)
             first, last = building.shortest(start, goal), building.shortest(start, goal, closed)
@@ -40,7 +41,7 @@ class ClosedEdges(TaskFamily):
 
 
 def forbidden(building: Building, closed: list[tuple[int, int]]) -> str:
-    """The requirement that the robot's middle is in no doorway of a closed road."""
+    """Requirement that the robot's centre is in no doorway of a closed road."""
     spots = [building.doorway(door) for door in closed]
     near = f"{building.opening / 2.0:g} m"
     inside = [f"(abs(true_pose[0] - {x:g} m) < {near} and abs(true_pose[1] - {y:g} m) < {near})" for x, y in spots]

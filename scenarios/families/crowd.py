@@ -1,4 +1,4 @@
-"""A hall in which people walk about; from one end to the other, without a map."""
+"""A hall in which people walk; from one end to the other, without a map."""
 
 from dataclasses import dataclass
 from math import dist
@@ -15,11 +15,11 @@ RADIUS, HEIGHT = 0.25, 1.7  # [m] of a person
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd(Family):
-    """A hall in which people walk about; from one end to the other, without a map.
+    """A hall in which people walk; from one end to the other, without a map.
 
-    `motion` is `social_force` (they make way for each other, for walls and, if `polite`, for the robot), `polynomial`
-    (as in DynaBARN: they make way for nobody) or `mixed`. Difficulty: `people`, `density` [1/m2], `speed` [m/s] that
-    they like, `length` of the way without them [m].
+    `motion` is `social_force` (people avoid each other, walls and, if `polite`, the robot), `polynomial` (as in
+    DynaBARN: people avoid nothing) or `mixed`. Difficulty: number of `people`, `density` [1/m2], preferred walking
+    `speed` [m/s], `length` of the path without people [m].
     """
 
     people: Count = 8
@@ -34,7 +34,7 @@ class Crowd(Family):
             raise InputError(f"motion must be social_force, polynomial or mixed, found '{self.motion}'.")
 
     def scene(self, index: int) -> Scene:
-        """The hall of an index."""
+        """Hall of an index."""
         rng = self.rng(index)
         ground = Ground((-0.5, -0.5), (self.long + 0.5, self.wide + 0.5), [*self.hall(rng)])
         start, goal = (
@@ -68,14 +68,14 @@ class Crowd(Family):
     def walk(
         self, rng: np.random.Generator, ground: Ground, index: int, start: tuple[float, float]
     ) -> tuple[dict[str, object], tuple[float, float]]:
-        """One person's mover table, and where it begins: across the hall, not beside the robot or in a pillar."""
+        """Mover table and start position of one person: a walk across the hall, away from robot and pillars."""
         pillars = [(obstacle.x, obstacle.y) for obstacle in ground.obstacles if isinstance(obstacle, Post)]
         script = self.motion if self.motion != "mixed" else ("social_force", "polynomial")[index % 2]
         while True:
             x, y, to_x, to_y = rng.uniform((2.8, 1.0) * 2, (self.long - 1.0, self.wide - 1.0) * 2).tolist()
-            # A polynomial makes way for nothing, so nothing may stand where it goes; others need only stand free.
+            # A polynomial walk avoids nothing, so its whole line must be free; others need only a free start.
             kept = (x, y, to_x, to_y) if script == "polynomial" else (x, y, x, y)
-            if dist((x, y), (to_x, to_y)) > 3.0 and dist((x, y), start) > 1.5 and room(kept, pillars) > 1.1:
+            if dist((x, y), (to_x, to_y)) > 3.0 and dist((x, y), start) > 1.5 and line_clearance(kept, pillars) > 1.1:
                 break
         table: dict[str, object] = {
             "name": f"P{index}",
@@ -93,7 +93,7 @@ class Crowd(Family):
         return {**table, **own}, (x, y)
 
 
-def room(line: tuple[float, float, float, float], places: list[tuple[float, float]]) -> float:
-    """How far a straight line stays from some places [m]."""
+def line_clearance(line: tuple[float, float, float, float], points: list[tuple[float, float]]) -> float:
+    """Minimum distance between a straight line and some points [m]."""
     along = np.linspace(line[:2], line[2:], 30)
-    return float(np.min([np.hypot(*(along - place).T) for place in places]))
+    return float(np.min([np.hypot(*(along - point).T) for point in points]))

@@ -1,4 +1,4 @@
-"""EXP1 anywhere: boxes that nobody told of stand between the robot and its goal, while other robots wander about."""
+"""Variations of EXP1: unknown boxes between the robot and its goal, and other robots that wander."""
 
 from dataclasses import dataclass
 from math import atan2, dist, pi
@@ -10,16 +10,17 @@ from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, positio
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
-RADIUS = 0.3  # [m] of a disc that has a way in every scene
+RADIUS = 0.3  # [m] every scene has a path for a disc of this radius
 
 
 @dataclass(frozen=True, kw_only=True)
 class Exp1Family(Family):
-    """EXP1 anywhere: boxes that nobody told of stand between the robot and its goal, while other robots wander about.
+    """Variations of EXP1: unknown boxes between the robot and its goal, and other robots that wander.
 
-    The paper's first experiment, start, goal, boxes and wanderers drawn; the first box stands near the straight way.
-    Difficulty: `length` of the shortest way [m], `clearance` along it [m], `detour` over the straight line, `boxes`,
-    `wanderers`.
+    The paper's first experiment with random start, goal, boxes and wanderers; the first box is near the straight line.
+    Difficulty: `length` of the shortest path [m], `clearance` along it [m], `detour` relative to the straight line,
+        number
+    of `boxes` and of `wanderers`.
     """
 
     robot: str = "pioneer_p3dx"
@@ -29,7 +30,7 @@ class Exp1Family(Family):
     speed: PositiveMetresPerSecond = 0.3
 
     def scene(self, index: int) -> Scene:
-        """The arena of an index."""
+        """Arena of an index."""
         for attempt in range(300):
             rng = self.rng(index, f"attempt {attempt}")
             half = self.side / 2.0
@@ -39,12 +40,12 @@ class Exp1Family(Family):
             ground = Ground(
                 (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
             )
-            others = self.stand(ground, rng, start, goal)
+            others = self.place_objects(ground, rng, start, goal)
             path = ground.grid(0.05).shortest(start, goal, RADIUS)
             if others is not None and path is not None:
                 break
         else:
-            raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers find no room on {self.side} m.")
+            raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers do not fit into {self.side} m.")
         name, doc = self.scene_name(index), f"EXP1 with {self.boxes} unknown boxes, start and goal drawn."
         heading = atan2(goal[1] - start[1], goal[0] - start[0])
         pose = Pose2(start[0], start[1], heading)
@@ -62,13 +63,13 @@ class Exp1Family(Family):
         }
         return Scene(scenario, ground, difficulty, path.points)
 
-    def stand(
+    def place_objects(
         self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
     ) -> list[tuple[float, float]] | None:
-        """Put the boxes down, and draw where the wanderers begin; None where there is no room."""
+        """Add the boxes and sample start positions of the wanderers; None if they do not fit."""
         half, placed = self.side / 2.0, list[tuple[float, float]]()
         for i in range(self.boxes):
-            if i == 0:  # near the straight way, as the paper's box
+            if i == 0:  # near the straight line, like the box in the paper
                 share, aside = rng.uniform(0.35, 0.65), rng.uniform(-0.2, 0.2, 2)
                 x, y = (np.array(start) + share * (np.array(goal) - start) + aside).tolist()
             else:
@@ -86,7 +87,7 @@ class Exp1Family(Family):
         return [(x, y) for x, y in others]
 
     def wanderer(self, index: int, place: tuple[float, float], rng: np.random.Generator) -> dict[str, object]:
-        """A mover table: a robot that walks at random and yields to nobody."""
+        """Mover table of a robot that walks at random and yields to no other robot."""
         return {
             "name": f"W{index + 1}",
             "robot": "pioneer_p3dx",

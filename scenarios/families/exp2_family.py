@@ -1,4 +1,4 @@
-"""EXP2 anywhere: a robot drives to a place and tries to remain there, while others wander about and disturb it."""
+"""Variations of EXP2: a robot drives to a place and stays there, while others wander and disturb it."""
 
 from dataclasses import dataclass
 from math import atan2, dist, pi
@@ -11,10 +11,10 @@ from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class Exp2Family(Family):
-    """EXP2 anywhere: a robot drives to a place and tries to remain there, while others wander about and disturb it.
+    """Variations of EXP2: a robot drives to a place and stays there, while others wander and disturb it.
 
-    The paper's second experiment, its start, place and wanderers drawn. It succeeds if it is there when the time is up.
-    Difficulty: `length` of the straight way [m], `wanderers`, `density` of them [1/m2].
+    The paper's second experiment with random start, place and wanderers. Success means that the robot is at the place
+    at the end. Difficulty: `length` of the straight line [m], number of `wanderers`, their `density` [1/m2].
     """
 
     robot: str = "summit_xl"
@@ -23,7 +23,7 @@ class Exp2Family(Family):
     speed: PositiveMetresPerSecond = 0.3
 
     def scene(self, index: int) -> Scene:
-        """The arena of an index."""
+        """Arena of an index."""
         half = self.side / 2.0
         for attempt in range(300):
             rng = self.rng(index, f"attempt {attempt}")
@@ -32,7 +32,7 @@ class Exp2Family(Family):
             if dist(start, goal) > 0.4 * self.side and min(apart) > 1.0:
                 break
         else:
-            raise InputError(f"{self.wanderers} wanderers find no room on {self.side} m.")
+            raise InputError(f"{self.wanderers} wanderers do not fit into {self.side} m.")
         name, doc = self.scene_name(index), "EXP2: drive to a place and remain there, start and place drawn."
         ground = Ground(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)

@@ -1,4 +1,4 @@
-"""EXP3 anywhere: a robot visits four places in turn, another one follows it, and a third wanders about."""
+"""Variations of EXP3: a robot visits four places in turn, another one follows it, and a third wanders."""
 
 from dataclasses import dataclass
 from math import atan2, dist, pi
@@ -13,10 +13,10 @@ NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
 
 @dataclass(frozen=True, kw_only=True)
 class Exp3Family(Family):
-    """EXP3 anywhere: a robot visits four places in turn, another one follows it, and a third wanders about.
+    """Variations of EXP3: a robot visits four places in turn, another one follows it, and a third wanders.
 
-    The paper's third experiment, its places, starts and wanderer drawn; success is R's at its last place.
-    Difficulty: `length` of the straight legs [m], `turning` between them [rad].
+    The paper's third experiment with random places, starts and wanderer; success means that R reaches its last place.
+    Difficulty: `length` of the straight legs [m], sum of the `turning` angles between them [rad].
     """
 
     robot: str = "pioneer_p3dx"
@@ -26,7 +26,7 @@ class Exp3Family(Family):
     speed: PositiveMetresPerSecond = 0.2
 
     def scene(self, index: int) -> Scene:
-        """The arena of an index."""
+        """Arena of an index."""
         half = self.side / 2.0
         for attempt in range(1000):
             rng = self.rng(index, f"attempt {attempt}")
@@ -37,7 +37,7 @@ class Exp3Family(Family):
             if min(legs) > 0.35 * self.side and apart > 1.2 and dist(start, follower) < 0.6 * self.side:
                 break
         else:
-            raise InputError(f"three robots and four places find no room on {self.side} m.")
+            raise InputError(f"three robots and four places do not fit into {self.side} m.")
         name, doc = self.scene_name(index), "EXP3: R visits four drawn places, R3 follows it, and W1 wanders about."
         ground = Ground(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
@@ -59,10 +59,10 @@ class Exp3Family(Family):
         wanderer: tuple[float, float],
         heading: float,
     ) -> dict[str, Any]:
-        """Places, agents and movers."""
+        """Tables of places, agents and movers."""
         jitter = {"x": "0.05 m", "y": "0.05 m", "yaw": "10 deg"}
 
-        def stands(at: tuple[float, float], towards: tuple[float, float]) -> dict[str, object]:
+        def start(at: tuple[float, float], towards: tuple[float, float]) -> dict[str, object]:
             yaw = atan2(towards[1] - at[1], towards[0] - at[0])
             return {**position(at, yaw), "jitter": jitter}
 
@@ -72,7 +72,7 @@ class Exp3Family(Family):
             "robot": self.robot,
             "mission": self.mission,
             "rules": [self.rules] if self.rules else [],
-            **stands(path[0], path[1]),
+            **start(path[0], path[1]),
             "success": {"goal": NAMES[-1]},
             "parameters": {"cruise": "0.4 m/s"},
         }
@@ -81,7 +81,7 @@ class Exp3Family(Family):
             "robot": self.follower,
             "mission": "follow_robot",
             "rules": ["avoid_collision"],
-            **stands(follower, path[0]),
+            **start(follower, path[0]),
             "parameters": {"leader": "R", "distance": "1.5 m", "room": "1.3 m", "cruise": "0.8 m/s", "rest": "8 s"},
         }
         wanders = {

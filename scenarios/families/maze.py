@@ -1,4 +1,4 @@
-"""A maze of walls with a few ways around, from one corner to the opposite one, without a map."""
+"""A maze with a few loops, from one corner to the opposite one, without a map."""
 
 from dataclasses import dataclass
 from math import dist, pi
@@ -10,16 +10,17 @@ from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, walls_a
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveCount, PositiveMetres
 
-WALL = 0.1  # [m] thick
+WALL = 0.1  # [m] thickness
 STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Maze(Family):
-    """A maze of walls with a few ways around, from one corner to the opposite one, without a map.
+    """A maze with a few loops, from one corner to the opposite one, without a map.
 
-    A spanning tree drawn by a depth-first walk, of which some more walls are taken down. Difficulty: `length` of the
-    shortest way [m], `clearance` along it [m], `detour` over the straight line, `dead_ends`, `turns` of the way.
+    A random spanning tree (depth-first), from which `loops` more walls are removed. Difficulty: `length` of the
+    shortest path [m], `clearance` along it [m], `detour` relative to the straight line, number of `dead_ends`, number
+    of `turns` on the path.
     """
 
     columns: PositiveCount = 6
@@ -28,7 +29,7 @@ class Maze(Family):
     loops: Count = 2
 
     def scene(self, index: int) -> Scene:
-        """The maze of an index."""
+        """Maze of an index."""
         rng = self.rng(index)
         open_ = self.passages(rng)
         ground = self.ground(open_)
@@ -51,7 +52,7 @@ class Maze(Family):
         return Scene(scenario, ground, difficulty, path.points)
 
     def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
-        """Between which cells one can pass, both ways round."""
+        """Pairs of neighbouring cells without a wall between them, in both directions."""
         seen, walk, open_ = {(0, 0)}, [(0, 0)], set()
 
         def beside(cell: tuple[int, int]) -> list[tuple[int, int]]:
@@ -74,7 +75,7 @@ class Maze(Family):
         return open_
 
     def ground(self, open_: set[tuple[tuple[int, int], tuple[int, int]]]) -> Ground:
-        """The walls: around the maze, and where one cannot pass."""
+        """Outer walls, and walls between cells without a passage."""
         wide, high = self.columns * self.cell, self.rows * self.cell
         obstacles = walls_around((0.0, 0.0), (wide, high))
         for r in range(self.rows):
@@ -87,5 +88,5 @@ class Maze(Family):
         return Ground((-0.5, -0.5), (wide + 0.5, high + 0.5), obstacles)
 
     def middle(self, cell: tuple[int, int]) -> tuple[float, float]:
-        """The middle of a cell [m]."""
+        """Centre of a cell [m]."""
         return (cell[1] + 0.5) * self.cell, (cell[0] + 0.5) * self.cell

@@ -1,4 +1,4 @@
-"""From room to room to a goal that moves to another room meanwhile: whoever keeps an old plan arrives in vain."""
+"""From room to room to a goal that moves to other rooms during the run."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,21 +9,21 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class MovedGoals(TaskFamily):
-    """From room to room to a goal that moves to another room meanwhile: whoever keeps an old plan arrives in vain.
+    """From room to room to a goal that moves to other rooms during the run.
 
-    The agent is told each time, before a robot of the `fastest` speed can be there. The reference leads
-    from the start to the last place of the goal, as if it had been known. Difficulty: `length` of that way [m], `moves`
-    of the goal, `astray`, the way to all its places over that one, `last` time [s] at which it moves.
+    The agent receives each new position before a robot at the `fastest` speed can reach the old one. The reference
+    leads from the start to the last position of the goal. Difficulty: `length` of that path [m], number of `moves`,
+    `astray` (length over all positions of the goal divided by the reference length), time of the `last` move [s].
     """
 
     moves: Count = 2
     fastest: PositiveMetresPerSecond = 2.0
 
     def scene(self, index: int) -> Scene:
-        """The building of an index."""
+        """Building of an index."""
         for rng, building, (start, *goals) in self.sample_until_fit(index, rooms=self.moves + 2):
             away = [building.shortest(start, room).length for room in goals]
-            # Not even the fastest robot is where the goal is before it moves on.
+            # The goal moves on before even the fastest robot can reach it.
             times = [float(rng.uniform(0.3, 0.9)) * length / self.fastest for length in away[:-1]]
             if all(b - a > 0.5 for a, b in pairwise([0.0, *times])):
                 break

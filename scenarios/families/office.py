@@ -10,16 +10,17 @@ from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveCount, PositiveMetres
 
-WALL = 0.1  # [m] thick
-ROOMY = 0.32  # [m] from the middle of the robot: every scene has a way for this radius
+WALL = 0.1  # [m] thickness
+ROOMY = 0.32  # [m] every scene has a path for a disc of this radius
 
 
 @dataclass(frozen=True, kw_only=True)
 class Office(Family):
     """Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map.
 
-    Difficulty: `length` of the shortest way [m], `clearance` along it [m], `detour` over the straight line, `things` of
-    furniture, `doorway` [m] of the narrower of the two.
+    Difficulty: `length` of the shortest path [m], `clearance` along it [m], `detour` relative to the straight line,
+        number
+    of obstacles `things`, width of the narrower `doorway` [m].
     """
 
     rooms: PositiveCount = 4
@@ -29,7 +30,7 @@ class Office(Family):
     furniture: Count = 4
 
     def scene(self, index: int) -> Scene:
-        """The office of an index."""
+        """Office of an index."""
         for attempt in range(200):
             rng = self.rng(index, f"attempt {attempt}")
             ground, doors = self.walls(rng)
@@ -39,7 +40,7 @@ class Office(Family):
             if (path := ground.grid(0.05).shortest(start, goal, ROOMY)) is not None:
                 break
         else:
-            raise InputError(f"no office of these sizes has a way for a robot of radius {ROOMY} m.")
+            raise InputError(f"no sampled office of these sizes has a path for a robot of radius {ROOMY} m.")
         name, doc = self.scene_name(index), "From one room of an office to another, without a map."
         heading = pi / 2.0 if start[1] < 0.0 else -pi / 2.0
         scenario = goal_scenario(self, name, doc, Pose2(*start, heading), goal, tolerance=0.5, duration=90.0)
@@ -53,7 +54,7 @@ class Office(Family):
         return Scene(scenario, ground, difficulty, path.points)
 
     def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
-        """The empty office, and how wide each room's doorway is [m]; rooms count along the south side first."""
+        """Empty office, and the width of each room's doorway [m]; rooms count along the south side first."""
         long, high = self.rooms * self.width, 0.5 * self.corridor + self.depth
         ground = Ground((-0.5, -high - 0.5), (long + 0.5, high + 0.5))
         doors = []
@@ -72,12 +73,12 @@ class Office(Family):
         return ground, doors
 
     def middle(self, room: int) -> tuple[float, float]:
-        """The middle of a room [m]."""
+        """Centre of a room [m]."""
         row, i = divmod(room, self.rooms)
         return (i + 0.5) * self.width, (-1.0, 1.0)[row] * 0.5 * (self.corridor + self.depth)
 
     def furnish(self, ground: Ground, rng: np.random.Generator, free: tuple[tuple[float, float], ...]) -> None:
-        """Put desks and posts into the rooms, and some into the corridor, away from the places that must be free."""
+        """Add desks and posts to the rooms, and some to the corridor, away from positions that must be free."""
         for room in range(2 * self.rooms):
             x0, y0 = self.middle(room)
             for i in range(self.furniture):
@@ -98,8 +99,8 @@ class Office(Family):
         y: float,
         free: tuple[tuple[float, float], ...],
     ) -> None:
-        """One piece of furniture, unless somebody must stand there."""
-        if any(dist((x, y), place) < 1.1 for place in free):
+        """Add one piece of furniture, unless it is too near to a position that must be free."""
+        if any(dist((x, y), point) < 1.1 for point in free):
             return
         if rng.random() < 0.5:
             ground.obstacles.append(Post(name, x, y, float(rng.uniform(0.05, 0.25))))

@@ -1,4 +1,4 @@
-"""Errands in a building, and an urgent one that turns up on the way and must be done first, in time."""
+"""Errands in a building, and an urgent one that is added on the way and has a deadline."""
 
 from dataclasses import dataclass
 from itertools import pairwise, permutations
@@ -10,12 +10,13 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class Priorities(TaskFamily):
-    """Errands in a building, and an urgent one that turns up on the way and must be done first, in time.
+    """Errands in a building, and an urgent one that is added on the way and has a deadline.
 
-    The agent knows `errands` of equal priority; later it is told of an urgent one, whose time is what the way from the
-    start takes at the speed `pace`, twice. Then it drives home. Success needs all of them, the urgent one in time. The
-    reference is the shortest tour, as if all had been known. Difficulty: `length` of that tour [m], `errands` in all,
-    `told` at [s], `slack`, the time that is left over the least that it takes at 2 m/s.
+    The agent knows `errands` of equal priority. Later it receives an urgent one, with a deadline of twice the travel
+    time from the start at the speed `pace`. Finally it drives home. Success needs all of them, and the urgent one in
+    time. The reference is the shortest tour over all. Difficulty: `length` of that tour [m], number of `errands`
+    including the urgent one, time `told` of the urgent errand [s], `slack` (available time divided by the minimum at 2
+    m/s).
     """
 
     mission: str = "errands"
@@ -23,40 +24,42 @@ class Priorities(TaskFamily):
     pace: PositiveMetresPerSecond = 1.0
 
     def scene(self, index: int) -> Scene:
-        """The building of an index."""
+        """Building of an index."""
         if not 1 <= self.errands <= 5:
-            raise InputError(f"there are 1 to 5 errands, found {self.errands}.")
+            raise InputError(f"errands must be 1 to 5, found {self.errands}.")
         rng = self.rng(index)
         building, (start, home, urgent, *spots) = self.sample(rng, self.errands + 3)
         order = best_tour(building, start, [urgent, *spots], home)
         path = [point for a, b in pairwise(order) for point in building.path(building.shortest(a, b).rooms)]
-        told = round(float(rng.uniform(1.0, 4.0)), 2)
+        reported = round(float(rng.uniform(1.0, 4.0)), 2)
         least = building.shortest(start, urgent).length
-        deadline = told + 2.0 * (least + 2.0 * told) / self.pace + 2.0
+        deadline = reported + 2.0 * (least + 2.0 * reported) / self.pace + 2.0
         facts, places = building.facts(), list[dict[str, object]]()
         for i, room in enumerate(spots):
             places.append({"name": f"spot_{i}", **position(building.middle(room)), "tolerance": "0.5 m"})
             facts.append({"node": f"task_{i}", "kind": "task", "priority": 1, "serves": [f"spot_{i}"]})
-        at, pose, by = {"at": quantity(told, "s")}, position(building.middle(urgent)), quantity(deadline, "s")
-        # Where it is stands in the scenario for the judge; the agent hears of it later.
+        at, pose, by = {"at": quantity(reported, "s")}, position(building.middle(urgent)), quantity(deadline, "s")
+        # The scenario has the place for the judge only; the agent receives it later as a fact.
         places.append({"name": "urgent", **pose, "tolerance": "0.5 m", "agents": []})
         facts.append({"node": "urgent", "kind": "goal", **at, "pose": pose, "tolerance": "0.5 m"})
         task = {"node": "task_urgent", "kind": "task", **at, "priority": 5, "deadline": by}
         facts.append({**task, "serves": ["urgent"]})
         after = {"urgent": by} | {f"spot_{i}": "inf s" for i in range(len(spots))}
-        slack = (deadline - told) / (least / 2.0)
+        slack = (deadline - reported) / (least / 2.0)
         doc = f"{self.errands} errands, and an urgent one that turns up, then home."
         success = {"goal": "goal", "after": after}
         scenario = self.task(index, doc, path, ahead=building.middle(spots[0]), agent={"success": success})
         scenario |= {"duration": "180 s", "place": [*scenario["place"], *places], "fact": facts}
-        difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "told": told, "slack": slack}
+        difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "told": reported, "slack": slack}
         return Scene(scenario, building.ground(), difficulty, path)
 
 
 def best_tour(building: Building, start: int, rooms: list[int], home: int) -> tuple[int, ...]:
-    """The order of the shortest tour from the start through all rooms home."""
+    """Room order of the shortest tour from the start through all rooms to home."""
 
     def length(tour: tuple[int, ...]) -> float:
-        return round(sum(building.shortest(a, b).length for a, b in pairwise(tour)), 9)  # of equal ones the first
+        return round(
+            sum(building.shortest(a, b).length for a, b in pairwise(tour)), 9
+        )  # rounded so that the first of equal tours is chosen
 
     return min(((start, *order, home) for order in permutations(rooms)), key=length)

@@ -37,7 +37,7 @@ def test_not_better_fails_and_names_what_speaks_against_it_with_commands():
     both = claims(table("a", "s" * 10 + "c" * 20), table("b", "s" * 30))
     text = failure(lambda: both.assert_better("a", "b"))
     assert text.startswith("a is not better than b in success: -0.667 [")
-    assert "In 20 of 30 episodes b is better:" in text
+    assert "b is better in 20 of 30 episodes:" in text
     assert "  field-10 seed 1: success 0 and 1; a collision at 15.0 s, b success at 20.0 s\n" in text
     assert "    rocs-bt episode a field-10 --seed 1\n    rocs-bt episode b field-10 --seed 1" in text
     assert text.count("rocs-bt episode") == 10

@@ -72,7 +72,7 @@ def test_all_results_are_told_apart_and_the_commands_work(project, shipped, monk
     assert code == 1
     assert re.search(r"^F\?FE", told)
     assert "careful is not better than brisk in time" in told
-    assert "In 6 of 6 episodes brisk is better:" in told
+    assert "brisk is better in 6 of 6 episodes:" in told
     assert re.search(r"inconclusive =+\ntests/test_more.py::test_rate\ninconclusive whether it is at least 0.99", told)
     assert "1 inconclusive: neither confirmed nor refuted, so the run fails" in told
     assert "brisk violates 'speed < 0.3 m/s' in 6 of 6 episodes" in told

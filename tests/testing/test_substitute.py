@@ -133,7 +133,7 @@ class TestTestNodes:
 
     @pytest.mark.parametrize("text", ["{", "[]", "{}", '{"SubstitutionRules": []}'])
     def test_what_is_no_such_document(self, text):
-        with pytest.raises(InputError, match="substitution rules|SubstitutionRules"):
+        with pytest.raises(InputError, match=r"substitution rules|SubstitutionRules"):
             read_rules(text)
 
     def test_a_config_with_an_unknown_key_is_refused(self):
