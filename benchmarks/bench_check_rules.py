@@ -1,7 +1,7 @@
-"""The static checks of a large rule file: 1000 rules over 64 ranges, in CPU seconds.
+"""Static checks of a large rule file: 1000 rules over 64 ranges, in CPU seconds.
 
-Half of the rules lie within others, so that there is much to prove and much to tell; every example is confirmed by the
-interpreter, which is counted in.
+Half of the rules are subsumed by others, so that there are many proofs and findings. The time includes the
+confirmation of each example by the interpreter.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ FEW, MANY = size((100, 1000), (5, 10))
 
 
 def rule(k: int, priority: int) -> Rule:
-    """The k-th rule: eight neighbouring ranges, a threshold, every second time hysteresis."""
+    """The k-th rule: eight neighbouring ranges and a threshold; every second rule has hysteresis."""
     beams, near = f"range[{k * 7 % 56}:{k * 7 % 56 + 8}]", 0.30 + k % 37 * 0.01
     when = f"speed > 0.1 m/s and min({beams}) < {near:.2f} m"
     until = f"min({beams}) > {near + 0.1:.2f} m" if k % 2 else None
@@ -43,9 +43,9 @@ def rule(k: int, priority: int) -> Rule:
 
 
 PRIORITIES: dict[str, Callable[[int], int]] = {
-    "each its own priority": lambda k: k,
-    "one priority for all": lambda k: 5,
-    "priorities at random": lambda k: k * 7919 % 1000,
+    "distinct priorities": lambda k: k,
+    "equal priorities": lambda k: 5,
+    "random priorities": lambda k: k * 7919 % 1000,
 }
 
 

@@ -1,10 +1,10 @@
-"""Sweeps: episodes a second, what store and engine cost on top of playing, two workers against one, memory.
+"""Sweeps: episodes per second, overhead of store and engine, speed-up of two workers, memory.
 
-EXP1 with the planner `tree`, recording off, and scenes of barn_like with `hybrid` and its lidar. *Playing* is what
-`Bench.play` takes in this process, in CPU time, the making of the scenes included. The engine's share is what a sweep
-takes besides playing, in this process and in its workers: keys, messages, the store. Two workers against one is wall
-time, so it means something on an idle machine with two cores only. Memory is this process's growth over a sweep of
-episodes that are over at once, for every 1,000 of them.
+EXP1 with the planner `tree`, without recording, and scenes of barn_like with `hybrid` and its lidar. The episode time
+is the CPU time of `EpisodeRunner.play` in this process, including the preparation of scenes. The overhead is the rest
+of a sweep's CPU time in this process: keys, messages, the store. The speed-up of two workers is wall time, so it is
+meaningful only on an idle machine with two cores. Memory is the growth of this process over a sweep of very short
+episodes, per 1,000 episodes.
 
 Run it with `python benchmarks compare`, or all benchmarks with `make bench`.
 """
@@ -31,8 +31,8 @@ FIELDS, FIELD_SEEDS = size((8, (1, 2)), (1, (1,)))
 MANY, WORKERS = size((1000, None), (10, 1))  # episodes; None for a worker on each core
 
 
-class Here(Executor):
-    """Plays in this process."""
+class InProcessExecutor(Executor):
+    """Executor that runs tasks in this process."""
 
     workers = 1
 
@@ -42,30 +42,30 @@ class Here(Executor):
         return future
 
 
-def playing(name: str, places: Sequence[SceneRef], seeds: Sequence[int]) -> float:
-    """CPU time of an episode of a planner [s]."""
+def episode_time(name: str, scenes: Sequence[SceneRef], seeds: Sequence[int]) -> float:
+    """CPU time per episode of a planner [s]."""
     runner, planner = EpisodeRunner(), Catalog().load_planner(name)
-    trials = [Episode("", planner, place, seed) for place in places for seed in seeds]
-    runner.play(trials[0])  # what is loaded once
+    episodes = [Episode("", planner, scene, seed) for scene in scenes for seed in seeds]
+    runner.play(episodes[0])  # warm-up: one-time loading
     begun = time.process_time()
-    for episode in trials:
+    for episode in episodes:
         runner.play(episode)
-    return (time.process_time() - begun) / len(trials)
+    return (time.process_time() - begun) / len(episodes)
 
 
-def swept() -> tuple[float, float]:
-    """CPU time of an episode of a sweep in this process, all told; and of it what the records count as playing [s]."""
+def sweep_times() -> tuple[float, float]:
+    """CPU time per episode of a sweep in this process: in total, and for playing only [s]."""
     catalog = Catalog()
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
-        sweep(["tree"], ["exp1"], [0], catalog=catalog, store=store, executor=Here())
+        sweep(["tree"], ["exp1"], [0], catalog=catalog, store=store, executor=InProcessExecutor())
         begun = time.process_time()
-        found = sweep(["tree"], ["exp1"], SEEDS, catalog=catalog, store=store, executor=Here())
+        found = sweep(["tree"], ["exp1"], SEEDS, catalog=catalog, store=store, executor=InProcessExecutor())
         spent = time.process_time() - begun
         return spent / found.played, store.cost(found.keys).cpu / found.played
 
 
 def rate(workers: int) -> float:
-    """Episodes a second of wall time with some workers, once they are warm."""
+    """Episodes per second of wall time with some workers, after a warm-up."""
     marks: list[tuple[float, float]] = []
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
         sweep(
@@ -78,7 +78,7 @@ def rate(workers: int) -> float:
 
 
 def growth(episodes: int) -> float:
-    """How much memory a sweep adds, for every 1,000 episodes after the first tenth [MB]."""
+    """Memory growth of a sweep per 1,000 episodes, after the first tenth [MB]."""
     peaks: list[int] = []
 
     def look(done: float) -> None:
@@ -103,12 +103,12 @@ def growth(episodes: int) -> float:
 
 
 def run() -> Iterator[Row]:
-    """The rows of the table."""
-    play = 1.0 / playing("tree", [ScenarioScene("exp1")], SEEDS)
+    """All rows."""
+    play = 1.0 / episode_time("tree", [ScenarioScene("exp1")], SEEDS)
     yield Row("sweep: EXP1, one core", play, "episodes/s", budget=">= 3", holds=play >= 3.0)
-    barn = 1.0 / playing("hybrid", scenes_of("barn_like", FIELDS), FIELD_SEEDS)
+    barn = 1.0 / episode_time("hybrid", scenes_of("barn_like", FIELDS), FIELD_SEEDS)
     yield Row("sweep: barn_like with lidar, one core", barn, "episodes/s", budget=">= 1", holds=barn >= 1.0)
-    whole, counted = swept()
+    whole, counted = sweep_times()
     share = 100.0 * (whole - counted) / whole
     yield Row("sweep: store and engine", share, "%", budget="< 5 %", holds=share < 5.0)
     yield Row(f"sweep: memory, {MANY} episodes", growth(MANY), "MB/1000", budget="< 5", holds=None)

@@ -1,14 +1,14 @@
-"""EXP1 in lockstep: the whole stack with its recording, beside the same physics, rays and mover alone.
+"""EXP1 in lockstep: the complete agent with recording, relative to physics, rays and mover alone.
 
-CPU time in one process. What counts is the episode's loop, from its first control period to its last: observing and
-judging, monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. What
-comes before (loading, compiling the world) and after (the recording's index) is a row of its own;
-the follower's program is kept from run to run, so its building is in none. Each period's time is its median over
-several plays of the same seed, since a shared machine stops now and then (periods.py).
+CPU time in one process. The measured loop runs from the first control period to the last: observing and judging,
+monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. Time before
+the loop (loading, compiling the world) and after it (the recording's index) has a row of its own. Building the
+follower's program is not included, since it is cached between runs. Each period's time is its median over several
+plays of the same seed, since a shared machine has pauses (periods.py).
 
-The other side of the comparison plays the commands that the whole stack gave: the same world, the same walker, the
-sonars read at their rate, and nothing else. Both must come to the same trajectory, bit by bit, or nothing is printed.
-The two take turns, seed by seed; figures are medians over the seeds.
+The baseline replays the recorded wheel commands: the same world, the same walker, the sonars read at their rate, and
+nothing else. Both must give the same trajectory bit by bit, or the benchmark raises. The two alternate seed by seed;
+figures are medians over the seeds.
 
 Run it with `python benchmarks exp1`, or all benchmarks with `make bench`.
 """
@@ -39,7 +39,7 @@ PACE, RATIO = 50.0, 3.0
 
 @dataclass(frozen=True)
 class Timed:
-    """One seed, whole: CPU time of its loop and of everything else [s], and its control periods."""
+    """One seed with the complete agent: CPU time of the loop and of the rest [s], number of control periods."""
 
     loop: float
     rest: float
@@ -47,7 +47,7 @@ class Timed:
 
 
 class Commands:
-    """A sink that keeps the wheel commands, by time."""
+    """Sink that stores the wheel commands by time."""
 
     def __init__(self) -> None:
         self.at: dict[float, list[float]] = {}
@@ -57,14 +57,14 @@ class Commands:
             self.at[event.t] = event.values
 
 
-def heard(catalog: Catalog, seed: int) -> tuple[Commands, RunResult]:
-    """The wheel commands that the whole stack gives, and what came of them."""
+def recorded_commands(catalog: Catalog, seed: int) -> tuple[Commands, RunResult]:
+    """Wheel commands of the complete agent, and the run's result."""
     commands = Commands()
     return commands, rocs_bt.run("exp1", catalog, seed=seed, duration=DURATION, report=False, sinks=(commands,))
 
 
-def whole(catalog: Catalog, seed: int, out: Path | None) -> Timed:
-    """The whole stack; recorded where `out` is given."""
+def complete(catalog: Catalog, seed: int, out: Path | None) -> Timed:
+    """The complete agent; recorded if `out` is given."""
     rests: list[float] = []
 
     def play(tick: Callable[[float], None]) -> str:
@@ -86,43 +86,43 @@ def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expecte
     """Physics, rays and mover alone: CPU time of the loop [s].
 
     Raises:
-        RuntimeError: They came to another trajectory than the whole stack.
+        RuntimeError: The trajectory differs from that of the complete agent.
     """
     scenario = catalog.load_scenario("exp1")
 
     def play(tick: Callable[[float], None]) -> str:
-        stage = build_world(scenario, catalog, seed, NullSink())
-        world, every, digest = stage.world, scenario.rate.control_rate.every, hashlib.sha256()
-        sonar, wheels = stage.sensors[AGENT][RANGES], stage.actuators[AGENT][WHEELS]
-        due = stage.sensor_rates[AGENT][RANGES].due
+        simulated = build_world(scenario, catalog, seed, NullSink())
+        world, every, digest = simulated.world, scenario.rate.control_rate.every, hashlib.sha256()
+        sonar, wheels = simulated.sensors[AGENT][RANGES], simulated.actuators[AGENT][WHEELS]
+        due = simulated.sensor_rates[AGENT][RANGES].due
         world.digest(digest)
-        tick(stage.clock.now())
+        tick(simulated.clock.now())
         for count in range(periods):
-            t = stage.clock.now()
+            t = simulated.clock.now()
             if due(count):
                 sonar.read()
             if (speeds := commands.at.get(t)) is not None:
                 wheels.command(speeds)
-            for mover in stage.movers:
+            for mover in simulated.movers:
                 mover.step(t)
             world.advance(every)
             world.digest(digest)
             tick(t)
         if digest.hexdigest() != expected:
-            raise RuntimeError(f"seed {seed}: physics alone came to another trajectory; the comparison means nothing.")
+            raise RuntimeError(f"seed {seed}: physics alone gives another trajectory, so the comparison is invalid.")
         return digest.hexdigest()
 
     return sum(clocked(play))
 
 
 def measure(catalog: Catalog, folder: Path) -> tuple[list[float], list[Timed], list[Timed], list[float]]:
-    """By seed: simulated time [s]; recorded, not recorded, and physics alone."""
+    """By seed: simulated time [s], recorded, unrecorded, and physics alone."""
     simulated, recorded, plain, bare = [], [], [], []
     for seed in SEEDS:
-        commands, result = heard(catalog, seed)
+        commands, result = recorded_commands(catalog, seed)
         simulated.append(result.summary.sim_time)
-        plain.append(whole(catalog, seed, None))
-        recorded.append(whole(catalog, seed, folder / str(seed)))
+        plain.append(complete(catalog, seed, None))
+        recorded.append(complete(catalog, seed, folder / str(seed)))
         bare.append(alone(catalog, seed, commands, recorded[-1].periods, result.summary.trajectory_hash))
     return simulated, recorded, plain, bare
 
@@ -142,9 +142,9 @@ def run() -> Iterator[Row]:
     record = median((r.loop - p.loop) / r.periods for r, p in zip(recorded, plain, strict=True)) * 1e6
     rest = median(r.rest for r in recorded) * 1e3
     what = "physics, rays and mover alone"
-    yield Row("EXP1: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
-    yield Row("EXP1: time of the whole stack", each, "us a period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO)
+    yield Row("EXP1: complete agent, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
+    yield Row("EXP1: time of the complete agent", each, "us per period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO)
     yield Row(f"EXP1: {what}", physics, "x real time")
-    yield Row("EXP1: time of the whole stack, not recorded", bare_each, "us a period", what, unrecorded)
-    yield Row("EXP1: recording", record, "us a period", "the whole stack", record / each)
-    yield Row("EXP1: before and after the episode", rest, "ms a run")
+    yield Row("EXP1: time of the complete agent, not recorded", bare_each, "us per period", what, unrecorded)
+    yield Row("EXP1: recording", record, "us per period", "the complete agent", record / each)
+    yield Row("EXP1: before and after the episode", rest, "ms per run")

@@ -1,16 +1,15 @@
-"""Many minds in one world: EXP3's whole stack, and what a robot costs when there are 1, 2, 5, 10 or 20 of them.
+"""Many agents in one world: EXP3 with complete agents, and the cost per robot for 1, 2, 5, 10 and 20 robots.
 
-CPU time in one process, lockstep, recorded to a file. What counts is the episode's loop, from its first control period
-to its last: observing and judging, all minds, recording, and physics. Each period's time is its median over several
-plays of the same seed, since a shared machine stops now and then (periods.py).
+CPU time in one process, lockstep, recorded to a file. The measured loop runs from the first control period to the
+last: observing and judging, all agents, recording, and physics. Each period's time is its median over several plays
+of the same seed, since a shared machine has pauses (periods.py).
 
-The fleet is EXP3 again and again: a floor of walled squares, in each a robot that visits the corners and one that
-follows it by its robot sensor; no walkers, so that every robot thinks. An odd one out visits corners alone. A robot
-sensor reaches into the neighbouring squares, where walls hide who is there.
+The fleet repeats EXP3: a floor of walled squares, each with a robot that visits the corners and one that follows it
+by its robot sensor; there are no walkers, so every robot has an agent. With an odd number the last robot visits
+corners alone. Robot sensors reach into neighbouring squares, but walls hide the robots there.
 
-The growth is the slope of a straight line through the logarithms of cost and number: what a robot costs is at most
-proportional to how many there are when its slope is at most 1. The line, and where the time goes, are drawn in
-runs/bench/fleet.png and fleet.svg.
+The growth is the slope of a straight line through the logarithms of cost and number: at a slope of at most 1 the cost
+per robot grows at most in proportion to the number of robots. The line is drawn in runs/bench/fleet.png and fleet.svg.
 
 Run it with `python benchmarks fleet`, or all benchmarks with `make bench`.
 """
@@ -34,7 +33,7 @@ SEEDS = range(1, size(4, 2))
 COUNTS = size((1, 2, 5, 10, 20), (1, 2))
 PACE, FLEET_PACE, SLOPE = 20.0, 3.0, 1.0
 DURATION = size(None, 0.5)  # [s] of EXP3; None is the scenario's
-SPAN = size(15.0, 0.5)  # [s] that a fleet is simulated: nobody has finished by then
+SPAN = size(15.0, 0.5)  # [s] simulated time of a fleet; no robot finishes by then
 PITCH = 5.0  # [m] from one square to the next
 PICTURE = Path("runs/bench")
 
@@ -80,7 +79,7 @@ WALL = '<geom name="{name}" type="box" size="{sx} {sy} 0.25" pos="{x} {y} 0.25"/
 
 @dataclass(frozen=True)
 class Timed:
-    """One seed: robots with minds, what it simulated, and the CPU time of its loop [s]."""
+    """One seed: number of agents, simulated time and CPU time of the loop [s]."""
 
     robots: int
     simulated: float
@@ -88,11 +87,13 @@ class Timed:
 
 
 def fleet(project: Path, robots: int) -> None:
-    """Write a project whose scenario `fleet` has so many robots with minds."""
+    """Write a project with a scenario `fleet` that has the given number of robots with agents."""
     squares = math.ceil(robots / 2)
     wide = math.ceil(math.sqrt(squares))
     deep = math.ceil(squares / wide)
-    scenario = [f'format = "scenario/1"\ndoc = "{robots} robots with minds."\nworld = "squares"\nduration = "{SPAN} s"']
+    scenario = [
+        f'format = "scenario/1"\ndoc = "{robots} robots with agents."\nworld = "squares"\nduration = "{SPAN} s"'
+    ]
     for square in range(squares):
         x, y = PITCH * (square % wide), PITCH * (square // wide)
         leader = f"L{square + 1}"
@@ -131,7 +132,7 @@ def timed(catalog: Catalog, name: str, seed: int, out: Path, duration: float | N
 
 
 def fleet_of(count: int, folder: Path) -> Timed:
-    """A fleet of so many robots, the fastest of its seeds."""
+    """The fastest seed of a fleet."""
     project = folder / f"fleet_{count}"
     fleet(project, count)
     runs = [timed(Catalog(project), "fleet", seed, folder / "run") for seed in SEEDS]
@@ -139,29 +140,29 @@ def fleet_of(count: int, folder: Path) -> Timed:
 
 
 def slope(costs: Mapping[int, float]) -> float:
-    """By which power of the number of robots a cost grows: least squares through the logarithms."""
+    """Exponent of the growth of a cost with the number of robots: least squares through the logarithms."""
     import numpy as np
 
     return float(np.polyfit(np.log(list(costs)), np.log(list(costs.values())), 1)[0])
 
 
 def draw(costs: Mapping[int, float], growth: float) -> None:
-    """What a robot costs, by how many there are."""
+    """Plot the cost per robot over the number of robots."""
     from matplotlib.figure import Figure
 
     canvas = Figure(figsize=(6.4, 4.0), layout="constrained")
     axes = canvas.subplots()
     counts = list(costs)
-    axes.plot(counts, [1e3 * c for c in costs.values()], "o-", label=f"measured: number to the {growth:.2f}")
+    axes.plot(counts, [1e3 * c for c in costs.values()], "o-", label=f"measured: exponent {growth:.2f}")
     axes.plot(
         counts, [1e3 * costs[counts[0]] * n for n in counts], ":", color="grey", label="proportional to the number"
     )
     axes.set(
         xscale="log",
         yscale="log",
-        xlabel="robots with minds in one world",
-        ylabel="CPU time of a robot for one simulated second [ms]",
-        title="What a robot costs",
+        xlabel="robots with agents in one world",
+        ylabel="CPU time per robot and simulated second [ms]",
+        title="Cost per robot",
         xticks=counts,
         xticklabels=counts,
     )
@@ -174,25 +175,25 @@ def draw(costs: Mapping[int, float], growth: float) -> None:
 
 
 def run() -> Iterator[Row]:
-    """All rows; draws the picture."""
+    """All rows; also draws the figure."""
     costs: dict[int, float] = {}
     with tempfile.TemporaryDirectory() as folder:
         experiment = [timed(Catalog(), "exp3", seed, Path(folder) / "run", DURATION) for seed in SEEDS]
         pace = statistics.median(run.simulated / run.loop for run in experiment)
-        yield Row("EXP3: whole stack, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
+        yield Row("EXP3: complete agents, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
         for count in COUNTS:
             found = fleet_of(count, Path(folder))
             costs[count] = found.loop / found.simulated / found.robots
             yield row_of(found, costs[count] / costs[1])
     growth = slope(costs)
     draw(costs, growth)
-    name, allowed = "fleet: cost of a robot grows as their number to the", f"<= {SLOPE:g}"
+    name, allowed = "fleet: growth exponent of the cost per robot", f"<= {SLOPE:g}"
     yield Row(name, growth, "", "", None, allowed, growth <= SLOPE)
 
 
 def row_of(found: Timed, ratio: float) -> Row:
-    """A fleet's row; the ratio is a robot's cost to that of one alone."""
-    name, rate = f"fleet: {found.robots} robots with minds, recorded", found.simulated / found.loop
+    """Row of a fleet; the ratio is the cost per robot relative to a single robot."""
+    name, rate = f"fleet: {found.robots} robots with agents, recorded", found.simulated / found.loop
     judged = found.robots == 10
     budget, holds = (f">= {FLEET_PACE:g}x", rate >= FLEET_PACE) if judged else ("", None)
-    return Row(name, rate, "x real time", "what one costs alone", ratio, budget, holds)
+    return Row(name, rate, "x real time", "one robot alone", ratio, budget, holds)

@@ -1,10 +1,9 @@
-"""The follower on the reference problem, beside pure pursuit and an IPOPT NLP, interleaved in one process.
+"""The follower on the reference problem, compared with pure pursuit and an IPOPT NLP, interleaved in one process.
 
-Each controller drives its own plant over the whole path; the controllers take turns, round by round, so that whatever
-disturbs the machine disturbs all alike.
-Times are thread CPU time. A tick of the follower is a whole `Follower.step`, once with and once without the sampling of
-the path reference; the NLP is charged for its solve alone. Cross-track errors are exact distances from the polyline
-after the first 3 s.
+Each controller drives its own plant over the whole path. The controllers alternate round by round, so that
+disturbances of the machine affect all alike. Times are thread CPU time. A tick of the follower is a complete
+`Follower.step`, measured with and without the sampling of the path reference; for the NLP only the solve counts.
+Cross-track errors are exact distances from the polyline after the first 3 s.
 
 Run it with `python benchmarks follower`, or all benchmarks with `make bench`.
 """
@@ -30,22 +29,22 @@ BUDGET, RATIO, CROSS = 80e-6, 3.0, 0.008  # [s], [1], [m]
 
 @dataclass
 class Run:
-    """What one controller did."""
+    """Run of one controller."""
 
     tick: Callable[[Plant], tuple[np.ndarray, float]]
     plant: Plant = field(default_factory=Plant)
     times: list[float] = field(default_factory=list)
-    places: list[tuple[float, float]] = field(default_factory=list)
+    positions: list[tuple[float, float]] = field(default_factory=list)
 
     def step(self) -> None:
         command, seconds = self.tick(self.plant)
         self.times.append(seconds)
         self.plant.move(command)
-        self.places.append(self.plant.pose[:2])
+        self.positions.append(self.plant.pose[:2])
 
 
 class Sampled(Reference):
-    """A preview that was sampled before, so that a tick can be timed without the sampling."""
+    """Reference with a preview sampled beforehand, so that a tick can be timed without the sampling."""
 
     def __init__(self) -> None:
         self.inner = anchored()
@@ -105,7 +104,7 @@ CONTROLLERS: dict[str, Callable[[], Callable[[Plant], tuple[np.ndarray, float]]]
 
 
 def run() -> Iterator[Row]:
-    """The rows of this benchmark."""
+    """All rows."""
     times: dict[str, list[float]] = {name: [] for name in CONTROLLERS}
     runs: dict[str, Run] = {}
     for _ in range(ROUNDS):
@@ -117,7 +116,7 @@ def run() -> Iterator[Row]:
     medians = {name: float(np.median(t)) for name, t in times.items()}
     line = corners()
     for name, one in runs.items():
-        cross = distance_to(line, np.array(one.places[SETTLED:]))
+        cross = distance_to(line, np.array(one.positions[SETTLED:]))
         yield from _rows(name, np.array(times[name]), medians[OURS], cross)
 
 

@@ -1,4 +1,4 @@
-"""What keeping knowledge costs, and asking what was: 10,000 nodes, beside raw networkx, in CPU time.
+"""Cost of storing knowledge and of querying its past: 10,000 nodes, relative to raw networkx, in CPU time.
 
 Run it with `python benchmarks history`, or all benchmarks with `make bench`.
 """
@@ -24,15 +24,15 @@ from rocs_bt.knowledge.history import History, Journal
 
 NODES, WRITES, SINGLE = size((10_000, 50_000, 500), (100, 1_000, 5))
 SECONDS, READS = size((4.0, 2000), (0.1, 10))
-CONTROL = 0.02  # [s] a control period, of which half is work
+CONTROL = 0.02  # [s] control period, half of which is work
 
 
 def run() -> Iterator[Row]:
     """All rows."""
     with TemporaryDirectory() as folder:
         yield from _writing(Path(folder))
-        yield from _asking(Path(folder))
-        yield from _together(Path(folder))
+        yield from _queries(Path(folder))
+        yield from _concurrent(Path(folder))
 
 
 def _graph() -> KnowledgeGraph:
@@ -48,7 +48,7 @@ _ROUNDS = itertools.count(1)
 
 
 def _write(graph: KnowledgeGraph, count: int, step: Callable[[], None] = lambda: None) -> None:
-    radius = float(next(_ROUNDS))  # another value than before, for an equal one is no change
+    radius = float(next(_ROUNDS))  # a new value, since an equal one is not a change
     for i in range(count):
         graph.set(f"o{i % NODES}", radius=radius + i * 1e-6)
         if i % 100 == 0:
@@ -56,7 +56,7 @@ def _write(graph: KnowledgeGraph, count: int, step: Callable[[], None] = lambda:
 
 
 def _cpu(call: Callable[[], object], clock: Callable[[], int] = time.thread_time_ns) -> float:
-    """CPU time of a call [us]; of this thread alone unless another clock is given."""
+    """CPU time of a call [us], of this thread unless another clock is given."""
     begin = clock()
     call()
     return (clock() - begin) / 1e3
@@ -73,7 +73,7 @@ def _writing(folder: Path) -> list[Row]:
             flushes.append(_cpu(journal.flush) / NODES)
         kept = statistics.median(rounds)
     file, begin = folder / "naive.sqlite", graph.revision
-    naive = Journal(file, blocking=True, every=60.0)  # what a write costs that waits for its own transaction
+    naive = Journal(file, blocking=True, every=60.0)  # writes that wait for a transaction each
     naive.attach(graph)
 
     def one_by_one() -> None:
@@ -85,18 +85,16 @@ def _writing(folder: Path) -> list[Row]:
     naive.close()
     assert graph.revision - begin == SINGLE
     return [
-        Row("history: checked write, nobody keeps it", plain, "us"),
-        Row(
-            "history: checked write, journal attached (the writer's part)", kept, "us", "the same without", kept / plain
-        ),
-        Row("history: the journal's thread, a change", statistics.median(flushes), "us"),
+        Row("history: checked write, without journal", plain, "us"),
+        Row("history: checked write, journal attached (writer's thread)", kept, "us", "without journal", kept / plain),
+        Row("history: journal's thread, per change", statistics.median(flushes), "us"),
         Row(
             "history: a write with a transaction of its own", alone, "us", "batched", alone / statistics.median(flushes)
         ),
     ]
 
 
-def _asking(folder: Path) -> Iterator[Row]:
+def _queries(folder: Path) -> Iterator[Row]:
     graph = _graph()
     clock = graph.clock
     assert isinstance(clock, SimulatedClock)
@@ -106,14 +104,14 @@ def _asking(folder: Path) -> Iterator[Row]:
         journal.attach(graph)
         _write(graph, WRITES, clock.advance)
     with History(folder / "asking.sqlite") as history:
-        for part, words in ((0.0, "at its beginning"), (0.5, f"{WRITES // 2} changes later")):
+        for part, words in ((0.0, "at its start"), (0.5, f"{WRITES // 2} changes later")):
             revision = history.first.first + int(part * (history.last.last - history.first.first))
             took = statistics.median(_cpu(lambda r=revision: _first_state(history.path, r)) for _ in range(5))
-            name = f"history: a file opened, all {NODES} nodes as of, {words}"
+            name = f"history: file opened, state of all {NODES} nodes, {words}"
             yield Row(name, took / 1e3, "ms", "networkx copy", took / copy)
         took = statistics.median(_cpu(lambda: history.as_of()) for _ in range(5))
-        yield Row(f"history: all {NODES} nodes as of, once more", took / 1e3, "ms", "networkx copy", took / copy)
-        history.value("o1", "radius")  # which makes the index
+        yield Row(f"history: state of all {NODES} nodes, repeated", took / 1e3, "ms", "networkx copy", took / copy)
+        history.value("o1", "radius")  # builds the index
         last, end = history.last.last, history.last.end
         turns = itertools.cycle(range(0, NODES, 7))
         for name, when in (("a revision", {"revision": last - WRITES // 2}), ("a time", {"t": end / 2})):
@@ -129,8 +127,8 @@ def _first_state(path: Path, revision: int) -> None:
         history.as_of(revision=revision)
 
 
-def _together(folder: Path) -> list[Row]:
-    """A control loop, alone, and beside a 1 kHz writer and four readers at 100 Hz, without the journal and with it."""
+def _concurrent(folder: Path) -> list[Row]:
+    """A control loop alone, and with a 1 kHz writer and four readers at 100 Hz, without and with the journal."""
     graph = KnowledgeGraph(WallClock(), NullSink(), "R2")
     for i in range(100):
         graph.add(f"o{i}", "object", radius=0.2)
@@ -145,9 +143,9 @@ def _together(folder: Path) -> list[Row]:
     assert lost == 0
     shares = [100.0 * (each - alone) / SECONDS for each in (kept, kept - unkept + alone)]
     return [
-        Row("history: writes a second beside a control loop", rate, "1/s"),
+        Row("history: writes per second beside a control loop", rate, "1/s"),
         Row(
-            "history: 1 kHz writer, 4 readers, journal: of one core",
+            "history: 1 kHz writer, 4 readers, journal: share of one core",
             shares[0],
             "%",
             "",
@@ -155,7 +153,7 @@ def _together(folder: Path) -> list[Row]:
             "<= 5 %",
             shares[0] <= 5.0 and rate > 900.0,
         ),
-        Row("history: of that, the journal", shares[1], "%"),
+        Row("history: of that, the journal's share", shares[1], "%"),
     ]
 
 

@@ -1,4 +1,4 @@
-"""How long a user waits before anything happens: `import rocs_bt` and `rocs-bt --help`, in CPU seconds.
+"""Start-up time: `import rocs_bt` and `rocs-bt --help`, in CPU seconds.
 
 Run it with `python benchmarks imports`, or all benchmarks with `make bench`.
 """
@@ -17,7 +17,7 @@ RUNS = size(7, 1)
 
 
 def cpu_seconds(*command: str) -> float:
-    """The median CPU time of a command as a whole process [s], after a first run that fills the disk cache."""
+    """Median CPU time of a command as a process [s], after a first run that fills the disk cache."""
     times = []
     for _ in range(RUNS + 1):
         before = resource.getrusage(resource.RUSAGE_CHILDREN)
@@ -28,7 +28,7 @@ def cpu_seconds(*command: str) -> float:
 
 
 def run() -> Iterator[Row]:
-    """The rows of this benchmark."""
+    """All rows."""
     bare = cpu_seconds(sys.executable, "-c", "pass")
     package = cpu_seconds(sys.executable, "-c", "import rocs_bt")
     yield Row("import rocs_bt", package, "s", "python -c pass", package / bare, "<= 0.3 s", package <= 0.3)

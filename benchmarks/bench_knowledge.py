@@ -1,4 +1,4 @@
-"""What knowing costs, beside raw networkx and numpy in the same process, in CPU time.
+"""Cost of knowledge access, relative to raw networkx and numpy in the same process, in CPU time.
 
 Run it with `python benchmarks knowledge`, or all benchmarks with `make bench`.
 """
@@ -26,7 +26,7 @@ CALLS, REPEATS = size((20_000, 9), (10, 1))
 
 
 def micros(call: Callable[[], object], count: int = CALLS, repeats: int = REPEATS) -> float:
-    """CPU time of one call, the median of several rounds, the empty loop taken off [us]."""
+    """CPU time of one call [us]: median of several rounds, minus the empty loop."""
 
     def round_of(what: Callable[[], object]) -> float:
         start = time.process_time_ns()

@@ -1,10 +1,9 @@
-"""What a control loop loses to others at the same Knowledge: a writer at 1 kHz, four readers, and the journal.
+"""Slow-down of a control loop by other users of the same Knowledge: a writer at 1 kHz, four readers, and the journal.
 
-The loop works for some 4 ms in each period of 50 ms, in Python that holds the GIL, as a busy agent does. The others
-come and go in rounds; what they cost is told by how long the same work takes with them and without, in wall time and in
-CPU time of the loop's own thread, by the median of all periods, by the CPU time of the whole process, and by how late
-the periods begin and end. On a machine that has other things to do the figures are theirs too. Run it with
-`python benchmarks load`.
+The loop works for about 4 ms in each period of 50 ms, in Python that holds the GIL, like a busy agent. Rounds with and
+without the other threads alternate. The cost is the difference in the work's duration: wall time, CPU time of the
+loop's thread (medians over all periods), CPU time of the process, and the lateness of the start and end of periods.
+Other load on the machine affects the figures. Run it with `python benchmarks load`.
 """
 
 from __future__ import annotations
@@ -29,15 +28,15 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.history import Journal
 
 PERIOD, WORK = 0.05, size(4_000, 100)  # [s]; attributes read in a period, some 4 ms
-ROUNDS, PERIODS = size((12, 20), (1, 3))  # of each sort; in a round
-WRITES, READS = 1000.0, 100.0  # a second: of the writer, of each of the readers
+ROUNDS, PERIODS = size((12, 20), (1, 3))  # rounds of each kind; periods in a round
+WRITES, READS = 1000.0, 100.0  # [1/s] rate of the writer, rate of each reader
 QUERY = "object where moves and distance(pose, robot) < 2 m order by distance(pose, robot) limit 3"
 SWITCH = 0.0005  # [s], as agents in threaded mode have it
 BUDGET = 5.0  # [%]
 
 
 class Period(NamedTuple):
-    """One control period: how late it began, how long its work took, the CPU time of that [s], how often it waited."""
+    """One control period: lateness of its start, duration and CPU time of its work [s], number of waits."""
 
     late: float
     took: float
@@ -80,7 +79,7 @@ def _rows(known: Knowledge) -> list[Row]:
     try:
         for loaded in [False, True] * ROUNDS:
             (go.set if loaded else go.clear)()
-            time.sleep(0.1)  # so that the journal comes to rest
+            time.sleep(0.1)  # lets the journal become idle
             begin = time.process_time()
             taken[loaded] += _round(known)
             spent[loaded] += time.process_time() - begin
@@ -95,8 +94,8 @@ def _rows(known: Knowledge) -> list[Row]:
 def _rates(counts: list[int]) -> list[Row]:
     seconds = ROUNDS * (PERIODS * PERIOD + 0.1)
     return [
-        Row("knowledge: writes a second meanwhile", counts[0] / seconds, "1/s"),
-        Row("knowledge: queries a second meanwhile", counts[1] / seconds, "1/s"),
+        Row("knowledge: writes per second under load", counts[0] / seconds, "1/s"),
+        Row("knowledge: queries per second under load", counts[1] / seconds, "1/s"),
     ]
 
 
@@ -105,21 +104,27 @@ def _costs(taken: dict[bool, list[Period]], spent: dict[bool, float]) -> list[Ro
     own, own_beside = (statistics.median(period.own for period in taken[loaded]) for loaded in (False, True))
     lost = 100.0 * (beside - alone) / PERIOD
     share = 100.0 * (spent[True] - spent[False]) / (ROUNDS * PERIODS * PERIOD)
-    name = "knowledge: of a control period, lost to 1 kHz writes, 4 readers and the journal"
+    name = "knowledge: share of a control period lost to 1 kHz writes, 4 readers, journal"
     rows = [
         Row(name, lost, "%", budget=f"<= {BUDGET:g} %", holds=lost <= BUDGET),
-        Row("knowledge: the period's work takes longer by", 100.0 * (beside / alone - 1.0), "%"),
-        Row("knowledge: of that, CPU time of its own thread", 100.0 * (own_beside - own) / alone, "%"),
-        Row("knowledge: times that a period's work waits for another thread", _mean_waits(taken[True]), "", "", None),
-        Row("knowledge: CPU of one core that all of them take, queries included", share, "%"),
+        Row("knowledge: increase of the work's duration", 100.0 * (beside / alone - 1.0), "%"),
+        Row("knowledge: of that, CPU time of the loop's thread", 100.0 * (own_beside - own) / alone, "%"),
+        Row("knowledge: waits for another thread, per period", _mean_waits(taken[True]), "", "", None),
+        Row("knowledge: CPU time of all other threads, share of one core", share, "%"),
     ]
-    values: dict[str, Callable[[Period], float]] = {"begins": lambda p: p.late, "ends": lambda p: p.late + p.took}
+    values: dict[str, Callable[[Period], float]] = {"start": lambda p: p.late, "end": lambda p: p.late + p.took}
     for what, value in values.items():
         for percent in (50, 99):
             before, now = (_percentile([value(each) for each in taken[loaded]], percent) for loaded in (False, True))
-            words = "alone" if what == "begins" else "alone, its work included"
+            words = "alone" if what == "start" else "alone, its work included"
             rows.append(
-                Row(f"knowledge: a period {what} late, p{percent}", 1e3 * now, "ms", words, now / max(before, 1e-9))
+                Row(
+                    f"knowledge: lateness of a period's {what}, p{percent}",
+                    1e3 * now,
+                    "ms",
+                    words,
+                    now / max(before, 1e-9),
+                )
             )
     return rows
 
@@ -143,7 +148,7 @@ def _turn(job: Callable[[], None], every: float, go: threading.Event, end: threa
 
 
 def _round(known: Knowledge) -> list[Period]:
-    """Some periods, one after the other."""
+    """Some consecutive periods."""
     graph, begin, periods = known.graph, time.perf_counter(), []
     for count in range(PERIODS):
         start, own, waits = time.perf_counter(), time.thread_time(), _waits()
@@ -159,5 +164,5 @@ def _round(known: Knowledge) -> list[Period]:
 
 
 def _waits() -> int:
-    """How often this thread gave way of its own: in its work, to wait for the GIL."""
+    """Voluntary context switches of this thread: during its work, waits for the GIL."""
     return resource.getrusage(resource.RUSAGE_THREAD).ru_nvcsw

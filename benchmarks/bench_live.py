@@ -1,12 +1,10 @@
-"""The live page: what it costs the control loop, on EXP1 in lockstep with a browser that listens.
+"""The live page: cost for the control loop, on EXP1 in lockstep with a connected browser.
 
-The loop's thread pays for one list append an event; that is measured as CPU time of that thread, with and without the
-page, the two taking turns. It runs at full speed here, so events come faster than at a robot's pace; the cost of each
-is the same. One more thread encodes what came ten times a second. It holds the interpreter while it does, so its CPU
-time for a second of the run's own time is the share that it takes from the loop at a robot's pace. The two shares are
-added. Whatever browsers ask for is done in another process.
-
-Run it with `python benchmarks live`, or all benchmarks with `make bench`.
+The loop's thread appends each event to a list; the cost is the CPU time of that thread, with and without the page,
+alternating. The loop runs at full speed here, so events are faster than in real time, at the same cost each. A second
+thread encodes new events ten times per second and holds the interpreter meanwhile. Its CPU time per second of
+simulated time is therefore the share that it takes from the loop in real time. The benchmark adds both shares. A
+separate process serves the browsers.
 """
 
 from __future__ import annotations
@@ -32,14 +30,14 @@ _LISTENS = "import sys, urllib.request\nfor line in urllib.request.urlopen(sys.a
 
 
 def header_of(catalog: Catalog) -> RunHeader:
-    """Header that begins the page: that of a recorded run."""
+    """Header of the page, taken from a recorded run."""
     with tempfile.TemporaryDirectory() as folder:
         run = rocs_bt.run("exp1", catalog, out=folder, duration=0.1, report=False)
         return Recording.open(run.recording).header
 
 
 def loop(catalog: Catalog, seed: int, page: LivePage | None) -> tuple[float, float]:
-    """CPU time of the loop's thread a simulated second, and that of the process's other threads [s]."""
+    """CPU time per simulated second of the loop's thread, and of the process's other threads [s]."""
     ticks: list[tuple[float, float]] = []
 
     def tick(t: float) -> None:
@@ -53,9 +51,9 @@ def loop(catalog: Catalog, seed: int, page: LivePage | None) -> tuple[float, flo
 
 
 def measure(catalog: Catalog) -> list[tuple[float, float, float]]:
-    """By seed and round: the loop without the page, with it, and the encoding thread [s a simulated second]."""
+    """By seed and round: loop without the page, loop with it, encoding thread [s per simulated second]."""
     header, found = header_of(catalog), []
-    loop(catalog, 1, None)  # the follower's program is built once
+    loop(catalog, 1, None)  # warm-up: builds the follower's program
     for _ in range(ROUNDS):
         for seed in SEEDS:
             with LivePage() as page:
@@ -76,8 +74,8 @@ def run() -> Iterator[Row]:
     append = statistics.median(b / a - 1.0 for a, b, _ in found)
     share = statistics.median(c for _, _, c in found)
     what = "the same loop without it"
-    yield Row("live page: EXP1's loop without it", without * 1e3, "ms CPU a simulated second")
-    yield Row("live page: more CPU time of the loop's thread", append * 100, "%", what, 1.0 + append)
-    yield Row("live page: its encoding thread at a robot's pace", share * 100, "% of the time")
+    yield Row("live page: EXP1's loop without it", without * 1e3, "ms CPU per simulated second")
+    yield Row("live page: additional CPU time of the loop's thread", append * 100, "%", what, 1.0 + append)
+    yield Row("live page: encoding thread in real time", share * 100, "% of the time")
     both, allowed = append + share, f"<= {MOST:.0%}"
-    yield Row("live page: both", both * 100, "%", what, 1.0 + both, allowed, both <= MOST)
+    yield Row("live page: sum of both", both * 100, "%", what, 1.0 + both, allowed, both <= MOST)

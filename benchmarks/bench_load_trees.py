@@ -1,7 +1,7 @@
-"""CPU time of loading 10,000 nodes of XML, beside BehaviorTree.CPP (behaviortreepy) in the same process.
+"""CPU time of loading 10,000 nodes of XML, relative to BehaviorTree.CPP (behaviortreepy) in the same process.
 
-Both read the text, check it, make the nodes and bind them to a board. Rounds are interleaved, and the fastest one of
-each counts.
+Both parse and check the text, create the nodes and bind them to a blackboard. Rounds are interleaved, and the fastest
+round of each counts.
 """
 
 from __future__ import annotations
@@ -32,39 +32,39 @@ def run() -> Iterator[Row]:
 
 
 def documents() -> dict[str, str]:
-    """Documents by what is special about them."""
+    """Documents by their distinguishing feature."""
     five = "a := {0}; b := a + {0}; c += 1; d := a * b; e := 's{0}'"
     return {
         "no attributes": flat("AlwaysSuccess", ""),
-        "a name each": flat("AlwaysSuccess", 'name="leaf {0}"'),
+        "named": flat("AlwaysSuccess", 'name="leaf {0}"'),
         "in groups of 9, indented": groups(),
-        "the same _skipIf each": flat("AlwaysSuccess", '_skipIf="x &lt; 3"'),
-        "another _skipIf each": flat("AlwaysSuccess", '_skipIf="x{0} &lt; {0}"'),
-        "another _onSuccess each": flat("AlwaysSuccess", '_onSuccess="x := {0}"'),
-        "another _onSuccess of five statements each": flat("AlwaysSuccess", f'_onSuccess="{five}"'),
-        "another Script each": flat("Script", 'code="x := {0}"'),
+        "equal _skipIf": flat("AlwaysSuccess", '_skipIf="x &lt; 3"'),
+        "distinct _skipIf": flat("AlwaysSuccess", '_skipIf="x{0} &lt; {0}"'),
+        "distinct _onSuccess": flat("AlwaysSuccess", '_onSuccess="x := {0}"'),
+        "distinct _onSuccess of five statements": flat("AlwaysSuccess", f'_onSuccess="{five}"'),
+        "distinct Script": flat("Script", 'code="x := {0}"'),
         "SetBlackboard": flat("SetBlackboard", 'value="{0}" output_key="key"'),
     }
 
 
 def flat(tag: str, attributes: str) -> str:
-    """A sequence of nodes, whose attributes may hold their number."""
+    """A sequence of nodes; attributes may contain the node's number."""
     return document("".join(f"<{tag} {attributes.format(i)}/>" for i in range(NODES)))
 
 
 def groups() -> str:
-    """Sequences of nine nodes, a node a line."""
+    """Sequences of nine nodes, one node per line."""
     leaves = "".join('\n        <AlwaysSuccess name="leaf"/>' for _ in range(9))
     return document(f"\n      <Sequence>{leaves}\n      </Sequence>" * (NODES // 10))
 
 
 def document(inside: str) -> str:
-    """A document whose only tree is a sequence."""
+    """A document with a single tree, a sequence."""
     return f'<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence>{inside}</Sequence></BehaviorTree></root>'
 
 
 def measured(name: str, text: str) -> Row:
-    """The row of a document."""
+    """Row of a document."""
     contestants: dict[str, Callable[[str], object]] = {"ours": lambda text: Tree(load_xml(text))}
     if behaviortreepy is not None:
         contestants["C++"] = theirs
@@ -79,7 +79,7 @@ def measured(name: str, text: str) -> Row:
 
 
 def timed(load: Callable[[str], object], text: str) -> float:
-    """CPU time of a load [ms]; what it leaves behind is not counted."""
+    """CPU time of a load [ms], without the disposal of its result."""
     gc.collect()
     start = time.process_time_ns()
     kept = load(text)
@@ -89,6 +89,6 @@ def timed(load: Callable[[str], object], text: str) -> float:
 
 
 def theirs(text: str) -> object:
-    """Load in C++."""
+    """Load with BehaviorTree.CPP."""
     factory = behaviortreepy.BehaviorTreeFactory()
     return factory.create_tree_from_text(text, behaviortreepy.Blackboard.create()), factory

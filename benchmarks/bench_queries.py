@@ -1,6 +1,6 @@
-"""What questions to 10,000 objects and 30,000 edges cost, beside raw networkx and rdflib (SPARQL), in CPU time.
+"""Cost of queries over 10,000 objects and 30,000 edges, relative to raw networkx and rdflib (SPARQL), in CPU time.
 
-Run it with `python benchmarks queries`. rdflib is in the extra `bench`; without it its lines are left out.
+Run it with `python benchmarks queries`. rdflib is in the extra `bench`; without it its rows are skipped.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def run() -> Iterator[Row]:
 
 
 def _questions(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[tuple[str, Any, Any, Any, float | None]]:
-    """Name, ours, networkx's, rdflib's, budget [us]."""
+    """Name; functions of ours, networkx and rdflib; budget [us]."""
     graph, radii = known.graph, itertools.cycle((0.25, 0.75))
     x, y = world.HERE
 
@@ -113,15 +113,15 @@ def _beside(name: str, ours: Any, networkx: Any, rdflib: Any, budget: float | No
 
 
 def _micros(call: Callable[[], object]) -> float:
-    """CPU time of one call [us], with as many calls as fill a round."""
+    """CPU time of one call [us]; the number of calls is chosen to fill a round."""
     once = micros(call, 1, 1)
     return once if once > PATIENCE else micros(call, max(1, min(20_000, int(PATIENCE / max(once, 1.0)))), 3)
 
 
 def _past(known: Any, raw: Any, rdf: world.Rdf | None) -> Iterator[Row]:
-    """What the journal answers of 10,000 nodes and the changes since, beside a copy of all that is known.
+    """Journal queries of past states of 10,000 nodes, relative to a copy of the whole graph.
 
-    The others have no past: who wants one copies the graph at every moment, and asks the copy.
+    networkx and rdflib have no history; the alternative is to copy the graph at every change and query the copy.
     """
     clock, graph = known.clock, known.graph
     with tempfile.TemporaryDirectory() as folder, Journal(Path(folder) / "knowledge.sqlite", blocking=True) as journal:

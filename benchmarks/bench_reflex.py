@@ -1,7 +1,8 @@
-"""The reflex in threaded mode, from the sensor's sample to the actuator's command.
+"""Reflex latency in threaded mode, from the sensor's sample to the actuator's command.
 
-The P3DX's whole mind (its robot.toml, the shipped rules and the mission `go_to`) on mock devices and wall time, with a
-recording. Something comes near at random times. First the plan's leaf burns Python all the while, then it is idle.
+The P3DX's complete agent (its robot.toml, the shipped rules and the mission `go_to`) on mock devices in wall time,
+with a recording. An obstacle comes near at random times. First a leaf of the plan keeps the CPU busy in Python, then
+the plan is idle.
 
 Run it with `python benchmarks reflex`, or all benchmarks with `make bench`.
 """
@@ -36,19 +37,19 @@ from rocs_bt.testing.mock_agent import MockDevices, mock_agent, mock_rates
 
 CROSSINGS = size(200, 2)
 P50, P99 = 2.0, 10.0  # [ms]
-PATIENCE = 60.0  # [s] for a reflex to come at all
-PAPER = 78.0  # [ms] the paper's C++, mean of its reactive route; 138 ms at most
+PATIENCE = 60.0  # [s] timeout of a reflex
+PAPER = 78.0  # [ms] the paper's C++: mean latency of its reactive route; maximum 138 ms
 NEAR, FAR = 0.15, math.inf  # [m]
 
 
 class Sonar(Sensor):
-    """A ring of sonars before which something may be."""
+    """Ring of sonars with an optional obstacle in front."""
 
     def __init__(self, clock: WallClock) -> None:
         super().__init__("sonar")
         self.clock = clock
         self.ahead = FAR
-        self.sampled: float | None = None  # when it was first seen near
+        self.sampled: float | None = None  # time of the first near sample
 
     def read(self) -> Reading:
         now, ahead = self.clock.now(), self.ahead
@@ -58,7 +59,7 @@ class Sonar(Sensor):
 
 
 class Wheels(Actuator):
-    """Wheels that note when they were first told to drive back."""
+    """Wheels that record the time of the first backward command."""
 
     def __init__(self, clock: WallClock) -> None:
         super().__init__("wheels", 2)
@@ -76,7 +77,7 @@ class Wheels(Actuator):
 
 
 class Burn(Behaviour):
-    """A leaf that thinks in Python, without ever sleeping."""
+    """Leaf that keeps the CPU busy in Python without sleeping."""
 
     def __init__(self, seconds: float) -> None:
         super().__init__("Burn")
@@ -92,7 +93,7 @@ class Burn(Behaviour):
 def measure(
     burn: float, plan: float, crossings: int = CROSSINGS, share: Callable[[Knowledge], Sharing] | None = None
 ) -> list[float]:
-    """Latencies [ms], with a leaf that burns for `burn` [s] each tick and a plan of `plan` [Hz]; shared or not."""
+    """Latencies [ms], with a leaf that is busy for `burn` [s] per tick, a plan at `plan` [Hz], optional sharing."""
     clock, catalog = WallClock(running=False), Catalog()
     sonar, wheels = Sonar(clock), Wheels(clock)
 
@@ -100,18 +101,18 @@ def measure(
         drive = mission.act("GoTo", goal="far")
         return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), [drive, Burn(burn)])
 
-    def prepare(stage: MockDevices) -> None:
-        stage.sensors["sonar"] = sonar
-        stage.actuators["wheels"].wrap(lambda device: wheels)
+    def prepare(devices: MockDevices) -> None:
+        devices.sensors["sonar"] = sonar
+        devices.actuators["wheels"].wrap(lambda device: wheels)
 
     rules = [catalog.find("rules", "avoid_collision").path]
-    mind = Controller(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
+    controller = Controller(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(Path(folder) / "run.mcap", RunHeader(scenario="reflex", seed=1, mode="threaded"))
         with SinkThread(recorder) as sink:
             robot = catalog.load_robot("pioneer_p3dx")
             agent, _ = mock_agent(
-                robot, mind, Runtime(clock, sink), rates=mock_rates(plan=plan), prepare=prepare, share=share
+                robot, controller, Runtime(clock, sink), rates=mock_rates(plan=plan), prepare=prepare, share=share
             )
             clock.start()
             with ThreadedRunner(agent, clock):
@@ -124,7 +125,7 @@ def measure(
 
 
 def cross(sonar: Sonar, wheels: Wheels, crossings: int) -> list[float]:
-    """Let something come near, at random phase, again and again."""
+    """Let an obstacle come near repeatedly at random phases."""
     phase, found = random.Random(1), []
     time.sleep(0.5)
     while len(found) < crossings:
@@ -132,7 +133,7 @@ def cross(sonar: Sonar, wheels: Wheels, crossings: int) -> list[float]:
         wheels.backs.clear()
         sonar.ahead = NEAR
         if not wheels.backs.wait(PATIENCE) or sonar.sampled is None or wheels.back is None:
-            raise RuntimeError(f"crossing {len(found)} has met with no reflex in {PATIENCE:g} s")
+            raise RuntimeError(f"crossing {len(found)} caused no reflex within {PATIENCE:g} s")
         found.append(1e3 * (wheels.back - sonar.sampled))
         sonar.ahead = FAR
         time.sleep(phase.uniform(0.15, 0.25))
@@ -154,5 +155,5 @@ def rows(what: str, found: list[float], judged: bool) -> list[Row]:
 
 def run() -> Iterator[Row]:
     """All rows."""
-    yield from rows("a leaf burns Python", measure(burn=1.9, plan=0.5), True)
+    yield from rows("busy leaf", measure(burn=1.9, plan=0.5), True)
     yield from rows("idle", measure(burn=0.0, plan=10.0), True)

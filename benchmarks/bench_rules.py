@@ -1,8 +1,8 @@
-"""Rules: 1 to 1000 of them on one snapshot, beside Python and C by hand and other engines; batches; compiling.
+"""Rules: 1 to 1000 rules on one snapshot, relative to hand-written Python and C and other engines; batches, compiling.
 
-In CPU time of one process, the evaluators in turn. Ours have hysteresis, hold, cooldown, priority and an answer to NaN;
-what they are compared with is stateless (rule_peers.py). Engines that are not installed (the extra `bench`) are left
-out, with the reason. Run it with `python benchmarks rules`.
+CPU time in one process, evaluators alternating. Our rules have hysteresis, hold, cooldown, priority and NaN handling;
+the others are stateless (rule_peers.py). Engines that are not installed (extra `bench`) are skipped with a message.
+Run it with `python benchmarks rules`.
 """
 
 from __future__ import annotations
@@ -33,8 +33,8 @@ from rocs_bt.units import SPEED as SPEED_UNIT
 
 ROUNDS, PERIOD = size(15, 1), 0.05
 COUNTS, FILE = size(((1, 10, 100, 1000), 1000), ((1, 10), 10))
-TILES, CHUNKS = size((100, 10), (1, 1))  # of 1000 recorded rows each
-PATIENCE = size(0.05, 0.0001)  # [s] CPU time that an evaluator may take in a round
+TILES, CHUNKS = size((100, 10), (1, 1))  # tiles of 1000 recorded rows
+PATIENCE = size(0.05, 0.0001)  # [s] CPU time of an evaluator per round
 ENVIRONMENT = Environment.packed(
     [
         Signal("range", peers.RANGES, (LENGTH,), bounds=(0.02, 30.0)),
@@ -54,7 +54,7 @@ def run() -> Iterator[Row]:
 
 
 def _snapshot(count: int, trace: Floats) -> Iterator[Row]:
-    """The whole rule set on one snapshot."""
+    """The complete rule set on one snapshot."""
     guards = peers.guards(count)
     table = lower_rules(_rules(guards).rules)
     evaluators = dict(_evaluators(guards, table))
@@ -83,7 +83,7 @@ def _evaluators(guards: list[Guard], table: RuleTable) -> Iterator[tuple[str, Ev
         try:
             yield name, make(guards)
         except ImportError as error:
-            print(f"  left out: {name}: {error}", file=sys.stderr)
+            print(f"  skipped: {name}: {error}", file=sys.stderr)
 
 
 def _backends() -> Iterator[Backend]:
@@ -91,11 +91,11 @@ def _backends() -> Iterator[Backend]:
     try:
         yield choose_backend("kernel")
     except InputError as error:
-        print(f"  left out: the kernel: {error}", file=sys.stderr)
+        print(f"  skipped: the kernel: {error}", file=sys.stderr)
 
 
 def _agree(evaluators: dict[str, Evaluator], trace: Floats) -> None:
-    """What is compared must do the same."""
+    """Check that all evaluators give the same answers."""
     for x in trace[::50]:
         answers = {name: peers.holding(step(x, 0.0)) for name, step in evaluators.items()}
         if len(set(answers.values())) > 1:
@@ -103,7 +103,7 @@ def _agree(evaluators: dict[str, Evaluator], trace: Floats) -> None:
 
 
 def _micros(evaluators: dict[str, Evaluator], trace: Floats) -> dict[str, float]:
-    """The median CPU time of a call, of rounds in which all take their turn [us]."""
+    """Median CPU time of a call [us], over rounds in which the evaluators alternate."""
     clocks = {name: itertools.count() for name in evaluators}
     x = np.empty(trace.shape[1])
     counts = {}
@@ -119,7 +119,7 @@ def _micros(evaluators: dict[str, Evaluator], trace: Floats) -> dict[str, float]
 
 
 def _round(step: Evaluator, rows: Floats, x: Floats, clock: Iterator[int]) -> float:
-    """The CPU time of a call, with that of the loop and of a copy into the snapshot [us]."""
+    """CPU time of a call [us], including the loop and a copy into the snapshot."""
     start = time.process_time_ns()
     for row, k in zip(rows, clock, strict=False):
         x[:] = row
@@ -128,7 +128,7 @@ def _round(step: Evaluator, rows: Floats, x: Floats, clock: Iterator[int]) -> fl
 
 
 def _copying(rows: Floats, x: Floats) -> float:
-    """That of the loop and the copy alone [us]; the cost of being called stays with the evaluators."""
+    """CPU time of the loop and the copy alone [us]; the call overhead stays with the evaluators."""
     start = time.process_time_ns()
     for row, _ in zip(rows, itertools.count(), strict=False):
         x[:] = row
@@ -136,7 +136,7 @@ def _copying(rows: Floats, x: Floats) -> float:
 
 
 def _batch(trace: Floats) -> Iterator[Row]:
-    """A million recorded rows, and a fleet, through 100 rules in the kernel."""
+    """100 rules in the kernel on a million recorded rows, and on a fleet."""
     table = lower_rules(_rules(peers.guards(100)).rules)
     chunk = np.tile(np.concatenate([trace, trace[::-1]]), (TILES, 1))
     times = np.arange(len(chunk)) * PERIOD
@@ -155,7 +155,7 @@ def _batch(trace: Floats) -> Iterator[Row]:
 
 
 def _compile() -> Iterator[Row]:
-    """From typed trees to what a back end runs; and from the file."""
+    """Compile typed rules for each back end; read and type them from their file."""
     rules = _rules(peers.guards(FILE)).rules
     took = {b.name: 1e3 * _median(functools.partial(_compiled, b, rules)) for b in _backends()}
     for name, value in took.items():
@@ -170,7 +170,7 @@ def _compiled(backend: Backend, rules: Sequence[Rule]) -> None:
 
 
 def _median(call: Callable[[], object], rounds: int = 7) -> float:
-    """The median CPU time of a call [s]."""
+    """Median CPU time of a call [s]."""
     times = []
     for _ in range(rounds):
         start = time.process_time()

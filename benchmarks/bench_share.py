@@ -1,8 +1,8 @@
-"""What sharing costs, and how fast knowledge travels between processes on this host.
+"""Cost of knowledge sharing, and its latency and throughput between processes on this host.
 
-Run it with `python benchmarks share`, or all benchmarks with `make bench`. Each peer is a process of its own,
-on zenoh over loopback; with 20 of them a small machine measures its scheduler too. Loro and pycrdt, where installed,
-hold the same writes beside our replica.
+Run it with `python benchmarks share`, or all benchmarks with `make bench`. Each peer is a process, connected by zenoh
+over loopback; with 20 peers a small machine also measures its scheduler. loro and pycrdt, if installed, store the
+same writes for comparison.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import LocalNetwork, Replica, Scope, Sharing
 
 PEERS = size((2, 5, 20), (2,))
-WRITES = size(200, 3)  # for the latency
-SECONDS = size(4.0, 0.1)  # for the throughput
+WRITES = size(200, 3)  # writes of the latency test
+SECONDS = size(4.0, 0.1)  # duration of the throughput test
 BATCH = 50
 HOUR = size(20 * 5 * 3600, 100)  # writes of five values at 20 Hz in an hour
 CALLS, BUSY, REPEATS = size((5000, 200, 5), (5, 2, 1))
@@ -44,7 +44,7 @@ def run() -> Iterator[Row]:
 
 
 def _costs() -> list[Row]:
-    alone, shared = _mind("R0", None), _mind("R0", LocalNetwork())
+    alone, shared = _peer("R0", None), _peer("R0", LocalNetwork())
     graph = shared[0].graph
     values = iter(range(10**9))
     bare = _micros(lambda: alone[0].graph.set("box", radius=float(next(values))))
@@ -66,15 +66,13 @@ def _costs() -> list[Row]:
         graph.add(f"box {i}", "object")
     writes = _micros(lambda: [graph.set(f"box {i}", radius=float(next(values))) for i in range(BATCH)], BUSY)
     return [
-        Row(
-            "a write of the graph that is shared: on the writer's thread", heard, "us", "one that is not", heard / bare
-        ),
-        Row("a turn of sharing with nothing new", _micros(turn), "us"),
-        Row(f"a turn that tells {BATCH} changes, for each of them", (_micros(busy, BUSY) - writes) / BATCH, "us"),
+        Row("write to a shared graph, writer's thread", heard, "us", "unshared graph", heard / bare),
+        Row("sharing cycle without changes", _micros(turn), "us"),
+        Row(f"sharing cycle with {BATCH} changes, per change", (_micros(busy, BUSY) - writes) / BATCH, "us"),
     ]
 
 
-def _mind(name: str, network: LocalNetwork | None) -> tuple[Knowledge, Sharing | None]:
+def _peer(name: str, network: LocalNetwork | None) -> tuple[Knowledge, Sharing | None]:
     clock = SimulatedClock(0.05)
     knowledge = Knowledge(name, clock, NullSink())
     knowledge.signals.freeze()
@@ -95,14 +93,14 @@ def _sharing(knowledge: Knowledge, network: object) -> Sharing:
 
 
 def _stores() -> list[Row]:
-    """An hour of five values at 20 Hz: what it takes, and what a late joiner is sent."""
+    """One hour of five values at 20 Hz: cost per write, and data sent to a late joiner."""
     values = [[float(i), 2.0, 3.0] for i in range(1000)]
     replica = Replica("R0#1", time.time)
     keys = [(f"R{i}", "peer", "pose") for i in range(5)]
     ours = _each(HOUR, lambda i: replica.write(keys[i % 5], values[i % 1000], 0.0))
     rows = [
-        Row("an hour of five values at 20 Hz, replica: each write", ours, "us"),
-        Row("the same: what a late joiner is sent", sum(len(repr(e)) for e in replica.missing({})), "bytes"),
+        Row("an hour of five values at 20 Hz, replica: per write", ours, "us"),
+        Row("the same: data sent to a late joiner", sum(len(repr(e)) for e in replica.missing({})), "bytes"),
     ]
     try:
         import loro
@@ -117,7 +115,7 @@ def _stores() -> list[Row]:
 
         each = _each(HOUR, write)
         size = len(document.export(loro.ExportMode.Snapshot()))
-        rows += [Row("the same, loro: each write", each, "us"), Row("the same, loro: snapshot", size, "bytes")]
+        rows += [Row("the same, loro: per write", each, "us"), Row("the same, loro: snapshot", size, "bytes")]
     except ModuleNotFoundError:
         pass
     try:
@@ -131,7 +129,7 @@ def _stores() -> list[Row]:
 
         each = _each(HOUR, put)
         rows += [
-            Row("the same, pycrdt: each write", each, "us"),
+            Row("the same, pycrdt: per write", each, "us"),
             Row("the same, pycrdt: update", len(shared.get_update()), "bytes"),
         ]
     except ModuleNotFoundError:
@@ -170,23 +168,23 @@ def _travel(count: int) -> list[Row]:
     ]  # fmt: skip
     try:
         for worker in workers:
-            _heard(worker)
-        while any(_ask(worker, "peers") != count - 1 for worker in workers):
+            _receive(worker)
+        while any(_query(worker, "peers") != count - 1 for worker in workers):
             time.sleep(0.2)
-        _ask(workers[0], "write")
-        delays = sorted(delay for worker in workers[1:] for delay in _ask(worker, "delays"))
+        _query(workers[0], "write")
+        delays = sorted(delay for worker in workers[1:] for delay in _query(worker, "delays"))
         for worker in workers:
-            _tell(worker, "race")
-        told = [_heard(worker) for worker in workers]
+            _send(worker, "race")
+        rates = [_receive(worker) for worker in workers]
     finally:
         for worker in workers:
             worker.stdin.close()
             worker.wait(30)
-    name = f"{count} peers, each a process:"
+    name = f"{count} peer processes:"
     return [
-        Row(f"{name} a write is known to another, p50", delays[len(delays) // 2] * 1e3, "ms"),
-        Row(f"{name} the same, p99", delays[int(len(delays) * 0.99)] * 1e3, "ms"),
-        Row(f"{name} all write at once, acknowledged by all", sum(told), "writes/s"),
+        Row(f"{name} latency of a write, p50", delays[len(delays) // 2] * 1e3, "ms"),
+        Row(f"{name} latency of a write, p99", delays[int(len(delays) * 0.99)] * 1e3, "ms"),
+        Row(f"{name} all write, acknowledged by all", sum(rates), "writes/s"),
     ]
 
 
@@ -200,24 +198,24 @@ def _addresses(count: int) -> list[str]:
     return found
 
 
-def _tell(worker: subprocess.Popen[str], word: str) -> None:
+def _send(worker: subprocess.Popen[str], word: str) -> None:
     assert worker.stdin is not None
     worker.stdin.write(word + "\n")
     worker.stdin.flush()
 
 
-def _heard(worker: subprocess.Popen[str]) -> object:
+def _receive(worker: subprocess.Popen[str]) -> object:
     assert worker.stdout is not None
     return json.loads(worker.stdout.readline())
 
 
-def _ask(worker: subprocess.Popen[str], word: str) -> object:
-    _tell(worker, word)
-    return _heard(worker)
+def _query(worker: subprocess.Popen[str], word: str) -> object:
+    _send(worker, word)
+    return _receive(worker)
 
 
-def _work(name: str, listen: str, *peers: str) -> None:
-    """A peer: takes a word a line, answers with a line of JSON."""
+def _run_peer(name: str, listen: str, *peers: str) -> None:
+    """Peer process: reads one command per line and answers with one line of JSON."""
     from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
 
     sys.setswitchinterval(0.0005)
@@ -227,7 +225,7 @@ def _work(name: str, listen: str, *peers: str) -> None:
     graph = knowledge.graph
     sharing = _sharing(knowledge, ZenohNetwork(listen, [p for p in peers if p != listen]))
     delays: list[float] = []
-    # What was written is the time of the host, which all processes share.
+    # The written value is the host's time, which all processes share.
     graph.subscribe(lambda c: delays.append(time.time() - c.value) if c.name == "radius" else None, node="clock")
 
     def share() -> None:
@@ -275,4 +273,4 @@ def _race(name: str, graph: object, sharing: Sharing) -> float:
 
 
 if __name__ == "__main__":
-    _work(*sys.argv[1:])
+    _run_peer(*sys.argv[1:])

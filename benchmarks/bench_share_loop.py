@@ -1,8 +1,8 @@
-"""What sharing costs who acts: the loop in lockstep, and the reflex while another process floods.
+"""Cost of sharing for the control loop: the loop in lockstep, and reflex latency while another process floods.
 
-Run it with `python benchmarks share_loop`, or all benchmarks with `make bench`. The reflex is that of
-bench_reflex. The flood comes over zenoh on loopback from a process that sends as fast as it can: messages,
-questions for all that is known, writes that are refused, and frames that nobody sealed.
+Run it with `python benchmarks share_loop`, or all benchmarks with `make bench`. The reflex is that of bench_reflex. The
+flood comes over zenoh on loopback from a process that sends as fast as it can: messages, requests for all knowledge,
+writes that are refused, and unauthenticated frames.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from rocs_bt.knowledge.share.wire import Delta, Request, TextMessage, encode
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
 
 SEEDS = size((1, 2, 3), (1,))
-SECONDS = size(20.0, 0.5)  # of simulated time
+SECONDS = size(20.0, 0.5)  # simulated time
 CROSSINGS = size(60, 1)
 
 
@@ -44,7 +44,7 @@ def run() -> Iterator[Row]:
 
 
 def _lockstep() -> list[Row]:
-    """EXP3, where both robots see each other, so that they do the same things whether they share or not."""
+    """EXP3: both robots see each other, so that they behave the same with and without sharing."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "scenarios").mkdir()
         for name, table in (("alone", ""), ("together", '[share]\nkinds = ["peer"]\n')):
@@ -63,15 +63,15 @@ def _lockstep() -> list[Row]:
             f"{name}: CPU time with sharing",
             statistics.median(ratios),
             "x",
-            "the same without",
+            "without sharing",
             statistics.median(ratios),
         ),
-        Row(f"{name}: of it in turns of sharing, both robots together", statistics.median(shares), "%"),
+        Row(f"{name}: share of sharing cycles, both robots", statistics.median(shares), "%"),
     ]
 
 
 def _cpu(catalog: Catalog, scenario: str, seed: int) -> tuple[float, float]:
-    """CPU time of a run and of its turns of sharing [s]."""
+    """CPU time of a run and of its sharing cycles [s]."""
     turns, turn = [0.0], Sharing.run
 
     def timed(sharing: Sharing, t: float) -> None:
@@ -94,10 +94,10 @@ def _cpu(catalog: Catalog, scenario: str, seed: int) -> tuple[float, float]:
 def _reflex() -> Iterator[Row]:
     counts: Mapping[str, int] = {}
     for what, goal in (
-        ("shares nothing", None),
-        ("shares nothing, another process burns", "burn"),
-        ("shares, another process burns", "beside"),
-        ("shares, another process floods it", "flood"),
+        ("no sharing", None),
+        ("no sharing, another process is busy", "burn"),
+        ("sharing, another process is busy", "beside"),
+        ("sharing, another process floods it", "flood"),
     ):
         here, there = _addresses(2)
         sharing: list[Sharing] = []
@@ -109,8 +109,8 @@ def _reflex() -> Iterator[Row]:
         yield Row(f"{name}: p99", found[math.ceil(0.99 * len(found)) - 1], "ms")
         counts = sharing[0].counts.as_dict() if sharing else counts
     bad = sum(counts[reason] for reason in ("oversized", "unauthenticated", "malformed", "flooded", "refused"))
-    yield Row("frames of the flood that came", counts["frames"], "")
-    yield Row("turned away", bad, "")
+    yield Row("received frames of the flood", counts["frames"], "")
+    yield Row("rejected", bad, "")
 
 
 def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
@@ -125,7 +125,7 @@ def _join(listen: str, found: list[Sharing]) -> Callable[[Knowledge], Sharing]:
 
 @contextmanager
 def _other(what: str | None, listen: str, peer: str) -> Iterator[None]:
-    """Another process meanwhile, which burns Python beside or floods."""
+    """A second process during the block, which keeps a core busy or floods."""
     if what is None:
         yield
         return
@@ -138,7 +138,7 @@ def _other(what: str | None, listen: str, peer: str) -> Iterator[None]:
 
 
 def _flood(what: str, listen: str, peer: str) -> None:
-    """Make frames for ever, and send them where that is wanted."""
+    """Create frames endlessly, and send them if wanted."""
     network = ZenohNetwork(listen, [peer] if what == "flood" else [])
     origin = f"M#{os.urandom(8).hex()}"
     link = network.join(origin, lambda frame: None, lambda peer: None)

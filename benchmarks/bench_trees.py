@@ -1,9 +1,9 @@
-"""What a tick costs, beside BehaviorTree.CPP (behaviortreepy) and stock py_trees in the same process, in CPU time.
+"""Cost of a tick, relative to BehaviorTree.CPP (behaviortreepy) and stock py_trees in the same process, in CPU time.
 
-Run it with `python benchmarks trees`, or all benchmarks with `make bench`. The C++ engine is measured twice,
-ticked from Python and turning round in a Repeat of its own; the faster one counts. py_trees is ticked by `tick_once`,
-which is faster than its BehaviourTree. Rounds are interleaved, and the fastest one of each counts: what else runs on
-the machine only adds.
+Run it with `python benchmarks trees`, or all benchmarks with `make bench`. The C++ engine is measured twice, ticked
+from Python and looping in its own Repeat node; the faster figure counts. py_trees is ticked by `tick_once`, which is
+faster than its BehaviourTree. Rounds are interleaved, and the fastest round of each counts, since other load only adds
+time.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ except ImportError:
 
 ROUNDS = size(15, 1)
 ROUND = size(1e7, 1e4)  # [ns] CPU time of a round
-TIMES = size(20, 1)  # calls that find out how many fill a round
+TIMES = size(20, 1)  # calls that estimate the number of calls per round
 
 
 KEYS = {"x": 5.0, "y": 0.0, "z": 0.0, "u": 0.0, "t": "some"}
-"""The board of all trees."""
+"""Blackboard of all trees."""
 
 
 def run() -> Iterator[Row]:
@@ -39,7 +39,7 @@ def run() -> Iterator[Row]:
 
 
 def measured(shape: Shape) -> list[Row]:
-    """A shape's rows: beside C++, and beside py_trees."""
+    """Rows of a shape: relative to C++ and to py_trees."""
     tree = Tree(shape.ours(), clock=SimulatedClock(0.1))
     tree.board.update(KEYS)
     contestants: dict[str, Callable[[], float]] = {"ours": timed(tree.tick)}
@@ -70,7 +70,7 @@ def interleaved(contestants: Mapping[str, Callable[[], float]]) -> dict[str, lis
 
 
 def timed(call: Callable[[], object]) -> Callable[[], float]:
-    """One round: the CPU time of a call, the empty loop included [us]."""
+    """Function that measures one round: CPU time of a call, including the loop [us]."""
     call()
     start = time.process_time_ns()
     for _ in range(TIMES):
@@ -87,7 +87,7 @@ def timed(call: Callable[[], object]) -> Callable[[], float]:
 
 
 def cpp(shape: Shape) -> dict[str, Callable[[], float]]:
-    """The C++ engine, called from Python, and alone in a Repeat for trees that end."""
+    """The C++ engine called from Python, and looping in its own Repeat for trees that end."""
     called = theirs(shape.xml()).tick_exactly_once
     found = {"C++ called": timed(called)}
     if "Sleep" not in shape.xml():
@@ -96,7 +96,7 @@ def cpp(shape: Shape) -> dict[str, Callable[[], float]]:
 
         def once() -> float:
             start = time.process_time_ns()
-            alone()  # Repeat wakes the tree after each round, so this is all of them
+            alone()  # Repeat wakes the tree after each cycle, so one call runs all cycles
             return (time.process_time_ns() - start) / rounds / 1e3
 
         found["C++ alone"] = once
@@ -115,4 +115,4 @@ def theirs(xml: str) -> behaviortreepy.Tree:
 
 
 KEPT: list[object] = []
-"""Factories, which their trees need."""
+"""Factories, kept alive for their trees."""

@@ -1,4 +1,4 @@
-"""What the follower is measured against: the reference problem's path and plant, pure pursuit, and an IPOPT NLP."""
+"""Baselines of the follower benchmark: the reference problem's path and plant, pure pursuit, and an IPOPT NLP."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ START = Pose2(0.25, 0.25, 0.3)
 
 
 def corners() -> np.ndarray:
-    """A lemniscate of half-width 1.25 m, a straight, a right-angled corner, a straight [m]."""
+    """Reference path: a lemniscate of half-width 1.25 m, a straight, a right-angled corner, a straight [m]."""
     t = np.linspace(0.0, 2.0 * np.pi, 2000)
     loop = 1.25 * np.column_stack([np.sin(t), np.sin(t) * np.cos(t)])
     onward, left = np.array([1.0, 1.0]) / math.sqrt(2.0), np.array([-1.0, 1.0]) / math.sqrt(2.0)
@@ -29,7 +29,7 @@ def corners() -> np.ndarray:
 
 
 def distance_to(line: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Exact distances [m] of points (k, 2) from a polyline (m, 2), cell by cell."""
+    """Exact distances [m] of points (k, 2) from a polyline (m, 2), segment by segment."""
     a, d = line[:-1], np.diff(line, axis=0)
     keep = (d**2).sum(axis=1) > 0.0
     a, d = a[keep], d[keep]
@@ -41,7 +41,7 @@ def distance_to(line: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 class Plant:
-    """40 ms wheel lag, 3 % yaw slip, and a command that is clipped to the wheels' limits. Not the follower's model."""
+    """Plant with 40 ms wheel lag, 3 % yaw slip, commands clipped to the wheels' limits; not the follower's model."""
 
     def __init__(self) -> None:
         self.pose, self.wheels, self.command = START, np.zeros(2), np.zeros(2)
@@ -63,13 +63,13 @@ class Plant:
 
 
 def anchored() -> PathReference:
-    """The reference that both optimisers follow: the path at 0.7 m/s, begun anew each tick."""
+    """Reference of both optimisers: the path at 0.7 m/s, sampled again each tick."""
     path = Path(corners())
     return PathReference(path, speed_profile(path, DRIVE, cruise=CRUISE))
 
 
 class PurePursuit:
-    """Coulter, Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992."""
+    """Pure pursuit (Coulter, Implementation of the pure pursuit path tracking algorithm, CMU-RI-TR-92-01, 1992)."""
 
     def __init__(self, look_ahead: float) -> None:
         self.path, self.look_ahead, self.s = Path(corners()), look_ahead, 0.0
@@ -87,7 +87,7 @@ class Nlp:
     """The same cost, model and limits as a nonlinear program over all 20 stages, solved by IPOPT each tick.
 
     Args:
-        tuned: Warm-started, 15 iterations at most, tolerance 1e-3, no second-order surprises; else the defaults.
+        tuned: Whether to use a warm start, at most 15 iterations and a tolerance of 1e-3, instead of the defaults.
     """
 
     def __init__(self, tuned: bool) -> None:
@@ -128,7 +128,7 @@ class Nlp:
         return 0.5 * (wheels[0] + wheels[1]), (wheels[1] - wheels[0]) / 0.33
 
     def prepare(self, pose: Pose2, command: np.ndarray) -> np.ndarray:
-        """The parameters of the coming solve; not part of the time, as for the follower."""
+        """Parameters of the next solve; not timed, as for the follower."""
         stages = self.reference.sample(pose, DRIVE.twist(command), self._times, 0.0).stages
         wanted = np.column_stack([stages[:, :3], stages[:, 3:] @ DRIVE.q_from_twist.T])
         return np.concatenate([pose, command, wanted.ravel()])

@@ -1,4 +1,4 @@
-"""The same world of 10,000 objects for the knowledge graph, for raw networkx and for rdflib."""
+"""A world of 10,000 objects for the knowledge graph, for raw networkx and for rdflib."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ COUNT, NEIGHBOURS, SIDE = (
     size(10_000, 200),
     3,
     100.0,
-)  # objects, edges from each, side of the square that they stand in [m]
-HERE = (50.0, 50.0)  # where the robot is [m]
+)  # number of objects, edges per object, side of their square [m]
+HERE = (50.0, 50.0)  # position of the robot [m]
 
 
 def objects() -> Iterator[tuple[str, dict[str, Any]]]:
-    """Names and attributes, always the same."""
+    """Names and attributes, from a fixed seed."""
     draw = random.Random(1)
     for i in range(COUNT):
         pose = Pose2(draw.uniform(0.0, SIDE), draw.uniform(0.0, SIDE))
@@ -34,7 +34,7 @@ def objects() -> Iterator[tuple[str, dict[str, Any]]]:
 
 
 def edges() -> Iterator[tuple[str, str]]:
-    """Which object is near which, always the same."""
+    """Pairs of objects with a `near` edge, from a fixed seed."""
     draw = random.Random(2)
     for i in range(COUNT):
         for j in draw.sample(range(COUNT), NEIGHBOURS):
@@ -65,7 +65,7 @@ def raw() -> networkx.MultiDiGraph:
 
 
 class Rdf:
-    """The world in rdflib; what each question is in SPARQL, prepared."""
+    """The world in rdflib, with prepared SPARQL queries."""
 
     def __init__(self) -> None:
         from rdflib import Graph, Literal, Namespace
@@ -94,12 +94,12 @@ class Rdf:
         self._prepared = {key: prepareQuery(text, initNs=spaces) for key, text in texts.items()}
 
     def ask(self, question: str, **bound: str) -> list[Any]:
-        """The answers to one of the questions."""
+        """Results of one of the queries."""
         bindings = {key: self.name[value] for key, value in bound.items()}
         return list(self.graph.query(self._prepared[question], initBindings=bindings))
 
     def copy(self) -> Any:
-        """Another graph of the same triples."""
+        """Copy of the graph."""
         from rdflib import Graph
 
         made = Graph()
@@ -108,18 +108,18 @@ class Rdf:
         return made
 
     def read(self) -> Any:
-        """One attribute."""
+        """Read one attribute."""
         return self.graph.value(self.name["o1"], self.name["radius"]).value
 
     def write(self, value: float) -> None:
-        """One attribute."""
+        """Write one attribute."""
         from rdflib import Literal
 
         self.graph.set((self.name["o1"], self.name["radius"], Literal(value)))
 
 
 def nearest(graph: networkx.MultiDiGraph) -> str:
-    """The nearest object, by looking at all."""
+    """Nearest object, by linear search."""
     x, y = HERE
     return min(
         graph.nodes, key=lambda name: math.hypot(graph.nodes[name]["pose"].x - x, graph.nodes[name]["pose"].y - y)

@@ -1,9 +1,8 @@
-"""CPU time of an episode's loop, told apart from what else the machine did meanwhile.
+"""CPU time of an episode's loop, separated from disturbances of the machine.
 
-A run repeats to the bit, so the same period of the same seed is the same work each time. A shared machine stops for
-tenths of a second here and there, and charges that to whoever ran; it seldom does so in the same period twice. The
-loop's time is therefore the sum, over its periods, of each period's median over several plays. What belongs to a
-period falls into it in each play.
+A run repeats bit by bit, so the same period of the same seed is the same work each time. A shared machine pauses for
+tenths of a second now and then and charges that time to the running process, but rarely in the same period twice. The
+loop's time is therefore the sum, over its periods, of each period's median over several plays.
 """
 
 from __future__ import annotations
@@ -20,14 +19,14 @@ PLAYS = size(5, 2)
 
 
 def clocked(play: Callable[[Callable[[float], None]], str]) -> list[float]:
-    """CPU time of each period [s], by index, over `PLAYS` plays.
+    """CPU time of each period [s], by index, from `PLAYS` plays.
 
     Args:
-        play: Plays the loop once, calls what it is given at each period with the simulated time, and returns the
-            trajectory's hash.
+        play: Function that plays the loop once, calls its argument at each period with the simulated time, and returns
+            the trajectory's hash.
 
     Raises:
-        RuntimeError: Two plays came to different trajectories: they were not the same work.
+        RuntimeError: Two plays gave different trajectories, so they were not the same work.
     """
     plays, hashes = [], set()
     for _ in range(PLAYS):
@@ -40,5 +39,5 @@ def clocked(play: Callable[[Callable[[float], None]], str]) -> list[float]:
         hashes.add(play(tick))
         plays.append([after - before for before, after in pairwise(ticks)])
     if len(hashes) > 1:
-        raise RuntimeError("Plays of one seed came to different trajectories; their times mean nothing.")
+        raise RuntimeError("Plays of one seed gave different trajectories, so their times are not comparable.")
     return [statistics.median(same) for same in zip(*plays, strict=True)]

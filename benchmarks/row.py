@@ -1,4 +1,4 @@
-"""What every benchmark shares: the row that it yields, and its size."""
+"""Row type and size selection of all benchmarks."""
 
 from __future__ import annotations
 
@@ -7,33 +7,33 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 QUICK = "ROCS_BT_BENCH_QUICK"
-"""Environment variable that makes every size the quick one; `python benchmarks --quick` sets it."""
+"""Environment variable that selects the quick sizes; `python benchmarks --quick` sets it."""
 
 T = TypeVar("T")
 
 
 def size(full: T, quick: T) -> T:
-    """A benchmark's size, such as its rounds, seeds or nodes.
+    """Size of a benchmark, such as rounds, seeds or nodes.
 
     Args:
-        full: Size that gives a figure worth reading.
-        quick: Smallest size that still runs every line. Its figures mean nothing.
+        full: Size for meaningful figures.
+        quick: Smallest size that executes every line; its figures are meaningless.
     """
     return quick if os.environ.get(QUICK) else full
 
 
 @dataclass(frozen=True)
 class Row:
-    """A line of `make bench`; every `bench_*.py` has a function `run` that yields its rows as they are known.
+    """One output line of `make bench`. The function `run` of every `bench_*.py` yields rows.
 
     Attributes:
         name: Name of the measured quantity.
         value: Figure.
         unit: Unit of the figure.
-        baseline: Name of what `ratio` is relative to; empty for none.
+        baseline: Name of the baseline of `ratio`; empty for none.
         ratio: Ratio of the figure to the baseline's, measured in the same process.
-        budget: Budget of docs/architecture.md, in words; empty for none.
-        holds: Whether the figure keeps to the budget; None without one.
+        budget: Budget of docs/architecture.md as text; empty for none.
+        holds: Whether the figure meets the budget; None without a budget.
     """
 
     name: str

@@ -1,9 +1,9 @@
-"""What rules are measured against: the same guards by hand, in Python and in C, and in other people's engines.
+"""Baselines of the rules benchmark: the same guards hand-written in Python and C, and in other engines.
 
-Rule k is `speed > 0.1 and min(range[a:a + 8]) < threshold` over 64 ranges. By hand and in the other engines that is all
-there is: no hysteresis, no timers, no cooldown, no answer to NaN. Each evaluator is a function of (snapshot, time) that
-gives the guards that hold, or how many do. Where an engine has no `min` it gets a chain of eight `or`; CLIPS,
-which matches facts, is given the minima ready-made, in its favour.
+Rule k is `speed > 0.1 and min(range[a:a + 8]) < threshold` over 64 ranges. The baselines have no hysteresis, timers,
+cooldown or NaN handling. Each evaluator is a function of (snapshot, time) that returns the guards that hold, or their
+number. Engines without `min` get a chain of eight `or`; CLIPS, which matches facts, gets precomputed minima, in its
+favour.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-RANGES, WIDTH, SPEED = 64, 8, 64  # how many ranges, how many a rule looks at, where the speed stands
-MINIMA = SPEED + 1  # where the ready-made minima begin
+RANGES, WIDTH, SPEED = 64, 8, 64  # number of ranges, ranges per rule, column of the speed
+MINIMA = SPEED + 1  # first column of the precomputed minima
 ROOT = Path(__file__).resolve().parents[1]
 Floats = np.ndarray
 Evaluator = Callable[[Floats, float], Any]
@@ -36,7 +36,7 @@ class Guard:
 
 
 def guards(count: int) -> list[Guard]:
-    """As many guards, always the same."""
+    """Guards from a fixed seed."""
     draw = random.Random(count)
     return [Guard(draw.randrange(RANGES - WIDTH + 1), round(0.3 + 0.4 * k / count, 6)) for k in range(count)]
 
@@ -53,7 +53,7 @@ def trace(rows: int) -> Floats:
 
 
 def python_by_hand(wanted: list[Guard]) -> Evaluator:
-    """A person's Python."""
+    """Hand-written Python."""
     lines = [f"        speed > 0.1 and min(v[{g.first}:{g.first + WIDTH}]) < {g.threshold}," for g in wanted]
     source = ["def step(x, t):", "    v = x.tolist()", f"    speed = v[{SPEED}]", "    return [", *lines, "    ]"]
     names: dict[str, Any] = {}
@@ -63,7 +63,7 @@ def python_by_hand(wanted: list[Guard]) -> Evaluator:
 
 
 def c_by_hand(wanted: list[Guard]) -> Evaluator:
-    """A person's C in an extension module, which keeps which guards hold and gives how many do.
+    """Hand-written C in an extension module, which stores the guards that hold and returns their number.
 
     Raises:
         ImportError: There is no C compiler.
@@ -85,7 +85,7 @@ def c_by_hand(wanted: list[Guard]) -> Evaluator:
 
 
 def evalidate(wanted: list[Guard]) -> Evaluator:
-    """A compiled expression a rule, run as its manual advises for speed."""
+    """One compiled expression per rule, evaluated as its manual advises for speed."""
     from evalidate import Expr
 
     codes, names = [Expr(_chain(g)).code for g in wanted], _names()
@@ -98,7 +98,7 @@ def evalidate(wanted: list[Guard]) -> Evaluator:
 
 
 def rule_engine(wanted: list[Guard]) -> Evaluator:
-    """A rule object a rule."""
+    """One rule object per rule."""
     from rule_engine import Rule
 
     rules, names = [Rule(_chain(g)) for g in wanted], _names()
@@ -111,7 +111,7 @@ def rule_engine(wanted: list[Guard]) -> Evaluator:
 
 
 def clips(wanted: list[Guard]) -> Evaluator:
-    """CLIPS: one fact a snapshot, retracted, asserted, run."""
+    """CLIPS: one fact per snapshot: retract, assert, run."""
     import clips as engine
 
     environment = engine.Environment()
@@ -140,7 +140,7 @@ PEERS: dict[str, Callable[[list[Guard]], Evaluator]] = {
 
 
 def holding(answer: list[bool] | int) -> int:
-    """How many guards hold, from what an evaluator gives."""
+    """Number of guards that hold, from an evaluator's answer."""
     return answer if isinstance(answer, int) else sum(answer)
 
 
@@ -164,7 +164,7 @@ def _module(spec: Any) -> ModuleType:
 
 
 def rule_file(wanted: Iterable[Guard]) -> str:
-    """The guards as a rule file, with all that a rule can have: hysteresis, hold, cooldown, policy, priority."""
+    """The guards as a rule file with all features: hysteresis, hold, cooldown, policy, priority."""
     rules = [
         f"""
 [rule.R{k}]
@@ -189,7 +189,7 @@ _C = """
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
-unsigned char fired[@RULES@]; /* for others to see, so that it must be written */
+unsigned char fired[@RULES@]; /* visible to others, so that the compiler must write it */
 
 static double least(const double *v) {
     double m = v[0];

@@ -1,4 +1,4 @@
-"""Trees that `bench_trees` ticks: flat, deep, and with scripts."""
+"""Trees for `bench_trees`: flat, deep, and with scripts."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Shape:
         return f"<{self.tag}{attributes}>{''.join(c.xml() for c in self.children)}</{self.tag}>"
 
     def stock(self) -> Behaviour | None:
-        """The tree in py_trees; None where py_trees has no such nodes."""
+        """The tree in py_trees; None if py_trees lacks one of its nodes."""
         children = [c.stock() for c in self.children]
         make = _STOCK.get(self.tag)
         if make is None or None in children or any(name.startswith("_") for name in self.attributes):
@@ -82,7 +82,7 @@ def flat() -> Iterator[Shape]:
 
 
 def deep() -> Iterator[Shape]:
-    """Chains of 10 and 100 of each control and decorator, over a leaf that runs and over one that ends."""
+    """Chains of 10 and 100 of each control and decorator, over a running leaf and over one that ends."""
     chains: list[tuple[str, dict[str, str], list[Shape]]] = [
         ("Sequence", {}, []),
         ("Fallback", {}, []),
@@ -107,7 +107,7 @@ def deep() -> Iterator[Shape]:
 
 
 def chain(tag: str, count: int, state: str, leaf: Shape, attributes: dict[str, str], first: list[Shape]) -> Shape:
-    """A node in a node, and so on, over a leaf; each with the same children before it."""
+    """A chain of nested nodes over a leaf; each node also has the same first children."""
     name = f"chain of {count} {tag} over a leaf {state}"
     for _ in range(count):
         leaf = Shape(name, tag, *first, leaf, budget=2.0, **attributes)

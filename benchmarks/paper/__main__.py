@@ -1,6 +1,6 @@
-"""`python -m benchmarks.paper`: EXP1 to EXP3 over many seeds, as figures beside what the paper reports.
+"""`python -m benchmarks.paper`: EXP1 to EXP3 over many seeds, with figures next to the paper's results.
 
-It draws the counterparts of the paper's Figures 5b, 7b, 8 and 9a to 9e, each as SVG, PDF and PNG, and a page.
+Draws the counterparts of the paper's Figures 5b, 7b, 8 and 9a to 9e as SVG, PDF and PNG, and an HTML page.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from .experiments import EXPERIMENTS, make_paper
 
 
 def main(words: Sequence[str] | None = None) -> int:
-    """Run the experiments, write figures and page, and print where they are."""
+    """Run the experiments, write figures and page, and print their location."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=__doc__)
     parser.add_argument("--seeds", type=int, default=50, help="runs of each experiment, at least 2")
-    parser.add_argument("--out", type=Path, default=Path("runs/paper"), help="where to write")
-    parser.add_argument("--processes", type=int, default=2, help="runs at once")
+    parser.add_argument("--out", type=Path, default=Path("runs/paper"), help="output folder")
+    parser.add_argument("--processes", type=int, default=2, help="number of parallel runs")
     given = parser.parse_args(words)
     if given.seeds < 2 or given.processes < 1:
         parser.error("--seeds must be at least 2, and --processes at least 1")

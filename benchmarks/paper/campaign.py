@@ -1,4 +1,4 @@
-"""A campaign: one scenario over many seeds, each with its whole summary; to compare planners, see `sweep`."""
+"""Campaign: one scenario over many seeds with complete summaries; to compare planners, see `sweep`."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from rocs_bt.simulation import RECORDING, SUMMARY
 
 @dataclass(frozen=True)
 class Job:
-    """One episode to be played, in lockstep.
+    """One episode to be played in lockstep.
 
     Attributes:
-        scenario: A scenario's name or file.
-        seed: Its seed.
-        out: A folder for its summary.json; None writes nothing.
-        record: Whether run.mcap is written there too.
-        rules: The rule files of every agent, in place of the scenario's.
-        parameters: More parameters of every agent's mission, as a scenario writes them.
-        project: The project in which content is found; None for shipped content.
+        scenario: Name or file of a scenario.
+        seed: Seed of the episode.
+        out: Folder for its summary.json; None to write nothing.
+        record: Whether to write run.mcap there too.
+        rules: Rule files of every agent, instead of the scenario's.
+        parameters: Additional parameters of every agent's mission, as in a scenario file.
+        project: Project that contains the content; None for shipped content.
     """
 
     scenario: str
@@ -41,10 +41,10 @@ class Job:
 
 
 def play(job: Job) -> Summary:
-    """Play one episode; gives its summary.
+    """Play one episode and return its summary.
 
     Raises:
-        InputError: Something in the content is wrong.
+        InputError: Content is invalid.
         RocsError: The engine failed.
     """
     catalog = _catalog(job.project)
@@ -61,7 +61,7 @@ def play(job: Job) -> Summary:
     result = run(scenario, catalog, seed=job.seed, out=job.out if job.record else None, report=False)
     if job.out is not None and not job.record:
         job.out.mkdir(parents=True, exist_ok=True)
-        (job.out / RECORDING).unlink(missing_ok=True)  # of an earlier run, which this summary is not of
+        (job.out / RECORDING).unlink(missing_ok=True)  # a recording of an earlier run would not match the summary
         (job.out / SUMMARY).write_text(result.summary.to_json(), encoding="utf-8")
     return result.summary
 
@@ -69,15 +69,15 @@ def play(job: Job) -> Summary:
 def play_all(
     jobs: Iterable[Job], *, processes: int = 2, progress: Callable[[float], None] = lambda done: None
 ) -> list[Summary]:
-    """Play many episodes, each in one of several processes; gives their summaries in the order of the jobs.
+    """Play many episodes in parallel processes; returns their summaries in the order of the jobs.
 
     Args:
-        jobs: What to play.
-        processes: How many at once.
-        progress: Told how many are done.
+        jobs: The episodes.
+        processes: Number of processes.
+        progress: Callback with the number of finished episodes.
 
     Raises:
-        RocsError: What the first episode that failed raised; those that wait are not begun.
+        RocsError: Error of the first failed episode; waiting episodes are not started.
     """
     todo: Sequence[Job] = list(jobs)
     with local_pool(min(processes, len(todo))) as pool:
@@ -90,5 +90,5 @@ def play_all(
 
 @lru_cache(maxsize=1)
 def _catalog(project: Path | None) -> CachingCatalog:
-    """This process's catalog."""
+    """Catalog of this process."""
     return CachingCatalog(project)

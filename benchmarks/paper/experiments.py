@@ -1,4 +1,4 @@
-"""EXP1 to EXP3 over many seeds: the numbers and the runs behind the paper's figures (paper, 6.3 to 6.5)."""
+"""EXP1 to EXP3 over many seeds: data of the paper's figures (paper, 6.3 to 6.5)."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ NUMBERS = "figures.json"
 
 @dataclass(frozen=True)
 class Numbers:
-    """What many runs of one experiment came to for one agent.
+    """Results of one agent over many runs of one experiment.
 
     Attributes:
-        success: The share of runs in which it succeeded.
-        collided: The share of runs in which it collided with anything.
-        struck: The share of runs in which something ran into it while it stood.
-        reactive: The mean share of its driven time in which reflexes had the wheels.
-        switches: The mean number of switches between the routes, a minute [1/min].
-        distance_error: The mean error of the distance to the robot that it follows [m]; None where it follows none.
+        success: Share of successful runs.
+        collided: Share of runs in which the agent collided.
+        struck: Share of runs in which another object struck the agent while it was stationary.
+        reactive: Mean share of the driving time in which reflexes controlled the wheels.
+        switches: Mean number of route switches per minute [1/min].
+        distance_error: Mean error of the follow distance [m]; None for an agent that follows no robot.
     """
 
     success: Estimate
@@ -46,28 +46,28 @@ def make_paper(
 ) -> list[Path]:
     """Run the experiments and write the paper's figures, the page and the numbers.
 
-    Below `out`: `paper.html`, `figure-*.svg|pdf|png`, `figures.json`, and `runs/<experiment>-<seed>/summary.json` of
-    every run; the runs that are drawn have their recording there too.
+    Files below `out`: `paper.html`, `figure-*.svg|pdf|png`, `figures.json`, and `runs/<experiment>-<seed>/summary.json`
+    of every run; drawn runs also have their recording there.
 
     Args:
-        out: The folder; made if it does not exist.
-        seeds: How many runs of each experiment, seeds 1, 2, ...
-        processes: How many at once.
-        progress: Told how many of the 3 x `seeds` runs are done.
+        out: Output folder; created if missing.
+        seeds: Number of runs per experiment, with seeds 1, 2, ...
+        processes: Number of parallel processes.
+        progress: Callback with the number of finished runs, of 3 x `seeds`.
 
     Returns:
         The page, then the figures.
 
     Raises:
-        RocsError: A run failed, or does not repeat.
+        RocsError: A run failed, or is not reproducible.
     """
     jobs = [Job(name, seed, out / "runs" / f"{name}-{seed}") for name in EXPERIMENTS for seed in range(1, seeds + 1)]
     summaries = play_all(jobs, processes=processes, progress=progress)
-    experiments, told = [], {}
+    experiments, data = [], {}
     for name in EXPERIMENTS:
         runs = [s for s in summaries if s.scenario == name]
         numbers = {agent: numbers_of(runs, agent) for agent in runs[0].agents}
-        told[name] = {agent: _plain(asdict(found)) for agent, found in numbers.items()}
+        data[name] = {agent: _plain(asdict(found)) for agent, found in numbers.items()}
         run, among = typical(runs)
         experiments.append(
             Experiment(
@@ -79,14 +79,14 @@ def make_paper(
         )
     out.mkdir(parents=True, exist_ok=True)
     (out / NUMBERS).write_text(
-        json.dumps({"seeds": seeds, "experiments": told}, indent=2, allow_nan=False) + "\n", encoding="utf-8"
+        json.dumps({"seeds": seeds, "experiments": data}, indent=2, allow_nan=False) + "\n", encoding="utf-8"
     )
     command = f"python -m benchmarks.paper --seeds {seeds}"
     return write_paper(experiments, out, seeds=seeds, command=command)
 
 
 def numbers_of(runs: Sequence[Summary], agent: str) -> Numbers:
-    """What some runs of one experiment came to for one of its agents."""
+    """Results of one agent over some runs of one experiment."""
     mine = [run.agents[agent] for run in runs]
     found = [m.following.distance_error for m in mine if m.following is not None]
     errors = [error for error in found if error is not None]
@@ -101,19 +101,22 @@ def numbers_of(runs: Sequence[Summary], agent: str) -> Numbers:
 
 
 def typical(runs: Sequence[Summary]) -> tuple[Summary, str]:
-    """The run to draw: that with the median number of switches, of the first of these sets that is not empty.
+    """Run to draw: the one with the median number of switches in the first nonempty of these sets.
 
-    The runs in which all agents succeed and both routes act in each; those in which they act in one; all runs. Of two
-    runs with the same number it is the lower seed.
+    Runs in which all agents succeed and both routes act in each; those in which both routes act in at least one; all
+    runs. Ties go to the lower seed.
 
     Returns:
-        The run, and in words of which runs it is the median.
+        The run, and a text that names the set.
     """
     good = [run for run in runs if all(agent.outcome == "success" for agent in run.agents.values())]
     sets = (
-        ([r for r in good if all(map(_switched, r.agents.values()))], "that succeed and in which both routes act"),
-        ([r for r in good if any(map(_switched, r.agents.values()))], "that succeed and in which a reflex acts"),
-        (runs, "there are"),
+        (
+            [r for r in good if all(map(_switched, r.agents.values()))],
+            "that succeed with both routes active in each robot",
+        ),
+        ([r for r in good if any(map(_switched, r.agents.values()))], "that succeed with a reflex"),
+        (runs, "of this experiment"),
     )
     among, words = next((found, words) for found, words in sets if found)
     ordered = sorted(among, key=lambda run: (_switches(run), run.seed))
@@ -121,34 +124,34 @@ def typical(runs: Sequence[Summary]) -> tuple[Summary, str]:
 
 
 def captions(found: Numbers) -> list[tuple[str, str]]:
-    """A caption's rows: labels and texts."""
+    """Rows of a caption: labels and texts."""
     error = found.distance_error
     return [
         ("success", _percent(found.success)),
         ("collided", _percent(found.collided)),
-        ("struck while it stood", _percent(found.struck)),
+        ("struck while stationary", _percent(found.struck)),
         ("reactive time", _percent(found.reactive, counted=False)),
-        ("switches a minute", f"{found.switches.value:.2f} ({_ends(found.switches, '{:.2f}')})"),
-        ("follow-distance error", "follows nobody" if error is None else _metres(error)),
+        ("switches per minute", f"{found.switches.value:.2f} ({_ends(found.switches, '{:.2f}')})"),
+        ("follow-distance error", "does not follow" if error is None else _metres(error)),
     ]
 
 
 def _drawn(summary: Summary, out: Path) -> Recording:
-    """Play a run once more, recorded; it must be the same run."""
+    """Recording of a run, which is played again and must be identical."""
     folder = out / "runs" / f"{summary.scenario}-{summary.seed}"
     again = play(Job(summary.scenario, summary.seed, folder, record=True))
     if again.trajectory_hash != summary.trajectory_hash:
-        raise RocsError(f"{summary.scenario} with seed {summary.seed} does not repeat: its trajectory differs.")
+        raise RocsError(f"{summary.scenario} with seed {summary.seed} is not reproducible: its trajectory differs.")
     return Recording.open(folder)
 
 
 def _chosen(run: Summary, among: str) -> str:
-    told = []
+    texts = []
     for name, agent in run.agents.items():
         when = "" if agent.time_to_goal is None else f" after {agent.time_to_goal:.1f} s"
         switches = agent.route_switches
-        told.append(f"{name}: {agent.outcome}{when}, {switches} switch{'' if switches == 1 else 'es'} of route")
-    return f"Seed {run.seed}: {among} it has the median number of switches. {'; '.join(told)}."
+        texts.append(f"{name}: {agent.outcome}{when}, {switches} switch{'' if switches == 1 else 'es'} of route")
+    return f"Seed {run.seed}: {among} it has the median number of switches. {'; '.join(texts)}."
 
 
 def _reactive(agent: AgentResult) -> float:
@@ -164,11 +167,11 @@ def _switches(run: Summary) -> int:
     return sum(agent.route_switches for agent in run.agents.values())
 
 
-def _plain(told: dict[str, Any]) -> dict[str, Any]:
-    """Values that are told as JSON, which knows no NaN: an interval's end that nobody knows is null."""
+def _plain(values: dict[str, Any]) -> dict[str, Any]:
+    """Values for JSON; NaN, such as an undefined end of an interval, becomes None."""
     return {
         key: _plain(value) if isinstance(value, dict) else None if value != value else value
-        for key, value in told.items()
+        for key, value in values.items()
     }
 
 

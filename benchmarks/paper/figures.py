@@ -20,13 +20,13 @@ _ABOVE: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": (0.5, 1.01), 
 
 
 class Trajectory(Figure):
-    """One robot's path by route, a dot for each action and a square at each change; below, what was enqueued when.
+    """One robot's path by route, with a dot per action and a square per switch; below, a timeline of the pipeline.
 
     Args:
-        name: The file's name.
-        title: What it shows.
-        agent: Whose path.
-        others: Whether robots without a mind are drawn too.
+        name: Name of the file.
+        title: Title.
+        agent: Name of the robot.
+        others: Whether to draw scripted robots too.
     """
 
     size = (5.2, 6.6)
@@ -69,7 +69,7 @@ class Trajectory(Figure):
 
 
 class Paths(Figure):
-    """The paths of all robots with a mind, one colour each (Figure 9a)."""
+    """Paths of all robots with an agent, one colour each (Figure 9a)."""
 
     size = (5.2, 5.4)
 
@@ -92,11 +92,11 @@ class Paths(Figure):
 
 
 class Axis(Figure):
-    """One coordinate of all robots with a mind over time, one colour each (Figures 9b and 9c).
+    """One coordinate of all robots with an agent over time, one colour each (Figures 9b and 9c).
 
     Args:
-        name: The file's name.
-        title: What it shows.
+        name: Name of the file.
+        title: Title.
         which: 0 for x, 1 for y.
     """
 
@@ -122,7 +122,7 @@ class Axis(Figure):
 
 
 class Scene(Figure):
-    """Where everybody stands at the start, and what their range sensors look at (Figure 8)."""
+    """Start positions, and the cones of the range sensors (Figure 8)."""
 
     size = (5.2, 5.4)
 
@@ -150,22 +150,24 @@ class Scene(Figure):
     def _beam(self, axes: Axes, pose: Pose2, beam: Beam, color: str, gid: str) -> None:
         from matplotlib.patches import Wedge
 
-        at, way = pose.transform(beam.x, beam.y), math.degrees(pose.yaw + beam.yaw)
+        at, direction = pose.transform(beam.x, beam.y), math.degrees(pose.yaw + beam.yaw)
         half = max(math.degrees(beam.cone) / 2.0, 0.3)
         axes.add_patch(
-            Wedge(at, beam.reach, way - half, way + half, fc=color, ec="none", alpha=0.09, gid=gid, zorder=2)
+            Wedge(
+                at, beam.reach, direction - half, direction + half, fc=color, ec="none", alpha=0.09, gid=gid, zorder=2
+            )
         )
 
     def _legend(self, run: History, colors: Mapping[str, str]) -> list[Any]:
         from matplotlib.patches import Patch
 
-        told = {a.name: f"{a.name}: {a.mission}" for a in run.header.agents}
-        rows = [(told.get(b.name, f"{b.name}: scripted"), colors.get(b.name, OTHER)) for b in run.header.bodies]
+        labels = {a.name: f"{a.name}: {a.mission}" for a in run.header.agents}
+        rows = [(labels.get(b.name, f"{b.name}: scripted"), colors.get(b.name, OTHER)) for b in run.header.bodies]
         return [Patch(fc=color, alpha=0.6, label=label) for label, color in rows]
 
 
 def enqueued(agent: AgentHistory, end: float) -> dict[str, list[Span]]:
-    """When each action of the pipeline ran, by the action's name; a span's name is its priority."""
+    """Time spans of the pipeline's actions, by action name; a span's name is its priority."""
     rows: dict[str, list[Span]] = {}
     running: dict[int, Span] = {}
     for event in agent.tickets:

@@ -1,4 +1,4 @@
-"""The paper's figures and ours, side by side on one page (paper, 6.3 to 6.5)."""
+"""HTML page with the paper's figures and ours side by side (paper, 6.3 to 6.5)."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ PAGE = "paper.html"
 
 @dataclass(frozen=True)
 class Counterpart:
-    """One of the paper's figures, and what draws ours.
+    """One of the paper's figures, and its counterpart.
 
     Attributes:
-        number: The paper's number.
-        scenario: The experiment that it shows.
-        agents: Whose numbers stand in its caption.
-        figure: Draws ours.
-        reported: What the paper shows and says there.
+        number: Number in the paper.
+        scenario: Experiment of the figure.
+        agents: Agents listed in the caption.
+        figure: Figure class of the counterpart.
+        reported: Contents of the paper's figure and text.
     """
 
     number: str
@@ -39,13 +39,13 @@ class Counterpart:
 
 @dataclass(frozen=True)
 class Experiment:
-    """What was found of one experiment.
+    """Results of one experiment.
 
     Attributes:
-        scenario: Its name.
-        recording: The run that is drawn.
-        chosen: Which run that is, and why, in words.
-        captions: By agent, what all runs came to: labels and texts.
+        scenario: Name of the scenario.
+        recording: Recording of the drawn run.
+        chosen: Text on the choice of that run.
+        captions: Labels and texts over all runs, by agent.
     """
 
     scenario: str
@@ -77,9 +77,9 @@ COUNTERPARTS = (
         "8",
         "exp3",
         ("R2", "R3"),
-        Scene("figure-8", "EXP3: who stands where at the start"),
+        Scene("figure-8", "EXP3: start positions"),
         "A picture of the simulated scene with three robots: R1 in red, R2 in red and black, and R3 on four "
-        "wheels. Ours is from above, with what the range sensors of the robots with a mind look at.",
+        "wheels. Ours is a top view with the range sensor cones of the robots that have an agent.",
     ),
     Counterpart(
         "9a",
@@ -120,17 +120,17 @@ COUNTERPARTS = (
         "The path of R3 by route, as for R2.",
     ),
 )
-"""In the paper's order."""
+"""Counterparts in the paper's order."""
 
 
 def write_paper(experiments: Sequence[Experiment], folder: Path, *, seeds: int, command: str) -> list[Path]:
-    """Draw the counterparts of the paper's figures, and write the page that sets them beside what the paper reports.
+    """Draw the counterparts of the paper's figures, and write the page.
 
     Args:
-        experiments: One for each that a counterpart shows.
-        folder: Where to write; made if it does not exist.
-        seeds: How many runs of each experiment the captions are of.
-        command: What a person types to make all this again.
+        experiments: One per experiment of the counterparts.
+        folder: Output folder; created if missing.
+        seeds: Number of runs per experiment in the captions.
+        command: Command line that reproduces the page.
 
     Returns:
         The page, then the figures.

@@ -32,9 +32,13 @@ GOOD, BAD = "success", "collision"
     ("runs", "seed", "among"),
     [
         ([run(1, (GOOD, 9)), run(2, (GOOD, 2)), run(3, (GOOD, 4)), run(4, (BAD, 4)), run(5, (GOOD, 0))], 3, "(3)"),
-        ([run(1, (GOOD, 4)), run(2, (GOOD, 4))], 1, "of the runs that succeed and in which both routes act (2)"),
-        ([run(1, (GOOD, 0), (GOOD, 0)), run(2, (GOOD, 3), (GOOD, 0))], 2, "in which a reflex acts (1)"),
-        ([run(1, (GOOD, 9), (GOOD, 0)), run(2, (GOOD, 1), (GOOD, 1))], 2, "in which both routes act (1)"),
+        (
+            [run(1, (GOOD, 4)), run(2, (GOOD, 4))],
+            1,
+            "of the runs that succeed with both routes active in each robot (2)",
+        ),
+        ([run(1, (GOOD, 0), (GOOD, 0)), run(2, (GOOD, 3), (GOOD, 0))], 2, "that succeed with a reflex (1)"),
+        ([run(1, (GOOD, 9), (GOOD, 0)), run(2, (GOOD, 1), (GOOD, 1))], 2, "with both routes active in each robot (1)"),
         ([run(1, (BAD, 7)), run(2, (BAD, 3))], 2, "of the runs there are (2)"),
     ],
 )

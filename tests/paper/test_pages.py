@@ -103,15 +103,15 @@ def test_every_number_in_a_caption_comes_from_the_summaries(made, summaries):
         mine = [run["agents"][name] for run in runs]
         assert told["success"] == exact(sum(m["outcome"] == "success" for m in mine), 2)
         assert told["collided"] == exact(sum(m["collisions"] > 0 for m in mine), 2)
-        assert told["struck while it stood"] == exact(sum(m["struck"] > 0 for m in mine), 2)
+        assert told["struck while stationary"] == exact(sum(m["struck"] > 0 for m in mine), 2)
         shares = [m["time_reactive"] / (m["time_reactive"] + m["time_deliberative"]) for m in mine]
         assert told["reactive time"] == ends(shares, "{:.1f}", 100.0).replace(" (", " % (") + " %)"
         rates = [60.0 * m["route_switches"] / run["sim_time"] for m, run in zip(mine, runs, strict=True)]
-        assert told["switches a minute"] == ends(rates, "{:.2f}") + ")"
+        assert told["switches per minute"] == ends(rates, "{:.2f}") + ")"
         errors = [m["following"]["distance_error"] for m in mine if m["following"]]
-        wanted = ends(errors, "{:.3f}").replace(" (", " m (") + " m)" if errors else "follows nobody"
+        wanted = ends(errors, "{:.3f}").replace(" (", " m (") + " m)" if errors else "does not follow"
         assert told["follow-distance error"] == wanted
-    assert any("follows nobody" not in told["follow-distance error"] for _, told in captions.found)
+    assert any("does not follow" not in told["follow-distance error"] for _, told in captions.found)
 
 
 def test_the_numbers_are_there_for_a_script_too(made, summaries):
