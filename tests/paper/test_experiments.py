@@ -39,7 +39,7 @@ GOOD, BAD = "success", "collision"
         ),
         ([run(1, (GOOD, 0), (GOOD, 0)), run(2, (GOOD, 3), (GOOD, 0))], 2, "that succeed with a reflex (1)"),
         ([run(1, (GOOD, 9), (GOOD, 0)), run(2, (GOOD, 1), (GOOD, 1))], 2, "with both routes active in each robot (1)"),
-        ([run(1, (BAD, 7)), run(2, (BAD, 3))], 2, "of the runs there are (2)"),
+        ([run(1, (BAD, 7)), run(2, (BAD, 3))], 2, "of the runs of this experiment (2)"),
     ],
 )
 def test_the_run_with_the_median_number_of_switches_is_drawn(runs, seed, among):
