@@ -209,7 +209,7 @@ def _between(room: int, other: int) -> Door:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFamily(Family):
-    """Tasks in a building whose roads the agent knows.
+    """Tasks in a building with roads known to the agent.
 
     Attributes:
         planner: Route planner passed to the family's own mission; other missions get only the goal.

@@ -55,7 +55,7 @@ class WorkerPool(Executor):
 
     Args:
         workers: Number of processes.
-        retries: Number of retries of a task whose process died.
+        retries: Number of retries of a task after the death of its process.
     """
 
     def __init__(self, workers: int, *, retries: int = 1) -> None:

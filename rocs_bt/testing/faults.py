@@ -64,7 +64,7 @@ class DeadSensor(FaultySensor):
 
 
 class RaisingSensor(FaultySensor):
-    """Sensor whose driver has a bug: it raises an exception other than DeviceError."""
+    """Sensor with a driver bug: it raises an exception other than DeviceError."""
 
     def broken(self) -> Reading:
         raise RuntimeError(f"the driver of '{self.name}' has a defect")
@@ -113,7 +113,7 @@ class LyingSensor(FaultySensor):
 
 
 class HangingSensor(FaultySensor):
-    """Sensor whose driver blocks; for threaded mode.
+    """Sensor with a driver that blocks; for threaded mode.
 
     Args:
         release: Event that ends the blocking.
@@ -171,7 +171,7 @@ class RefusingActuator(FaultyActuator):
 
 
 class RaisingActuator(FaultyActuator):
-    """Actuator whose driver has a bug: it raises an exception other than DeviceError."""
+    """Actuator with a driver bug: it raises an exception other than DeviceError."""
 
     def broken(self, values: Sequence[float]) -> None:
         raise RuntimeError(f"the driver of '{self.name}' has a defect")

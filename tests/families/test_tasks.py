@@ -95,7 +95,7 @@ def test_a_search_may_draw_any_parameters(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["blocked_doors", "closed_edges"])
 def test_a_building_without_another_way_is_told(name: str) -> None:
-    with pytest.raises(InputError, match="none of 300 buildings of 1 x 3 rooms fits"):
+    with pytest.raises(InputError, match="none of 300 sampled buildings of 1 x 3 rooms fits"):
         load_family(Catalog(), name, {"rows": 1, "columns": 3}).scene(0)
 
 

@@ -122,7 +122,7 @@ class Draft:
         Args:
             step: Step of all quantities but angles; sizes stay above 0.
             degrees: Step of angles.
-            names: Obstacles and movers to round; the name "" stands for start and goal.
+            names: Obstacles and movers to round; the name "" means start and goal.
         """
         scenario = copy.deepcopy(dict(self._scenario))
         tables = [mover for mover in scenario.get("mover", []) if mover["name"] in names]

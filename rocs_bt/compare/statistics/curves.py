@@ -87,5 +87,5 @@ def interquartile_mean(values: Floats) -> float:
     if (count := len(known)) == 0:
         return math.nan
     cut = count // 4
-    # As scipy.stats.trim_mean, whose checks take ten times as long as the mean: a bootstrap asks thousands of times.
+    # Equals scipy.stats.trim_mean, which takes ten times as long because of its checks; a bootstrap calls it often.
     return float(np.partition(known, (cut, count - cut - 1))[cut : count - cut].mean())

@@ -68,7 +68,7 @@ def mean(values: Sequence[float]) -> Estimate:
     """Mean over the episodes of one scenario, with its bootstrap percentile interval from a seeded generator.
 
     Args:
-        values: At least one value; over several scenes use `mean_over_scenes`.
+        values: One or more values; over several scenes use `mean_over_scenes`.
     """
     from scipy.stats import bootstrap
 

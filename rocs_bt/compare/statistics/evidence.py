@@ -81,7 +81,7 @@ def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
 
 
 def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
-    """Share of all sign flips of integers whose absolute sum is at least that of the total."""
+    """Share of all sign flips of integers with an absolute sum of at least that of the total."""
     from scipy.stats import binom
 
     chances = np.ones(1)  # probabilities of the sums from -reach to reach
