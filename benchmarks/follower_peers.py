@@ -9,10 +9,10 @@ import casadi as ca
 import numpy as np
 
 from rocs_bt.control.drive import differential_drive
+from rocs_bt.control.follower_qp import Weights
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference
-from rocs_bt.control.tracking import Weights
 from rocs_bt.geometry import Pose2, Twist2
 
 CRUISE, PERIOD, DT, STAGES = 0.7, 0.05, 0.1, 20

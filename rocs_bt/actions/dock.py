@@ -12,7 +12,7 @@ from ..control.path import Path
 from ..errors import did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
-from .following import PathDrive
+from .path_drive import PathDrive
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
 from .turn import TurnTo

@@ -13,7 +13,7 @@ from ..action import Action, Body, MacroAction
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond
-from .following import OFF, PathDrive
+from .path_drive import OFF, PathDrive
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

@@ -24,8 +24,8 @@ from ..units import (
     Seconds,
 )
 from .course import Course
-from .following import TURN_FIRST, PathDrive
 from .give_way import GiveWay, trailer_path
+from .path_drive import TURN_FIRST, PathDrive
 from .room import Room, free_turn, may_turn
 from .set_wheel_speed import SetWheelSpeed
 

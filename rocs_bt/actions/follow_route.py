@@ -14,8 +14,8 @@ from ..control.footprint import Footprint
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
-from .following import PathDrive
 from .go_to import goal_pose
+from .path_drive import PathDrive
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

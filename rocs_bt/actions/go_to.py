@@ -12,7 +12,7 @@ from ..control.path import Path
 from ..errors import did_you_mean
 from ..geometry import Pose2
 from ..units import PositiveMetres, PositiveMetresPerSecond
-from .following import PathDrive
+from .path_drive import PathDrive
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge

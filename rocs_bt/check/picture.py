@@ -11,7 +11,7 @@ from ..agent import Controller
 from ..catalog import Catalog, Entry
 from ..errors import Fault, InputError
 from ..plan import TreePlan, mission_actions, mission_parameters
-from ..plan.check import mission_faults
+from ..plan.mission_check import mission_faults
 from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import mission_nodes, shipped_nodes, tags_of
 from ..record.page import render_page

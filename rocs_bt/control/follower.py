@@ -18,8 +18,8 @@ import numpy as np
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from .drive import Array, Drive
+from .follower_qp import Layout, Weights, build
 from .reference import Reference
-from .tracking import Layout, Weights, build
 
 Rung: TypeAlias = Literal["solved", "previous plan", "braking"]
 SOLVED: Final = "solved"

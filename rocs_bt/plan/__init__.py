@@ -6,10 +6,10 @@ never import it.
 
 from .act import Act
 from .action_node import ActionNode, action_nodes
-from .check import check_mission
 from .context import Content, MissionContext, SignalCondition, mission_of
 from .leaves import Condition, Wait
 from .mission import Mission
+from .mission_check import check_mission
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission

@@ -14,9 +14,9 @@ from ..action import Parameter
 from ..errors import Fault, InputError
 from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
-from ..trees.xml.build import make_nodes
 from ..trees.xml.document import Document, add_siblings, below, outer_trees, read_document
 from ..trees.xml.element import Element
+from ..trees.xml.load import make_nodes
 from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
 from ..units import NONE, convert

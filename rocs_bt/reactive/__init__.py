@@ -3,7 +3,6 @@
 Imported by `agent` and the layers above; other blocks never import it.
 """
 
-from .arc import ReflexArc
 from .arguments import rule_misfits
 from .backend import Backend, Machine, Steps
 from .choose_backend import choose_backend
@@ -11,6 +10,7 @@ from .include import included_files
 from .kernel_backend import kernel_missing
 from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
+from .reflex_arc import ReflexArc
 from .rule import Argument, OnInvalid, Position, Rule, RuleSet, RuleTest
 from .rule_file import check_rules, load_rules
 from .rule_model import RuleModel

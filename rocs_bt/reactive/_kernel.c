@@ -17,7 +17,7 @@
 #define Py_LIMITED_API 0x030B0000
 #define PY_SSIZE_T_CLEAN
 #include "kernel/making.h"
-#include "kernel/rules.h"
+#include "kernel/rule_step.h"
 
 static void release_type(PyObject *self) {
     PyTypeObject *type = Py_TYPE(self);

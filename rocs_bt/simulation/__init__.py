@@ -8,7 +8,7 @@ from .devices import Driver, hardware_driver, mujoco_driver
 from .episode import Episode, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .hardware import drive_robots
-from .judging import EpisodeAgent
+from .judge_panel import EpisodeAgent
 from .metrics import Metrics
 from .mover import MOVERS, Mover, make_mover
 from .options import MODES, Build, LiveView, RunChanges, RunOptions

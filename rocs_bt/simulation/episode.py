@@ -13,7 +13,7 @@ from ..drivers.mujoco import Contact
 from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
 from .clearance import ClearanceWatch
 from .fact_schedule import FactSchedule
-from .judging import END, EpisodeAgent, JudgePanel, brake, wait_until
+from .judge_panel import END, EpisodeAgent, JudgePanel, brake, wait_until
 from .outcome import Verdict
 from .physics_thread import PhysicsThread
 from .simulated_world import SimulatedWorld

@@ -24,7 +24,7 @@ from ..safety import SafetyGate
 from .build_agents import build_agents
 from .devices import make_hardware, make_isolated
 from .header import plain_header, without_world
-from .judging import JudgePanel, brake, wait_until
+from .judge_panel import JudgePanel, brake, wait_until
 from .memory import Memory
 from .options import RunOptions
 from .outcome import Judge

@@ -1,8 +1,8 @@
 """Trees in BehaviorTree.CPP's XML, version 4: reading, checks, node creation and writing."""
 
-from .build import Outside, load_xml, make_nodes
 from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey
 from .element import Element, Source
+from .load import Outside, load_xml, make_nodes
 from .model import Model
 from .stub import Stub, stub_nodes, times
 from .verify import verify

@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import LinearConstraint, minimize
 
 from rocs_bt.control.drive import Drive
-from rocs_bt.control.tracking import Layout, Weights, build
+from rocs_bt.control.follower_qp import Layout, Weights, build
 from rocs_bt.errors import InputError
 
 Array = npt.NDArray[np.float64]
