@@ -113,8 +113,8 @@ class FloorGrid:
         first, last = (math.floor((centre + d - self.low[axis]) / self.cell) for d in (-reach, reach))
         return slice(min(max(first, 0), size), min(max(last + 1, 0), size))
 
-    def _centres(self, place: slice, axis: int) -> Array:
-        return self.low[axis] + (np.arange(place.start, place.stop) + 0.5) * self.cell
+    def _centres(self, cells: slice, axis: int) -> Array:
+        return self.low[axis] + (np.arange(cells.start, cells.stop) + 0.5) * self.cell
 
 
 def shortest_cells(

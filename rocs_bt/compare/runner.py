@@ -196,9 +196,9 @@ class MetricSink:
         self._next = 0.0
         self._kinetic: float | None = None
 
-    def prepare(self, stage: SimulatedWorld) -> None:
+    def prepare(self, simulated: SimulatedWorld) -> None:
         """Store the simulated world; pass it as the `prepare` argument of `run`."""
-        self._world = stage.world
+        self._world = simulated.world
 
     def emit(self, event: Event) -> None:
         """Measure at each `BodyMoved` event of the agent."""

@@ -46,13 +46,13 @@ class Exp1Family(Family):
                 break
         else:
             raise InputError(f"{self.boxes} boxes and {self.wanderers} wanderers do not fit into {self.side} m.")
-        name, doc = self.scene_name(index), f"EXP1 with {self.boxes} unknown boxes, start and goal drawn."
+        name, doc = self.scene_name(index), f"EXP1 with {self.boxes} unknown boxes, random start and goal."
         heading = atan2(goal[1] - start[1], goal[0] - start[0])
         pose = Pose2(start[0], start[1], heading)
         scenario = goal_scenario(self, name, doc, pose, (goal[0], goal[1]), tolerance=0.1, duration=60.0)
         scenario |= {
             "end_on_collision": False,
-            "mover": [self.wanderer(i, place, rng) for i, place in enumerate(others)],
+            "mover": [self.wanderer(i, point, rng) for i, point in enumerate(others)],
         }
         difficulty = {
             "length": path.length,
@@ -81,18 +81,18 @@ class Exp1Family(Family):
             ground.obstacles.append(Block(f"box_{i}", x, y, size[0], size[1], float(rng.uniform(0.0, pi / 2.0)), 0.5))
         others = [tuple(rng.uniform(-half + 0.6, half - 0.6, 2).tolist()) for _ in range(self.wanderers)]
         taken = [start, goal, *placed]
-        for i, place in enumerate(others):
-            if min(dist(place, other) for other in [*taken, *others[:i]]) < 0.8:
+        for i, point in enumerate(others):
+            if min(dist(point, other) for other in [*taken, *others[:i]]) < 0.8:
                 return None
         return [(x, y) for x, y in others]
 
-    def wanderer(self, index: int, place: tuple[float, float], rng: np.random.Generator) -> dict[str, object]:
+    def wanderer(self, index: int, point: tuple[float, float], rng: np.random.Generator) -> dict[str, object]:
         """Mover table of a robot that walks at random and yields to no other robot."""
         return {
             "name": f"W{index + 1}",
             "robot": "pioneer_p3dx",
             "script": "random_walk",
-            **position(place, float(rng.uniform(-pi, pi))),
+            **position(point, float(rng.uniform(-pi, pi))),
             "jitter": {"x": "0.1 m", "y": "0.1 m", "yaw": "180 deg"},
             "max_speed": quantity(self.speed, "m/s"),
         }

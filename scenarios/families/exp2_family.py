@@ -33,7 +33,7 @@ class Exp2Family(Family):
                 break
         else:
             raise InputError(f"{self.wanderers} wanderers do not fit into {self.side} m.")
-        name, doc = self.scene_name(index), "EXP2: drive to a place and remain there, start and place drawn."
+        name, doc = self.scene_name(index), "EXP2: drive to a place and stay there, random start and place."
         ground = Ground(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )

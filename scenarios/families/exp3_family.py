@@ -38,7 +38,7 @@ class Exp3Family(Family):
                 break
         else:
             raise InputError(f"three robots and four places do not fit into {self.side} m.")
-        name, doc = self.scene_name(index), "EXP3: R visits four drawn places, R3 follows it, and W1 wanders about."
+        name, doc = self.scene_name(index), "EXP3: R visits four random places, R3 follows it, and W1 wanders."
         ground = Ground(
             (-half, -half), (half, half), walls_around((-half, -half), (half, half), thickness=0.05, height=0.5)
         )

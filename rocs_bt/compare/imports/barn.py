@@ -20,7 +20,7 @@ from ..obstacle import Block, Point, Post, length_of
 START, GOAL = Pose2(-2.25, 3.0, math.pi / 2.0), (-2.25, 13.0)
 TOLERANCE, DURATION = 1.0, 100.0  # [m], [s] as in the challenge
 _FOLDERS = ("", "worlds/BARN", "jackal_helper/worlds/BARN")
-_MOST_BYTES = 30_000_000  # maximum size of a world file; those of the challenge have half a megabyte
+_MAX_BYTES = 30_000_000  # maximum size of a world file; those of the challenge have half a megabyte
 _MAX_OBSTACLES = 20_000
 
 
@@ -68,21 +68,21 @@ def read_world(file: Path) -> list[Post | Block]:
 
 def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
     obstacles, name = read_world(file), f"barn-{number}"
-    way = _way(path)
+    reference = _reference_path(path)
     xs, ys = zip((START.x, START.y), GOAL, *((obstacle.x, obstacle.y) for obstacle in obstacles), strict=True)
     ground = Ground((min(xs) - 2.0, min(ys) - 2.0), (max(xs) + 2.0, max(ys) + 2.0), obstacles)
     posts = [obstacle for obstacle in obstacles if isinstance(obstacle, Post)]
-    length = length_of(way)
-    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(way)}
+    length = length_of(reference)
+    difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(reference)}
     doc = f"World {number} of BARN: a field of cylinders, without a map."
     success = {"goal": "goal", "shortest": quantity(length, "m")}
     scenario = goal_scenario(
         setup, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
     )
-    return Scene(scenario, ground, difficulty, tuple(way))
+    return Scene(scenario, ground, difficulty, tuple(reference))
 
 
-def _way(path: Path) -> list[Point]:
+def _reference_path(path: Path) -> list[Point]:
     """Reference path: the start, the centres of the published cells, the goal."""
     try:
         cells = np.load(path, allow_pickle=False)
@@ -108,8 +108,8 @@ def _parse(file: Path) -> Any:
         data = file.read_bytes()
     except OSError as error:
         raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
-    if len(data) > _MOST_BYTES:
-        raise InputError(Fault(f"the file is larger than {_MOST_BYTES / 1e6:g} MB; worlds of BARN are not.", file))
+    if len(data) > _MAX_BYTES:
+        raise InputError(Fault(f"the file is larger than {_MAX_BYTES / 1e6:g} MB; worlds of BARN are not.", file))
     if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
         raise InputError(Fault("a world file must not contain a document type or entities.", file))
     try:

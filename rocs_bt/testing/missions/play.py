@@ -114,7 +114,7 @@ class _Player:
         self.times: list[float] = []
         tree.watch(self._hear)
         self.stock = {node: IDLE for node in tree.nodes if not isinstance(node, Node)}
-        self.look = coverage.watch(environment.mission.name, tree) if coverage is not None else lambda: None
+        self.update_coverage = coverage.watch(environment.mission.name, tree) if coverage is not None else lambda: None
 
     def play(self, ticks: int, then: Mapping[int, Callable[[Mission], None]], settle: bool) -> Trace:
         mission, clock = self.environment.mission, self.environment.clock
@@ -126,7 +126,7 @@ class _Player:
             mission.begin(clock.now(), self.paths)
             outcome = self.tree.settle() if settle else self.tree.tick()
             self._record_stock_nodes(outcome)
-            self.look()
+            self.update_coverage()
             self.outcomes.append(outcome_name(outcome))
             self.times.append(clock.now())
             clock.advance()
