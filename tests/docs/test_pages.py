@@ -64,21 +64,21 @@ def test_every_page_is_in_the_index():
     assert pages <= set(re.findall(r"\]\(([\w-]+\.md)\)", index))
 
 
-def test_the_folders_of_the_house_are_those_that_exist():
+def test_the_listed_folders_are_those_that_exist():
     text = (DOCS / "architecture.md").read_text("utf-8")
-    house = re.search(r"## The house\n\n```text\n(.*?)```", text, re.DOTALL).group(1)
-    named = set(re.findall(r"\b(\w+)/", house)) - {"planners", "rules", "robots", "scenarios", "rocs_bt"}
+    listing = re.search(r"## Folders and layers\n\n```text\n(.*?)```", text, re.DOTALL).group(1)
+    named = set(re.findall(r"\b(\w+)/", listing)) - {"planners", "rules", "robots", "scenarios", "rocs_bt"}
     folders = {p.name for p in (ROOT / "rocs_bt").iterdir() if (p / "__init__.py").is_file()}
     assert named == folders
     modules = {p.stem for p in (ROOT / "rocs_bt").glob("*.py")} - {"__init__"}
-    assert {w for w in re.findall(r"\b[a-z_]+\b", house) if w in modules} == modules
+    assert {w for w in re.findall(r"\b[a-z_]+\b", listing) if w in modules} == modules
 
 
-def test_the_house_has_the_order_of_the_import_contract():
+def test_the_listed_layers_have_the_order_of_the_import_contract():
     contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
     layers = next(reversed(contract["layers"]) for contract in contracts if contract["type"] == "layers")
     text = (DOCS / "architecture.md").read_text("utf-8")
-    lines = re.search(r"## The house\n\n```text\n(.*?)```", text, re.DOTALL)[1].splitlines()[2:]
+    lines = re.search(r"## Folders and layers\n\n```text\n(.*?)```", text, re.DOTALL)[1].splitlines()[2:]
     line_of = {name: i for i, line in reversed([*enumerate(lines)]) for name in re.findall(r"[a-z_]+", line[:90])}
     order = [[line_of[name] for name in layer.split(" | ")] for layer in layers]
     assert all(max(lower) <= min(upper) for lower, upper in itertools.pairwise(order)), order

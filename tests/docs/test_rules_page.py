@@ -27,7 +27,7 @@ from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE, Quantity
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "rules.md").read_text("utf-8")
-COURSE = PAGE[PAGE.index("## A course of six") : PAGE.index("## Living with rules")]
+COURSE = PAGE[PAGE.index("## A course of six") : PAGE.index("## Test, replay, tune and watch rules")]
 FILES = re.findall(r"### \d\. ([^\n]+)\n.*?```toml\n(.*?)```", COURSE, re.DOTALL)
 SIGNALS = (
     Signal("front", 3, (LENGTH,)),
@@ -59,7 +59,7 @@ def value(text):
 
 
 @pytest.mark.parametrize("row", table("examples"), ids=lambda row: row[2])
-def test_an_example_gives_what_stands_beside_it(row):
+def test_an_example_gives_the_value_beside_it(row):
     assert row[3] == value(row[2].strip("`"))
 
 
@@ -117,7 +117,7 @@ def test_a_file_of_the_course_is_fine_and_passes_its_own_tests(title, text, sign
     assert {r.rule for r in results} == {r.name for r in rules.rules}
 
 
-def test_the_requirements_load_and_the_truth_is_named(signals):
+def test_the_requirements_load_and_ground_truth_is_listed(signals):
     (block,) = re.findall(r"```toml\n(\[\[requirement\]\].*?)```", PAGE, re.DOTALL)
     environment = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
     for written in tomllib.loads(block)["requirement"]:
