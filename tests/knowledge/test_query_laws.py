@@ -162,7 +162,7 @@ def asked_of(graph: Readable, asked: Asked, here: Pose2 | None) -> list[tuple[st
     context = QueryContext("R2", here, 1.0)
     found = query.ask(graph, context)
     assert query.holds(graph, context) == bool(found)
-    assert found.things == tuple(var.name for var in asked.shown)
+    assert found.variables == tuple(var.name for var in asked.shown)
     return list(found.rows)
 
 
