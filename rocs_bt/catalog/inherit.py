@@ -73,33 +73,33 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
     except InputError as error:
         raise error.at(file, *own.position("base")) from error
     positions: Positions = {(): own.position("base")}
-    data = _laid_over(own.data, base.data, (), (), own.positions, positions)
-    laid = Table(file, data, (), positions, bases=(path, *base.bases))
-    laid.text("base")
-    return laid
+    data = _merged(own.data, base.data, (), (), own.positions, positions)
+    merged = Table(file, data, (), positions, bases=(path, *base.bases))
+    merged.text("base")
+    return merged
 
 
-def _laid_over(
-    own: dict[str, Any], base: dict[str, Any], key: Key, there: Key, positions: Positions, found: Positions
+def _merged(
+    own: dict[str, Any], base: dict[str, Any], key: Key, target: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:
     """Merge `own` over `base`; records in `found` the positions of the merged keys.
 
-    `key` is the path of `own` in its file, `there` its path in the merged document.
+    `key` is the path of `own` in its file, `target` its path in the merged document.
     """
     dropped = _not_inherited(own, base, key)
-    laid = {name: value for name, value in base.items() if name not in dropped}
+    merged = {name: value for name, value in base.items() if name not in dropped}
     for name, value in own.items():
-        under = laid.get(name)
-        here, to = (*key, name), (*there, name)
-        if isinstance(value, dict) and isinstance(under, dict):
+        inherited = merged.get(name)
+        here, to = (*key, name), (*target, name)
+        if isinstance(value, dict) and isinstance(inherited, dict):
             _move(positions, found, here, to, deep=False)
-            laid[name] = _laid_over(value, under, here, to, positions, found)
-        elif under is not None and _are_tables(value) and _are_tables(under):
-            laid[name] = _arrays(value, under, here, to, positions, found)
+            merged[name] = _merged(value, inherited, here, to, positions, found)
+        elif inherited is not None and _are_tables(value) and _are_tables(inherited):
+            merged[name] = _merged_arrays(value, inherited, here, to, positions, found)
         else:
             _move(positions, found, here, to)
-            laid[name] = value
-    return laid
+            merged[name] = value
+    return merged
 
 
 def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[str]:
@@ -113,19 +113,19 @@ def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[s
     return dropped
 
 
-def _arrays(
-    own: list[dict[str, Any]], base: list[dict[str, Any]], key: Key, there: Key, positions: Positions, found: Positions
+def _merged_arrays(
+    own: list[dict[str, Any]], base: list[dict[str, Any]], key: Key, target: Key, positions: Positions, found: Positions
 ) -> list[dict[str, Any]]:
-    laid = list(base)
+    merged = list(base)
     for i, table in enumerate(own):
-        at = next((j for j, other in enumerate(base) if other.get("name") == table.get("name")), len(laid))
-        here, to = (*key, i), (*there, at)
-        _move(positions, found, here, to, deep=at == len(laid))
-        if at == len(laid):
-            laid.append(table)
+        at = next((j for j, other in enumerate(base) if other.get("name") == table.get("name")), len(merged))
+        here, to = (*key, i), (*target, at)
+        _move(positions, found, here, to, deep=at == len(merged))
+        if at == len(merged):
+            merged.append(table)
         else:
-            laid[at] = _laid_over(table, base[at], here, to, positions, found)
-    return laid
+            merged[at] = _merged(table, base[at], here, to, positions, found)
+    return merged
 
 
 def _are_tables(value: Any) -> bool:

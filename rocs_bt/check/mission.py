@@ -85,7 +85,7 @@ def built_faults(
     )
 
 
-def named_in(mission: Path) -> set[str] | None:
+def words_in(mission: Path) -> set[str] | None:
     """Words in the string literals of a mission's file, which include the modes that it can set; None if unreadable."""
     try:
         text = mission.read_text(encoding="utf-8")

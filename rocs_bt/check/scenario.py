@@ -21,7 +21,7 @@ from ..reactive.analysis import examine_fit
 from ..record import TRUTH
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses, requirement_faults
 from ..simulation.share import share_faults
-from .mission import built_faults, named_in, nodes_in
+from .mission import built_faults, nodes_in, words_in
 from .robot import trial_faults
 from .stub_agent import idle, stub_agent
 
@@ -110,7 +110,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
-    period, modes = scenario.rate.control_rate.period, named_in(catalog.find("mission", agent.mission).path)
+    period, modes = scenario.rate.control_rate.period, words_in(catalog.find("mission", agent.mission).path)
     for name in agent.rules:
         file = catalog.find("rules", name).path
         own = thresholds(robot, file)

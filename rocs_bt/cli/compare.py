@@ -109,10 +109,10 @@ def command(
         metric(name)
     if early and len(planners) < 2:
         raise InputError(Fault("--early needs at least two planners.", hint="Give two, or remove --early."))
-    places = [*_of_families(families, range(first, first + scenarios), given), *_by_hand(scenario, agent, catalog)]
+    places = [*_of_families(families, range(first, first + scenarios), given), *_by_name(scenario, agent, catalog)]
     if not places:
         raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
-    _make_room(report, markdown, export)
+    _create_folders(report, markdown, export)
     total = len(planners) * len(places) * seeds
     with ExitStack() as stack:
         kept = stack.enter_context(Store(store))
@@ -159,7 +159,7 @@ def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> 
     return [scene for name in names for scene in scenes_of(name, indices, parameters)]
 
 
-def _by_hand(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRef]:
+def _by_name(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRef]:
     """Scenes by name; in scenarios the planner controls the given agent."""
     from ..compare import ScenarioScene
     from ..compare.replay import scene_by_name
@@ -204,7 +204,7 @@ def _plain(record: EpisodeRecord) -> dict[str, Any]:
     return plain
 
 
-def _make_room(*files: Path | None) -> None:
+def _create_folders(*files: Path | None) -> None:
     """Create the folders of the output files before any episode is played.
 
     Raises:

@@ -119,7 +119,7 @@ def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
     from ..record import Recording
     from ..record.knowledge import recorded_log
 
-    schema, file = Catalog.here(code=False).load_schema(), _kept(run)
+    schema, file = Catalog.here(code=False).load_schema(), _knowledge_file(run)
     if file.suffix in _EXPORTS:
         return log_of(_exported(file, schema), file.name)
     if file.suffix == ".mcap":
@@ -140,12 +140,12 @@ def state_of(log: ChangeLog, t: float | None) -> State:
         raise InputError(str(error)) from error
 
 
-def _kept(run: Path) -> Path:
+def _knowledge_file(run: Path) -> Path:
     """File of a run: in a folder the knowledge file, or else the recording."""
     if not run.is_dir():
         return run
-    kept = run / "knowledge.sqlite"
-    return kept if kept.exists() else run / "run.mcap"
+    knowledge = run / "knowledge.sqlite"
+    return knowledge if knowledge.exists() else run / "run.mcap"
 
 
 def _exported(file: Path, schema: Schema) -> State:

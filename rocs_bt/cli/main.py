@@ -18,7 +18,7 @@ import click
 
 from ..errors import InputError, RecordingError, RocsError
 from ..version import __version__
-from .terminal import echo, echo_traceback, guard_streams, perhaps_closed
+from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 
 # Commands with their descriptions, so that `--help` loads no command.
 COMMANDS = {
@@ -120,6 +120,6 @@ def call(arguments: Sequence[str]) -> int:
 def _interrupted(error: BaseException | None) -> int:
     """Report an interruption; returns its exit code."""
     number = int(getattr(error, "signal", signal.SIGINT))
-    with perhaps_closed():
+    with discard_if_closed():
         echo("\n".join([f"{error}" or "interrupted.", *getattr(error, "__notes__", ())]), err=True)
     return 128 + number

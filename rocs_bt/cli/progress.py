@@ -7,7 +7,7 @@ from types import TracebackType
 from typing import Any
 
 from ..clock import WallClock
-from .terminal import perhaps_closed, safe
+from .terminal import discard_if_closed, safe
 
 _PATIENCE = 1.0  # [s] before the bar is shown
 
@@ -42,7 +42,7 @@ class Progress:
             return
         if self._bar is None and self._clock.now() < _PATIENCE:
             return
-        with perhaps_closed():
+        with discard_if_closed():
             if self._bar is None:
                 self._start()
             self._bar.update(self._task, completed=min(done, self._total))
@@ -51,7 +51,7 @@ class Progress:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         if self._bar is not None:
-            with perhaps_closed():
+            with discard_if_closed():
                 self._bar.stop()
 
     def _start(self) -> None:

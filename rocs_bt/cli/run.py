@@ -14,7 +14,7 @@ from ..errors import Fault, InputError
 from ..event import Event, RulesReplaced
 from .outcome import exit_code, outcome_text
 from .progress import Progress
-from .terminal import echo, perhaps_closed
+from .terminal import discard_if_closed, echo
 
 if TYPE_CHECKING:
     from ..record.live import LivePage
@@ -110,7 +110,7 @@ def command(
 def _print(result: RunResult, folder: Path, as_json: bool) -> None:
     """Print the summary, and the files that could not be written."""
     summary = result.summary
-    with perhaps_closed():
+    with discard_if_closed():
         echo(summary.to_json().rstrip() if as_json else outcome_text(summary, folder, result.report))
         for line in result.missing:
             echo(line, err=True)

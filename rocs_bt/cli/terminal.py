@@ -120,7 +120,7 @@ def guard_streams() -> None:
 
 
 @contextmanager
-def perhaps_closed() -> Iterator[None]:
+def discard_if_closed() -> Iterator[None]:
     """Discard output in the context, and buffered output, if the terminal was closed."""
     try:
         yield

@@ -92,7 +92,7 @@ def encode(event: Event) -> bytes:
     """
     data = _ENCODE(event)
     # Most nulls are None; only for non-finite numbers are the bits added.
-    return _exact(event) if b"null" in data and not _sound(event) else data
+    return _exact(event) if b"null" in data and not _all_finite(event) else data
 
 
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
@@ -102,7 +102,9 @@ def encode_all(events: Sequence[Event]) -> list[bytes | None]:
     except UNFIT:  # raised again by `encode` for the event at fault
         return [None] * len(events)
     lines.pop()  # empty text after the last line break
-    return [None if b"null" in line and not _sound(event) else line for line, event in zip(lines, events, strict=True)]
+    return [
+        None if b"null" in line and not _all_finite(event) else line for line, event in zip(lines, events, strict=True)
+    ]
 
 
 def decode(data: bytes) -> Event:
@@ -123,7 +125,7 @@ def decode(data: bytes) -> Event:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
 
 
-def _sound(event: Event) -> bool:
+def _all_finite(event: Event) -> bool:
     """Whether an event has only finite numbers, so that each null in its JSON is a None."""
     return _finite(getattr(event, name) for name in event.__struct_fields__)
 

@@ -140,7 +140,7 @@ def test_a_place_may_have_any_name(rocs_bt, project):
     ("goal", "says"),
     [
         ("gaol", "no place is named 'gaol'. Did you mean 'goal'?"),
-        ("0;map;nan;0;0;0;0;0;1", "has a field that is not finite"),
+        ("0;map;nan;0;0;0;0;0;1", "contains a field that is not finite"),
         ("0;map;1;x;0;0;0;0;1", "'x' is not a number"),
     ],
 )

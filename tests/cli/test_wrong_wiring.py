@@ -134,9 +134,9 @@ WRONG = [
         "[[agent]]",
         f'{MOVER}max_leg = "inf s"\n[[agent]]',
         "[[mover]]",
-        "max_leg must be finite and no less",
+        "max_leg must be finite and at least",
     ),
-    (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and no less"),
+    (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and at least"),
     (
         SCENARIO,
         '[[place]]\nname = "gate"',
