@@ -47,7 +47,7 @@ def test_a_subtree_is_swapped_while_the_robot_drives(catalog: Catalog, tmp_path:
 
     def build(mission: Mission) -> Behaviour:
         given.append(mission)
-        with pytest.raises(InputError, match="runs no tree yet"):
+        with pytest.raises(InputError, match="no running tree yet"):
             mission.swap("drive", mission.wait(1.0))
         return mission.act("GoTo", goal="goal", name="drive")
 
