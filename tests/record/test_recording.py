@@ -7,6 +7,7 @@ import sys
 import textwrap
 import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from mcap.writer import CompressionType
 
 import rocs_bt.event as ev
 from rocs_bt.errors import RecordingError
@@ -42,6 +44,16 @@ def same(a: Event, b: Event) -> bool:
 def run(tmp_path_factory):
     path = tmp_path_factory.mktemp("run") / "run.mcap"
     return write(path, synthetic.events(6.0), synthetic.summary())
+
+
+def test_a_recording_without_compression_is_read_too(tmp_path, run, monkeypatch):
+    """As versions before lz4 wrote them."""
+    monkeypatch.setattr("rocs_bt.record.recorder.CompressionType", SimpleNamespace(LZ4=CompressionType.NONE))
+    plain = write(tmp_path / "run.mcap", synthetic.events(6.0), synthetic.summary())
+    assert plain.stat().st_size > 2 * run.stat().st_size
+    old, new = Recording.open(plain), Recording.open(run)
+    assert all(same(a, b) for a, b in zip(old.events(), new.events(), strict=True))
+    assert old.summary == new.summary
 
 
 def test_every_kind_of_event_has_a_topic_of_its_own():
