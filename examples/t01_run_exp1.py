@@ -10,7 +10,7 @@ has the contents of summary.json of `rocs-bt run exp1`. Runs with the same seed 
 Output:
 
     exp1, seed 1, 13.7 s simulated
-    R2 success; 3.55 m, 0 collisions, 3 reflexes, 3 re-plans
+    R2 success; 3.55 m, 0 collisions, 3 reflexes, 3 replans
     mission go_to, rules avoid_collision
     minimum clearance: 0.17 m
     reflexes active for 6.6 s, plan active for 6.8 s

@@ -66,7 +66,7 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
             collisions = "" if agent.collisions is None else f"{counted(agent.collisions, 'collision')}, "
             lines.append(
                 f"{name} {agent.outcome}{reason}; {agent.path_length:.2f} m, {collisions}"
-                f"{counted(agent.reflex_activations, 'reflex', 'es')}, {counted(agent.replans, 're-plan')}"
+                f"{counted(agent.reflex_activations, 'reflex', 'es')}, {counted(agent.replans, 'replan')}"
             )
             lines += [f"  fault at {fault}" for fault in agent.faults]
         return "\n".join([*lines, *self.missing])
