@@ -1,19 +1,26 @@
-"""Python content: loaded by its path, under a stable module name, by nobody else (docs/architecture.md)."""
+"""Python content: files loaded by path as modules with stable names (docs/architecture.md).
+
+A folder of content is a package without code of its own, so a file imports its siblings as `from .sibling import Name`.
+"""
 
 from __future__ import annotations
 
 import ast
 import functools
 import hashlib
+import importlib
 import importlib.util
+import os
 import re
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from .confine import is_file
 from .errors import Fault, InputError, unknown
 from .raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
@@ -26,37 +33,82 @@ def is_reference(name: str) -> bool:
 
 
 def module_name(path: Path) -> str:
-    """The name under which a file's module stands in `sys.modules`: its stem, and a digest of its whole path.
+    """Name of a file's module in `sys.modules`: the package of its folder, a dot, and the file's stem.
 
-    Stable, so that tracebacks, dataclasses and pickles hold; never the same for two files.
+    The package is named after the folder, with a digest of the folder's whole path. Names are stable, so tracebacks,
+    dataclasses and pickles work, and two files never have the same name.
     """
     place = path.resolve()
-    return f"{CONTENT_PREFIX}{place.stem}_{hashlib.sha256(str(place).encode()).hexdigest()[:12]}"
+    digest = hashlib.sha256(str(place.parent).encode()).hexdigest()[:12]
+    # A dot would begin a submodule; no file name contains a slash.
+    folder, stem = place.parent.name.replace(".", "/"), place.stem.replace(".", "/")
+    return f"{CONTENT_PREFIX}{folder}_{digest}.{stem}"
 
 
 def load_module(path: Path) -> ModuleType:
-    """The module of a Python file; run once in a process.
+    """Module of a Python file; the file is run once in a process.
 
     Raises:
-        InputError: The file cannot be read, or raises while it is run; with the line.
+        InputError: The file, or a sibling that it imports, cannot be read or raises while it is run; with the line.
     """
     name = module_name(path)
-    if name in sys.modules:
-        return sys.modules[name]
-    if not path.is_file():
-        raise InputError(Fault("this Python file cannot be read.", path, hint="There is no such file."))
-    spec = importlib.util.spec_from_file_location(name, path)
-    if spec is None or spec.loader is None:
-        raise InputError(Fault("this is no Python file.", path, hint="Its name must end in '.py'."))
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
+    package, known = name.partition(".")[0], set(sys.modules)
+    if name not in known:
+        if not path.is_file():
+            raise InputError(Fault("this Python file cannot be read.", path, hint="There is no such file."))
+        if path.resolve().suffix != ".py":
+            raise InputError(Fault("this is no Python file.", path, hint="Its name must end in '.py'."))
+    if package not in known:
+        folder = ModuleType(package, "Folder of content.")
+        folder.__path__ = [str(path.resolve().parent)]
+        sys.modules.setdefault(package, folder)
     try:
         with running(path):
-            spec.loader.exec_module(module)
-    except InputError:
-        del sys.modules[name]
+            return importlib.import_module(name)
+    except BaseException:
+        for each in [m for m in set(sys.modules) - known if m.startswith(f"{package}.")]:
+            del sys.modules[each]
+            vars(sys.modules[package]).pop(each.rpartition(".")[2], None)
         raise
-    return module
+
+
+class _SiblingFinder:
+    """Import hook for packages of content: their modules are the Python files of one folder.
+
+    Subfolders and links are not searched, so that a file has one module only.
+    """
+
+    @staticmethod
+    def find_spec(name: str, folders: Sequence[str] | None = None, target: object = None) -> ModuleSpec | None:
+        """Spec of a file of content; None if the importing package is not content."""
+        if not (name.startswith(CONTENT_PREFIX) and folders):
+            return None
+        file = Path(folders[0], f"{name.rpartition('.')[2].replace('/', '.')}.py")
+        if file.is_symlink():
+            raise ModuleNotFoundError(f"'{file.name}' is a link. Put the file itself into the folder.")
+        siblings = [each.name for each in file.parent.glob("*.py") if each.is_file() and not each.is_symlink()]
+        if file.name not in siblings:
+            raise ModuleNotFoundError(str(unknown("file", file.name, siblings, "The folder")))
+        return importlib.util.spec_from_file_location(name, file)
+
+
+sys.meta_path.insert(0, _SiblingFinder)
+
+
+def with_siblings(path: Path) -> list[Path]:
+    """A Python file and the files of its folder that it imports, directly or through others; nothing is run.
+
+    Raises:
+        InputError: A file cannot be read, or is no Python.
+    """
+    found, folder = [path], path.resolve().parent
+    for file in found:  # grows on the way
+        for node in ast.walk(_parse(file)):
+            if isinstance(node, ast.ImportFrom) and node.level == 1:
+                stems = [node.module] if node.module else [alias.name for alias in node.names]
+                named = [folder / f"{stem}.py" for stem in stems]
+                found += [each for each in named if is_file(each) and each not in (*found, path.resolve())]
+    return found
 
 
 def classes_in(path: Path) -> dict[str, int]:
@@ -127,7 +179,8 @@ def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[E
     except passing:
         raise
     except InputError as error:  # raised by the engine or other content; the fault is at the calling line
-        raise error.at(path, fault_of(path, error, *owners).line) from error
+        place = fault_of(path, error, *owners)
+        raise error.at(place.file, place.line) from error
     except (Exception, SystemExit) as error:  # content may raise anything
         raise InputError(fault_of(path, error, *owners)) from error
 
@@ -159,8 +212,16 @@ def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
         error: The exception.
         owners: Classes or functions of the file; without a line of content the fault is at their definition.
     """
-    if isinstance(error, SyntaxError) and error.filename in (None, str(path)):
-        return Fault(f"not valid Python: {error.msg}.", path, error.lineno or 0, error.offset or 0)
+    if isinstance(error, SyntaxError) and (file := _invalid(error, path)) is not None:
+        return Fault(f"not valid Python: {error.msg}.", file, error.lineno or 0, error.offset or 0)
     place = content_line(error, *owners) or CodeLocation(path, 0)
     name = next((f"{owner.__name__} of" for owner in owners if isinstance(owner, type)), "running")
     return Fault(f"{name} this file raised {describe(error)}", place.file, place.line)
+
+
+def _invalid(error: SyntaxError, path: Path) -> Path | None:
+    """The file that is not valid Python: a file of content, or a sibling; None if it is a text that content parsed."""
+    if error.filename in (None, str(path)):
+        return path
+    folder, file = os.path.split(str(error.filename))
+    return Path(folder, file) if folder == str(path.resolve().parent) and file.endswith(".py") else None

@@ -353,7 +353,7 @@ class Catalog:
             texts |= set(ROUTES if dialect else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
-            tags = texts = texts_in(mission.path)
+            tags = texts = {text for file in mission.files() for text in texts_in(file)}
         named = texts | {value for value in values if isinstance(value, str)}
         routes = [entry for entry in self.list("route") if entry.name in named]
         return (*self._node_files(tags), *routes, *(self.find("mission", name) for name in sorted(missions)))

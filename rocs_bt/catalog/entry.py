@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..confine import confined, is_file
 from ..errors import Fault, InputError, RocsError
-from ..python_content import is_reference
+from ..python_content import is_reference, with_siblings
 from ..toml_text import parse_toml
 
 # File patterns of each kind in a project, in the order of `rocs-bt list`.
@@ -67,11 +67,13 @@ class Entry:
             yield file.relative_to(self.path.parent).as_posix() if inside else file.name, file.read_bytes()
 
     def files(self) -> list[Path]:
-        """Files of the entry, sorted: a robot's whole folder; an XML file and the files that it references."""
+        """Files of the entry, sorted: a robot's whole folder; an XML or Python file and what it references."""
         if self.kind == "robot":
             return sorted(p for p in self.path.parent.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
         if self.path.suffix == ".xml":
             return sorted(_with_references(self.path, set()))
+        if self.path.suffix == ".py":
+            return sorted(with_siblings(self.path))
         return [self.path]
 
 

@@ -60,7 +60,7 @@ class Keys:
 
     def _planner(self, planner: PlannerSpec) -> str:
         content = self._catalog.content_of_controller(planner)
-        python = [entry.path for entry in content if entry.path.suffix == ".py"]
+        python = [file for entry in content if entry.path.suffix == ".py" for file in entry.files()]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
         return _digest([*own, *filter(None, [planner.nodes]), content_hash(content), versions])
@@ -86,7 +86,8 @@ class Keys:
     def _family(self, scene: FamilyScene) -> str:
         family = load_family(self._catalog, scene.family, dict(scene.parameters))
         entry = self._catalog.find("family", scene.family)
-        named = texts_in(entry.path) | {value for value in family.parameters.values() if isinstance(value, str)}
+        named = {text for file in entry.files() for text in texts_in(file)}
+        named |= {value for value in family.parameters.values() if isinstance(value, str)}
         robots = [robot for robot in self._catalog.list("robot") if robot.name in named]
         bases = [self._catalog.find("robot", path.parent.name) for r in robots for path in self._bases(r)]
         return _digest([family.name, family.parameters, content_hash([entry, *robots, *bases])])
@@ -117,7 +118,9 @@ def libraries(file: Path) -> dict[str, str]:
     """Versions of the installed packages that a Python file imports, except the standard library and rocs_bt."""
     tree = ast.parse(file.read_text(encoding="utf-8"), str(file))
     names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
-    names |= {node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) if node.module}
+    names |= {
+        node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module and not node.level
+    }
     modules = {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names) - {"rocs_bt"}
     if not modules:
         return {}
