@@ -85,24 +85,3 @@ def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> lis
         dx, dy = along * ahead - across * aside, across * ahead + along * aside
         found.append((x + c * dx - s * dy, y + s * dx + c * dy))
     return found
-
-
-def hull_gaps(
-    poses: Sequence[Pose2], centres: Sequence[tuple[float, float]], half: tuple[float, float], radius: float
-) -> list[float]:
-    """Gaps between a moving rectangular hull and a circle, pose by pose [m]; negative where they overlap.
-
-    Args:
-        poses: Poses of the hull's centre, world frame.
-        centres: Positions of the circle's centre at the same times, world frame [m].
-        half: Half the hull's length and width [m].
-        radius: Radius of the circle [m].
-    """
-    found = []
-    for (here_x, here_y, yaw), (x, y) in zip(poses, centres, strict=True):
-        c, s = math.cos(yaw), math.sin(yaw)
-        dx, dy = x - here_x, y - here_y
-        ahead, aside = abs(c * dx + s * dy) - half[0], abs(c * dy - s * dx) - half[1]
-        away = math.hypot(ahead, aside) if ahead > 0.0 and aside > 0.0 else max(ahead, aside, 0.0)
-        found.append(away - radius)
-    return found

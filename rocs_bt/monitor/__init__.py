@@ -13,7 +13,6 @@ from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
 from .range_monitor import RangeMonitor
 from .scan_monitor import ScanMonitor
-from .surround_monitor import SurroundMonitor
 from .wheel_monitor import WheelMonitor
 
 __all__ = [
@@ -27,7 +26,6 @@ __all__ = [
     "PoseMonitor",
     "RangeMonitor",
     "ScanMonitor",
-    "SurroundMonitor",
     "WheelMonitor",
 ]
 
@@ -39,7 +37,6 @@ _SHIPPED = (
     PoseMonitor,
     RangeMonitor,
     ScanMonitor,
-    SurroundMonitor,
     WheelMonitor,
 )
 

@@ -20,7 +20,14 @@ MOST_BEAMS = 1000
 
 
 @dataclass(frozen=True)
-class _Group:
+class BeamGroup:
+    """Beams of a group.
+
+    Attributes:
+        beams: Indices into the values of the sensor; empty for a blind group.
+        weights: Weight of each beam, in (0, 1].
+    """
+
     beams: tuple[int, ...]
     weights: tuple[float, ...]
 
@@ -45,6 +52,10 @@ class RangeMonitor(Monitor):
             A ring without any echo after such an echo counts as broken until it has an echo again.
         group: Groups by name: `beams` (indices into the sensor's values) and `weights` (default 1), or `blind = true`.
 
+    Attributes:
+        beams: Number of beams of the sensor.
+        groups: Groups by name.
+
     Raises:
         InputError: The number of beams is out of range, or a group is invalid.
     """
@@ -60,27 +71,27 @@ class RangeMonitor(Monitor):
         super().__init__(*args, **kwargs)
         self._vanish = vanish
         self._nearest = math.inf
-        self._beams = int(beams)
-        if not 1 <= self._beams <= MOST_BEAMS:
-            bound = "at least 1" if self._beams < 1 else f"at most {MOST_BEAMS}"
+        self.beams = int(beams)
+        if not 1 <= self.beams <= MOST_BEAMS:
+            bound = "at least 1" if self.beams < 1 else f"at most {MOST_BEAMS}"
             raise InputError(Fault(f"beams of monitor '{self.name}' must be {bound}, found {beams}."))
-        self._groups = {name: self._checked(name, g) for name, g in (group or {}).items()}
+        self.groups = {name: self._checked(name, g) for name, g in (group or {}).items()}
 
     def signals(self) -> Sequence[Signal]:
         def declare(name: str, size: int, doc: str) -> Signal:
             return Signal(name, size, (LENGTH,) * size, (0.0, math.inf), self.max_age, doc)
 
-        raw = declare(self.monitored[0].sensor.name, self._beams, "Range by beam; +inf without an echo.")
+        raw = declare(self.monitored[0].sensor.name, self.beams, "Range by beam; +inf without an echo.")
         groups = (
             declare(name, len(g.beams), f"Beams {list(g.beams)}, each range divided by its weight.")
             if g.beams
             else declare(name, 1, "No beam in this direction: +inf, never an echo.")
-            for name, g in self._groups.items()
+            for name, g in self.groups.items()
         )
         return [raw, *groups]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.monitored[0].sensor.name: self._beams}
+        return {self.monitored[0].sensor.name: self.beams}
 
     def reject(self, sensor: str, reading: Reading) -> str:
         values = reading.values
@@ -97,22 +108,22 @@ class RangeMonitor(Monitor):
         name, reading = next(iter(readings.items()))
         values = list(reading.values)
         written: dict[str, Sequence[float]] = {name: values}
-        for group, g in self._groups.items():
+        for group, g in self.groups.items():
             written[group] = [values[b] / w for b, w in g.weighed] or [math.inf]
         return written
 
-    def _checked(self, name: str, group: Mapping[str, Any]) -> _Group:
+    def _checked(self, name: str, group: Mapping[str, Any]) -> BeamGroup:
         beams = tuple(int(b) for b in group.get("beams", ()))
         weights = tuple(float(w) for w in group.get("weights", (1.0,) * len(beams)))
         where = f"group '{name}' of monitor '{self.name}'"
         if group.get("blind", False) is True:
             if beams or weights:
                 raise InputError(Fault(f"{where} is blind, but has beams {list(beams)} and weights {list(weights)}."))
-            return _Group((), ())
-        if not beams or any(b < 0 or b >= self._beams for b in beams):
+            return BeamGroup((), ())
+        if not beams or any(b < 0 or b >= self.beams for b in beams):
             hint = "" if beams else "If the robot has no sensor in this direction, write blind = true instead."
-            message = f"{where} must list beams between 0 and {self._beams - 1}, found {list(beams)}."
+            message = f"{where} must list beams between 0 and {self.beams - 1}, found {list(beams)}."
             raise InputError(Fault(message, hint=hint))
         if len(weights) != len(beams) or any(not 0.0 < w <= 1.0 for w in weights):
             raise InputError(Fault(f"{where} must have one weight in (0, 1] for each beam, found {list(weights)}."))
-        return _Group(beams, weights)
+        return BeamGroup(beams, weights)

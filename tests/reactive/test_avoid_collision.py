@@ -7,7 +7,7 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.expression import Environment
-from rocs_bt.monitor.encounter import PASSED
+from rocs_bt.python_content import load_module
 from rocs_bt.reactive import RuleModel, check_rules, load_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
@@ -22,6 +22,7 @@ ENVIRONMENT = Environment.packed(
 )
 OTHERWISE = dict.fromkeys(GROUPS, 1.0) | {"goal_distance": 3.0, "speed": 0.3}
 SHIPPED = Catalog().find("rules", "avoid_collision").path
+PASSED = load_module(Catalog().find("robot", "summit_xl").path.with_name("encounter.py")).PASSED
 
 
 def wanted(*, before=None, **changes):

@@ -1,4 +1,4 @@
-"""A robot with a SurroundMonitor."""
+"""A robot with three beams and the SUMMIT-XL's SurroundMonitor."""
 
 import math
 
@@ -10,9 +10,11 @@ from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.monitor import MonitoredSensor, SurroundMonitor
+from rocs_bt.monitor import MonitoredSensor
 from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
+
+from .summit_xl import surround_monitor
 
 NONE = [math.inf] * 3
 GROUPS = {
@@ -58,7 +60,9 @@ class Rig:
         self.knowledge.graph.set("R3", length=0.7, width=0.6)
         self.sensor, self.count = Ranges(self.clock), 0
         watched = [MonitoredSensor(self.sensor, Rate(1, 0.05))]
-        self.monitor = SurroundMonitor("range", watched, self.knowledge, ListSink(), **{**GIVEN, **given})
+        self.monitor = surround_monitor.SurroundMonitor(
+            "range", watched, self.knowledge, ListSink(), **{**GIVEN, **given}
+        )
         declared = [
             Signal("pose", 3, (LENGTH, LENGTH, ANGLE)),
             Signal("speed", 1, (SPEED,)),

@@ -1,4 +1,4 @@
-"""SurroundMonitor: what a robot with three beams remembers of echoes and of free ground."""
+"""SurroundMonitor: memory of echoes and of free ground."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""SurroundMonitor: the standard groups of a robot with few beams, from its memory and what it knows of its peers."""
+"""Standard groups of a robot with three beams, from its beams, its short memory and the known peers."""
 
 from __future__ import annotations
 
@@ -9,86 +9,87 @@ from typing import Any
 
 import numpy as np
 
-from ..channel import Signals
-from ..control.arcs import BENDS, HEADINGS, leading_edges, turned_edges
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..geometry import Pose2, along_arc
-from ..signal import Signal
-from ..units import ANGLE, LENGTH
+from rocs_bt.channel import Signals
+from rocs_bt.control.arcs import BENDS, HEADINGS
+from rocs_bt.device import Reading
+from rocs_bt.errors import Fault, InputError
+from rocs_bt.geometry import Pose2, along_arc
+from rocs_bt.monitor import RangeMonitor
+from rocs_bt.signal import Signal
+from rocs_bt.units import ANGLE, LENGTH
+
+from .edges import leading_edges, turned_edges
 from .encounter import PASSED, Encounters, Reach
 from .gaps import free_turns, least_gaps
 from .local_memory import Array, LocalMemory, Mount
-from .range_monitor import RangeMonitor
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
-"""The standard groups: each has one value for the peers and one for the memory after those of its beams."""
+"""Standard groups; each has a value for the peers and one for the memory after those of its beams."""
 
 ROOMS = {
-    "room_ahead": (len(BENDS), f"on, on bends of {', '.join(f'{bend:g}' for bend in BENDS)} rad/m"),
+    "room_ahead": (len(BENDS), f"ahead, on bends of {', '.join(f'{bend:g}' for bend in BENDS)} rad/m"),
     "room_behind": (len(BENDS), "back, on the same bends"),
     "room_turned": (
         len(HEADINGS),
-        f"to {len(HEADINGS)} headings of the world, from west by south, once turned there on the spot",
+        f"after a turn on the spot to each of {len(HEADINGS)} headings of the world frame, from west by south",
     ),
 }
-"""Signals that tell how far the robot may drive: how many values each has, and the words for them."""
+"""Signals of free distances: number of values, and description."""
 
 SECTORS = ((math.radians(20.0), 1.0), (math.radians(40.0), 0.85), (math.radians(60.0), 0.6))
-"""How much counts behind what is so far off the axis [rad]: as with the beams of a ring of sonars."""
+"""Largest angle off the rear axis [rad] and weight of each sector behind the robot, as for a ring of sonars."""
 
 _SECTORS = np.array(SECTORS)
 
 SPARE = 0.3
-"""What it leaves to what is ahead [m]."""
+"""Gap that an escape ahead leaves to echoes [m]."""
 
 STRIDES = np.linspace(0.1, 1.0, 10)
-"""How far it looks for free ground, and how fine [m]."""
+"""Distances up to which ground is examined [m]."""
 
 ROOM = (0.0, *STRIDES.tolist())
-"""How far it may drive once so many strides were found to be free [m]."""
+"""Free distance for each number of free strides [m]."""
 
 BACKING = -0.02
-"""Who is faster than this does not drive back [m/s]."""
+"""Speed above which the robot does not drive back [m/s]."""
 
 
 class SurroundMonitor(RangeMonitor):
-    """A RangeMonitor whose standard groups hold what no beam sees now: the nearest peer, and the nearest echo lately.
+    """RangeMonitor whose standard groups also hold what no beam sees now: the nearest peer and the nearest recent echo.
 
-    So rules that know ranges alone work on a robot with three beams. Needs the body's length and width, and a monitor
-    before it that writes `peer_range`.
+    Rules on ranges therefore work on a robot with three beams. The monitor needs the length and width of the body, and
+    a monitor before it that writes `peer_range`.
 
-    *Peers* are those of the world model, where its Analyze has put them: with their speed, and through occlusions. A
-    peer's value is the gap between the hulls where it will be least while this robot comes to stand and the peer goes
-    on; what closes in counts as nearer, and so does what a corner of a turning hull would sweep. One that comes near
-    belongs to the group that a reflex must drive away from: to `rear` if driving ahead leads away from it, to `front`
-    if driving back does, and to both if the robot had better stand.
+    *Peers* are those of the world model, where the robot's Analyze stores them with their speed and through occlusions.
+    The value of a peer is the least gap between the hulls while this robot brakes and the peer drives on. A peer that
+    approaches, or that a corner of the turning hull would hit, therefore counts as nearer. A near peer is reported in
+    the group from which a reflex must drive away: in `rear` if driving ahead increases the gap, in `front` if driving
+    back does, and in both if the robot should stop.
 
-    *Echoes* count as long as the memory lasts, over the weight that a ring's beam has in their direction; those behind
-    only while the robot drives back, since what stands still comes no nearer.
+    *Echoes* count as long as `memory` lasts, each over the weight of its sector. Those behind count only while the
+    robot drives back, since stationary things come no nearer otherwise.
 
-    *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` tell how far the robot may drive
-    on it, one value for each of `control.arcs.BENDS` [m]; back it goes nowhere else, and a square of the memory less,
-    since no beam sees what else is in a square that the hull was over in part. `room_turned` tells the same for a
-    robot that turns on the spot first, one value for each of `control.arcs.HEADINGS`: none where a corner would sweep
-    what it does not know. From a peer it drives only over what was seen as lately as an echo.
+    *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` are the free distances on each
+    of `rocs_bt.control.arcs.BENDS` [m]. The distance back is one square of the map shorter, since no beam sees the rest
+    of a square that the hull covered in part. `room_turned` is the free distance after a turn on the spot to each of
+    `rocs_bt.control.arcs.HEADINGS` [m]; it is 0 if a corner would sweep unknown ground. An escape from a peer uses only
+    ground that was seen within `memory`.
 
-    `free_turn` tells how far it may turn on the spot, left and right, before a corner comes to where an echo was; these
-    it remembers for as long as free ground, since the walls stay where they are.
+    `free_turn` is the free turn on the spot to the left and to the right [rad], until a corner comes near to an echo.
+    It uses echoes as old as `ground`, since walls do not move.
 
-    All groups are invalid as long as the pose, or `peer_range`, is: who cannot see must not drive as if nobody were
-    there.
+    All groups are invalid while the pose or `peer_range` is invalid: a blind robot must not drive as if it were alone.
 
     Args:
-        mounts: x [m], y [m] and yaw [rad] of each beam, in the body frame.
-        half_angle: Of a beam's cone [rad].
-        reach: Of the beams [m].
-        memory: How long an echo is remembered [s].
-        ground: How long it is remembered that ground was free [s].
-        peer_radius: Of a circle around a peer's base that holds its hull [m].
-        reaction: From a reading to wheels that begin to brake [s].
-        deceleration: Of braking wheels [m/s2].
-        horizon: How far to look ahead at least [s].
+        mounts: x [m], y [m] and yaw [rad] of each beam in the body frame.
+        half_angle: Half the opening angle of a beam's cone [rad].
+        reach: Range of the beams [m].
+        memory: Time for which an echo counts [s].
+        ground: Time for which ground counts as free after it was seen to be free [s].
+        peer_radius: Radius of a circle around a peer's base that contains its hull [m].
+        reaction: Delay from a reading to the beginning of braking [s].
+        deceleration: Deceleration of braking wheels [m/s2].
+        horizon: Shortest prediction horizon [s].
     """
 
     def __init__(
@@ -113,15 +114,13 @@ class SurroundMonitor(RangeMonitor):
             )
         if ground < memory:
             found = f"found {ground:g} s and {memory:g} s"
-            raise InputError(
-                Fault(f"ground of monitor '{self.name}' must be remembered at least as long as memory, {found}.")
-            )
-        if missed := [name for name in GROUPS if name not in self._groups]:
+            raise InputError(Fault(f"ground of monitor '{self.name}' must be at least as long as memory, {found}."))
+        if missed := [name for name in GROUPS if name not in self.groups]:
             raise InputError(
                 Fault(f"monitor '{self.name}' needs the groups {', '.join(GROUPS)}; {missed} are missing.")
             )
-        if len(mounts) != self._beams or any(len(mount) != 3 for mount in mounts):
-            raise InputError(Fault(f"mounts of monitor '{self.name}' must be x, y and yaw of {self._beams} beams."))
+        if len(mounts) != self.beams or any(len(mount) != 3 for mount in mounts):
+            raise InputError(Fault(f"mounts of monitor '{self.name}' must be x, y and yaw of {self.beams} beams."))
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
@@ -149,16 +148,16 @@ class SurroundMonitor(RangeMonitor):
                 (LENGTH,) * size,
                 (0.0, float(STRIDES[-1])),
                 self.max_age,
-                f"How far it may drive {words}, on ground that it knows to be free.",
+                f"Free distance {words}, on ground that is known to be free.",
             )
             for name, (size, words) in ROOMS.items()
         ]
-        doc = "On which bend it goes off from a peer that comes near, ahead and back."
+        doc = "Bend of the escape from a near peer, ahead and back."
         off = Signal("bend_off", 2, (ANGLE / LENGTH,) * 2, (min(BENDS), max(BENDS)), self.max_age, doc)
-        doc = "How far it may turn on the spot, left and right, before a corner comes to where an echo was."
+        doc = "Free turn on the spot to the left and to the right, before a corner comes near to an echo."
         turn = Signal("free_turn", 2, (ANGLE,) * 2, (0.0, math.pi), self.max_age, doc)
         wider = (self._wider(signal) if signal.name in GROUPS else signal for signal in groups)
-        return [raw, *wider, *rooms, turn, off]  # in the order in which they are written: that takes half the time
+        return [raw, *wider, *rooms, turn, off]  # in the order of writing, which halves the time
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = dict(super().interpret(readings))
@@ -174,7 +173,7 @@ class SurroundMonitor(RangeMonitor):
         places = [along_arc(place, twist, since) for since, place, twist in motions.values()]
         ranges = next(iter(readings.values())).values
         self._memory.look(now, pose, ranges, places, self._radius)
-        self._leave_out(written, self._memory.explained(pose, ranges, places, self._radius))
+        self._remove_peers(written, self._memory.explained(pose, ranges, places, self._radius))
         ahead, behind, turned = self._rooms(now, pose)
         front = min(written["front"]) - SPARE
 
@@ -195,38 +194,39 @@ class SurroundMonitor(RangeMonitor):
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
-        """How far it may drive on each bend, ahead and back, and turned to each heading [m]."""
+        """Free distances ahead and back on each bend, and after a turn to each heading [m]."""
         since, turned = now - self._ground, [0.0] * len(HEADINGS)
         if self._memory.may_turn(since, pose):
             turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)
         return [*self._bends(since, pose), turned]
 
     def _bends(self, since: float, pose: Pose2) -> tuple[list[float], list[float]]:
-        """How far it may drive on each bend, ahead and back, on ground that was known to be free since a time [m]."""
+        """Free distances ahead and back on each bend [m], on ground that was free since a time [s]."""
         found = self._free(since, pose, self._edges)
         return found[: len(BENDS)], [max(room - self._memory.cell, 0.0) for room in found[len(BENDS) :]]
 
-    def _free(self, since: float, pose: Pose2, ways: Array) -> list[float]:
-        """(n,) How far it may drive on each of some ways [m], on ground that was known to be free since a time [s]."""
-        return [ROOM[strides] for strides in self._memory.strides(since, pose, ways)]
+    def _free(self, since: float, pose: Pose2, paths: Array) -> list[float]:
+        """Free distance on each path [m], on ground that was free since a time [s]; shape (n,)."""
+        return [ROOM[strides] for strides in self._memory.strides(since, pose, paths)]
 
     def _wider(self, signal: Signal) -> Signal:
-        doc = f"{signal.doc} Then the nearest peer, and the nearest echo lately."
+        """The signal of a group with the values of the peers and of the memory."""
+        doc = f"{signal.doc} Then the nearest peer, and the nearest recent echo."
         size = signal.size + 2
         return replace(signal, size=size, dimensions=signal.dimensions[:1] * size, doc=doc)
 
-    def _leave_out(self, written: dict[str, Sequence[float]], explained: Sequence[bool]) -> None:
-        """Take the echoes of peers out of the groups: what is known of a peer says more than its echo."""
+    def _remove_peers(self, written: dict[str, Sequence[float]], explained: Sequence[bool]) -> None:
+        """Remove the echoes of peers from the groups: the world model knows more of a peer than its echo."""
         if any(explained):
-            for name, group in self._groups.items():
+            for name, group in self.groups.items():
                 beams = zip(group.beams, written[name], strict=False)
                 written[name] = [math.inf if explained[beam] else value for beam, value in beams] or written[name]
 
     def _echoes(self, now: float, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
-        """What the memory adds to each of `GROUPS`; nothing ahead, where the beams look."""
+        """Values of the memory for each of `GROUPS` [m]; +inf for the front, which the beams see."""
         points = self._memory.around(pose, now - self._span)
         if not len(points):
             return (math.inf,) * 4
         left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)
-        # What lies beside the way is passed, and no reason to flinch; a turn would lead there.
+        # Things beside the path do not make the robot back off, since only a turn would lead to them.
         return math.inf, max(left, PASSED), max(right, PASSED), rear if backing else max(rear, PASSED)

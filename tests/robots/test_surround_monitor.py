@@ -1,4 +1,4 @@
-"""SurroundMonitor: what a robot with three beams knows of who is near, and where a reflex must drive from them."""
+"""SurroundMonitor: values of the standard groups for known peers, and escapes from them."""
 
 import math
 
@@ -6,8 +6,10 @@ import pytest
 
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
-from rocs_bt.monitor.encounter import DUTY, SURE
-from rocs_bt.monitor.surround_monitor import GROUPS
+
+from .summit_xl import encounter, surround_monitor
+
+DUTY, SURE, GROUPS = encounter.DUTY, encounter.SURE, surround_monitor.GROUPS
 
 
 def test_without_peers_and_echoes_the_groups_say_nothing(rig):

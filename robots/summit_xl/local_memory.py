@@ -1,4 +1,4 @@
-"""LocalMemory: where echoes came from lately, and which ground is free; for robots that look to one side only."""
+"""Short memory of echoes and of free ground, for a robot whose beams look to one side only."""
 
 from __future__ import annotations
 
@@ -10,35 +10,36 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import Pose2
+from rocs_bt.geometry import Pose2
+
 from .free_ground import FreeGround
 
 Array = npt.NDArray[np.float64]
 
 MOVED = 0.05
-"""So far it drives between two looks that are kept [m]."""
+"""Distance between two readings that are stored [m]."""
 
 TURNED = math.radians(5.0)
-"""So far it turns between them [rad]."""
+"""Turn between two readings that are stored [rad]."""
 
 AGAIN = 1.0
-"""After so long it keeps a look even where it stands: what it still sees is not forgotten [s]."""
+"""Time after which a reading is stored even if the robot is stationary, so that visible things are kept [s]."""
 
 MOST = 1000
-"""Echoes that it holds; the oldest are forgotten first."""
+"""Largest number of stored echoes; the oldest are dropped first."""
 
 CLEAR = 0.15
-"""An echo so much nearer than a later one in the same direction is gone [m]."""
+"""An echo is deleted if a later reading in its direction is longer by this distance [m]."""
 
 SPREAD = (-0.6, 0.0, 0.6)
-"""Where in its cone an echo may have come from, in half angles: a cone does not say."""
+"""Directions within the cone at which an echo is stored, in half angles: a cone does not tell the direction."""
 
 UNDER = 0.15
-"""Half the side of a square that any peer covers [m]."""
+"""Half the side of a square that the hull of any peer covers [m]."""
 
 
 class Mount(NamedTuple):
-    """Where a beam begins and looks, in the body frame: [m], [m], [rad]."""
+    """Origin [m] and direction [rad] of a beam in the body frame."""
 
     x: float
     y: float
@@ -47,18 +48,18 @@ class Mount(NamedTuple):
 
 @dataclass
 class LocalMemory:
-    """A short memory of echoes and of free ground, in the frame of the robot's pose.
+    """Short memory of echoes and of free ground, in the frame of the robot's pose.
 
-    What stands still is remembered for a while, so that a robot knows of the wall beside it or behind it which it saw
-    before it turned. An echo that a later look finds gone is forgotten at once. Ground is free where a beam passed,
-    and where the robot or a peer stood. Source of the idea: local obstacle memories such as VFH's (Borenstein and
-    Koren, The vector field histogram, 1991), with points for what is in the way.
+    Echoes of stationary things are stored for a while, so the robot still knows a wall beside or behind it after a
+    turn. An echo is deleted as soon as a later reading shows that it is gone. Ground is free where a beam passed and
+    where the robot or a peer was. The idea is that of local obstacle memories such as the histogram grid of VFH
+    (Borenstein and Koren, The vector field histogram, 1991), with points instead of cells for obstacles.
 
     Args:
-        mounts: The beams.
-        half_angle: Of each beam's cone [rad].
-        reach: As far as they look [m].
-        span: How long an echo is remembered [s].
+        mounts: Mounts of the beams.
+        half_angle: Half the opening angle of a beam's cone [rad].
+        reach: Range of the beams [m].
+        span: Time for which an echo is stored [s].
         half: Half the hull's length and width [m].
     """
 
@@ -77,7 +78,7 @@ class LocalMemory:
         self._under = _filled(UNDER, UNDER)
         radius = math.hypot(*self.half)
         disc = _filled(radius, radius)
-        self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius][None, None]  # a way of one stride
+        self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius][None, None]  # a path of one stride
         square = _filled(self.reach, self.reach)
         away = np.hypot(square[:, 0], square[:, 1])
         inside = (away < self.reach) & (square[:, 0] >= math.cos(self.half_angle) * away)
@@ -87,11 +88,19 @@ class LocalMemory:
 
     @property
     def cell(self) -> float:
-        """Side of the squares in which it knows the ground [m]."""
+        """Side of a square of the map of free ground [m]."""
         return self._ground.cell
 
     def look(self, t: float, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> None:
-        """Take one reading: what is explained by a peer of that radius [m] is not kept, for it will not stay."""
+        """Store one reading; echoes of peers are left out, since peers move on.
+
+        Args:
+            t: Time of the reading [s].
+            pose: Pose of the robot.
+            ranges: Range of each beam [m].
+            peers: Poses of the known peers.
+            radius: Radius of a peer's hull [m].
+        """
         last = self._last
         if (
             last is not None
@@ -116,7 +125,7 @@ class LocalMemory:
                 self._keep(at, distance, t)
 
     def explained(self, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> list[bool]:
-        """Whether each beam's echo is one of a peer of that radius [m]."""
+        """Whether the echo of each beam is that of a peer with a hull of this radius [m]."""
         found = []
         for mount, distance in zip(self.mounts, ranges, strict=True):
             at = pose.compose(Pose2(*mount)) if math.isfinite(distance) else None
@@ -124,21 +133,22 @@ class LocalMemory:
         return found
 
     def around(self, pose: Pose2, since: float) -> Array:
-        """(k, 2) The echoes since a time [s], in the body frame [m]."""
+        """Echoes since a time [s], as positions in the body frame [m], shape (k, 2)."""
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         echoes = self._echoes[self._echoes[:, 2] > since]
         turned: Array = (echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
         return turned
 
-    def strides(self, since: float, pose: Pose2, ways: Array) -> list[int]:
-        """(n,) So many strides of ways (n, k, m, 2) in the body frame were known to be free, since a time [s]."""
-        return self._ground.strides(pose, ways, since)
+    def strides(self, since: float, pose: Pose2, paths: Array) -> list[int]:
+        """Number of strides of each path (n, k, m, 2) in the body frame that were free since a time [s], shape (n,)."""
+        return self._ground.strides(pose, paths, since)
 
     def may_turn(self, since: float, pose: Pose2) -> bool:
-        """Whether ground was known to be free wherever the hull comes when the robot turns on the spot."""
+        """Whether all ground that the hull sweeps in a turn on the spot was free since a time [s]."""
         return self._ground.strides(pose, self._disc, since) == [1]
 
     def _forget(self, at: Pose2, distance: float) -> None:
+        """Delete the echoes that a beam has passed."""
         dx, dy = self._echoes[:, 0] - at.x, self._echoes[:, 1] - at.y
         away = np.hypot(dx, dy)
         along = dx * math.cos(at.yaw) + dy * math.sin(at.yaw)
@@ -146,6 +156,7 @@ class LocalMemory:
         self._echoes = self._echoes[~gone]
 
     def _keep(self, at: Pose2, distance: float, t: float) -> None:
+        """Store an echo; the ground there is no longer free."""
         angles = [at.yaw + share * self.half_angle for share in SPREAD]
         found = [(at.x + distance * math.cos(a), at.y + distance * math.sin(a), t) for a in angles]
         self._echoes = np.vstack([self._echoes, found])[-MOST:]
@@ -154,13 +165,14 @@ class LocalMemory:
         self._ground.mark(at, rim, -math.inf)
 
     def _explains(self, at: Pose2, distance: float, peer: Pose2, radius: float) -> bool:
+        """Whether an echo is that of a peer."""
         away = at.distance(peer)
         aside = abs(at.bearing(peer)) - math.asin(min(1.0, radius / max(away, radius)))
         return aside < self.half_angle and away - distance < radius + CLEAR and distance < away + radius
 
 
 def _filled(length: float, width: float, spacing: float = 0.07) -> Array:
-    """(k, 2) Points all over a rectangle about the origin, of half a length and half a width [m]."""
+    """Points that fill a rectangle about the origin, of half a length and half a width [m], shape (k, 2)."""
     along = np.linspace(-length, length, math.ceil(2.0 * length / spacing) + 1)
     aside = np.linspace(-width, width, math.ceil(2.0 * width / spacing) + 1)
     return np.stack(np.meshgrid(along, aside), axis=-1).reshape(-1, 2)

@@ -1,4 +1,4 @@
-"""FreeGround: a map that goes with the robot."""
+"""FreeGround: map of free ground that moves with the robot."""
 
 import math
 
@@ -7,8 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.geometry import Pose2
-from rocs_bt.monitor.free_ground import FreeGround
 
+from .summit_xl import free_ground
+
+FreeGround = free_ground.FreeGround
 ORIGIN = Pose2(0.0, 0.0, 0.0)
 near = st.floats(-2.0, 2.0)
 poses = st.builds(Pose2, near, near, st.floats(-math.pi, math.pi))

@@ -1,4 +1,4 @@
-"""How far a hull may turn before a corner comes to something."""
+"""Free turns of a hull on the spot."""
 
 import math
 
@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.monitor.gaps import SWING, TURNS, free_turns
+from .summit_xl import gaps
 
+SWING, TURNS, free_turns = gaps.SWING, gaps.TURNS, gaps.free_turns
 HALF = (0.35, 0.275)
 STEP = float(TURNS[1])
 

@@ -1,0 +1,247 @@
+"""Encounters with other robots: how near they come, and where the robot drives to keep clear of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from rocs_bt.control.arcs import BENDS
+from rocs_bt.geometry import Pose2, Twist2, arc, arc_positions
+from rocs_bt.knowledge import Knowledge
+
+from .gaps import hull_gaps
+
+STEP = 0.1
+"""Time step of the prediction of a peer's motion [s]."""
+
+NEAR = 0.2
+"""Gap to a peer below which the robot must drive away or stop [m]."""
+
+PASSED = 0.27
+"""Smallest reported gap to things beside or behind the robot [m]; it neither fires Flinch nor keeps it active."""
+
+TOUCH = 0.05
+"""Smallest gap along an escape [m]."""
+
+AWAY = 0.4
+"""Speed of an escape, that of Flinch in rules/avoid_collision.toml [m/s]."""
+
+SLOW = 0.15
+"""Time that is lost until the robot has that speed [s]."""
+
+FAR = (0.1, 0.4, 0.8, 1.2, 1.6, 2.0)
+"""Times at which an escape is evaluated [s]."""
+
+SURE = 0.14
+"""Distance that is added to the safety distance, since the leader's pose is only estimated [m]."""
+
+DUTY = 120.0
+"""Time for which the safety distance is kept after the robot was last told to follow [s].
+
+A reflex interrupts the following but not this duty, and may hold the robot for a minute while others block the path.
+"""
+
+PINNED = 5.0
+"""Time with a peer at less than `TOUCH` after which any escape that comes no nearer than waiting is allowed [s].
+
+Most peers drive on earlier.
+"""
+
+STAYS = 1.0
+"""Time for which an escape is kept while it comes no nearer to a peer than waiting [s]."""
+
+SCRAPES = -0.04
+"""Gap to a peer's circle at which the peer may touch the hull, whatever its heading [m]."""
+
+LEFT = 1.0
+"""Time within which an escape must have left a peer that touches the hull [s]."""
+
+LEAST = 0.1
+"""Least free distance for an escape [m]."""
+
+BENT = 0.02
+"""Gain that an escape needs over the straight one for each rad/m of its bend [m]."""
+
+Motion = tuple[float, Pose2, Twist2]
+"""Motion of a peer: age [s] of the estimate, pose and twist at that time."""
+
+Reach = tuple[Sequence[float], Sequence[float]]
+"""Free distance ahead and back on each of `rocs_bt.control.arcs.BENDS` [m]."""
+
+Escape = tuple[int, float]
+"""Direction and bend of an escape: 1 ahead, -1 back, 0 none; bend [rad/m], left positive when driving ahead."""
+
+Groups = tuple[float, float, float, float]
+"""Values of the peers for front, left_gap, right_gap and rear [m]."""
+
+NOBODY: Groups = (math.inf,) * 4
+
+
+class Gap(NamedTuple):
+    """Least gap to a peer in the next moments."""
+
+    least: float  # [m] from hull to hull
+    bearing: float  # [rad] of the peer's centre at that moment, left positive
+
+
+class Encounters:
+    """Values of the standard groups for known peers, so that rules on ranges keep the robot clear of them.
+
+    Args:
+        knowledge: Knowledge of the robot.
+        half: Half the hull's length and width [m].
+        radius: Radius of a circle around a peer's base that contains its hull [m].
+        reaction: Delay from a reading to the beginning of braking [s].
+        deceleration: Deceleration of braking wheels [m/s2].
+        horizon: Shortest prediction horizon [s].
+
+    Attributes:
+        bends: Bends of the escapes ahead and back [rad/m]; 0 if there is none.
+    """
+
+    def __init__(
+        self,
+        knowledge: Knowledge,
+        half: tuple[float, float],
+        *,
+        radius: float,
+        reaction: float,
+        deceleration: float,
+        horizon: float,
+    ) -> None:
+        self._knowledge = knowledge
+        self._half = half
+        self._radius = radius
+        self._reaction = reaction
+        self._deceleration = deceleration
+        self._horizon = horizon
+        self._pinned = math.inf  # time since which a peer is nearer than TOUCH [s]
+        self.bends = (0.0, 0.0)
+        self._chosen: tuple[float, Escape] = (-math.inf, (0, 0.0))  # end of its time [s], escape
+        self._duty = (-math.inf, "", 0.0, 0.0)  # end [s], leader, follow distance, safety distance [m]
+
+    def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[], Reach]) -> Groups:
+        """Values of the peers for each group.
+
+        Args:
+            pose: Pose of the robot.
+            motions: Motion of each peer, by name.
+            now: Time [s].
+            room: Returns the free distances on recently seen ground; called only if an escape is needed.
+        """
+        self.bends = (0.0, 0.0)
+        if not motions:
+            return NOBODY
+        times, path = self._braking_path(pose, now)
+        gaps = [self._gap(times, path, motion) for motion in motions.values()]
+        left = min((g.least for g in gaps if 0.0 <= g.bearing <= 0.5 * math.pi), default=math.inf)
+        right = min((g.least for g in gaps if -0.5 * math.pi <= g.bearing < 0.0), default=math.inf)
+        rear = min((g.least for g in gaps if abs(g.bearing) > 0.5 * math.pi), default=math.inf)
+        left, right, rear = max(left, PASSED), max(right, PASSED), max(rear, PASSED)
+        if self._must_stop(times, path, motions):
+            return TOUCH, left, right, TOUCH
+        least = min(g.least for g in gaps)
+        if least >= NEAR:
+            return math.inf, left, right, rear
+        escape, bend = self._escape(pose, motions, room())
+        self.bends = (bend, 0.0) if escape > 0 else (0.0, bend)
+        return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
+
+    def _must_stop(self, times: Sequence[float], path: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:
+        """Whether the robot is too near to its leader, or would be before it has stopped."""
+        stops = next(k for k, mine in enumerate(path, 1) if mine == path[-1])  # a leader may approach a stopped robot
+        for name, _, safety in self._followed():
+            if safety and name in motions:
+                since, place, twist = motions[name]
+                at, *_ = there = arc_positions(place, twist, [since + t for t in times[:stops]])
+                near = min(math.dist(mine[:2], at) for mine in path)
+                coming = min(math.dist(mine[:2], then) for mine, then in zip(path[:stops], there, strict=True))
+                return min(near, coming) < safety + SURE
+        return False
+
+    def _followed(self) -> Iterator[tuple[str, float, float]]:
+        """Leader, follow distance and safety distance [m]; none if the robot follows nobody."""
+        agent, graph, now = self._knowledge.agent, self._knowledge.graph, self._knowledge.clock.now()
+        for name in graph.related(agent, "follows"):
+            edge = graph.edge(agent, "follows", name) or {}
+            self._duty = now + DUTY, name, edge.get("distance", 0.0), edge.get("safety", 0.0)
+        if self._duty[0] > now:
+            yield self._duty[1:]
+
+    def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Reach) -> Escape:
+        """Escape from peers that come near."""
+        paths = {
+            name: arc_positions(place, twist, [since + t for t in FAR])
+            for name, (since, place, twist) in motions.items()
+        }
+        kept = [(Pose2(*paths[name][-1]), distance) for name, distance, _ in self._followed() if name in paths]
+
+        def course(sign: float, bend: float, room: float) -> list[float]:
+            mine = arc(pose, Twist2(sign, sign * bend), [min(AWAY * max(t - SLOW, 0.0), room) for t in FAR])
+            if any(pose.distance(goal) > mine[-1].distance(goal) < least for goal, least in kept):
+                return [-1.0] * len(FAR)  # away from one peer, but into the path of the leader
+            return [min(self._apart(here, *path[k]) for path in paths.values()) for k, here in enumerate(mine)]
+
+        wait = course(1.0, 0.0, 0.0)
+        least = self._least(wait)
+        rooms = {
+            (sign, bend): far
+            for sign, side in zip((1, -1), room, strict=True)
+            for bend, far in zip(BENDS, side, strict=True)
+        }
+        courses = {(sign, bend): course(sign, bend, far) for (sign, bend), far in rooms.items() if far > LEAST}
+        now, (until, begun) = self._knowledge.clock.now(), self._chosen
+        still = [min(low, gap - 0.01) for low, gap in zip(least, wait, strict=True)]
+        if now < until and begun in courses and _leads_off(courses[begun], wait, still):
+            return begun
+        good = {off: gaps[-1] - BENT * abs(off[1]) for off, gaps in courses.items() if _leads_off(gaps, wait, least)}
+        best = max(good, key=lambda off: good[off], default=(0, 0.0))
+        self._chosen = now + STAYS, best
+        return best
+
+    def _least(self, wait: Sequence[float]) -> list[float]:
+        """Least gap of an escape at each evaluated time [m], given the gaps of a robot that waits."""
+        now = self._knowledge.clock.now()
+        self._pinned = min(self._pinned, now) if wait[0] < TOUCH else math.inf
+        if now - self._pinned > PINNED:
+            # The robot must soon leave a peer that may touch it: driving along the peer would touch it again.
+            late = 0.02 if wait[0] < SCRAPES else -0.01
+            return [gap + (late if t > LEFT else -0.01) for gap, t in zip(wait, FAR, strict=True)]
+        # As long as nothing touches the hull, an escape needs no larger gap than waiting has.
+        return [min(TOUCH, max(gap - 0.01, 0.0)) for gap in wait]
+
+    def _braking_path(self, pose: Pose2, now: float) -> tuple[list[float], list[Pose2]]:
+        """Times from now on [s], and the poses of a robot that brakes as soon as it can."""
+        robot = self._knowledge.robot
+        twist = Twist2(robot.speed(now), robot.turn_rate(now))
+        if math.isnan(twist.forward + twist.turn):
+            twist = Twist2(0.0)
+        rim = max(map(abs, robot.drive.wheel_speeds(twist).tolist()))
+        braking = rim / self._deceleration
+        horizon = max(self._horizon, self._reaction + braking)
+        times = [i * STEP for i in range(math.ceil(horizon / STEP - 1e-9) + 1)]
+        driven = []
+        for t in times:
+            slow = min(max(t - self._reaction, 0.0), braking)
+            braked = slow - 0.5 * slow * slow / braking if braking > 0.0 else 0.0
+            driven.append(min(t, self._reaction) + braked)
+        return times, arc(pose, twist, driven)
+
+    def _gap(self, times: Sequence[float], path: Sequence[Pose2], motion: Motion) -> Gap:
+        """Least gap to a peer while the robot follows a path."""
+        since, place, twist = motion
+        places = arc_positions(place, twist, [since + t for t in times])
+        gaps = hull_gaps(path, places, self._half, self._radius)
+        least = min(gaps)
+        k = gaps.index(least)
+        return Gap(max(0.0, least), path[k].bearing(Pose2(*places[k])))
+
+    def _apart(self, pose: Pose2, x: float, y: float) -> float:
+        """Gap between the hull and a peer's circle at a position [m]; negative if the circle overlaps the edge."""
+        return hull_gaps((pose,), ((x, y),), self._half, self._radius)[0]
+
+
+def _leads_off(gaps: Sequence[float], wait: Sequence[float], least: Sequence[float]) -> bool:
+    """Whether the gaps of an escape end well above those of waiting, and never fall below the least ones [m]."""
+    return gaps[-1] > wait[-1] + TOUCH and all(gap >= low for gap, low in zip(gaps, least, strict=True))
