@@ -96,13 +96,13 @@ sys.meta_path.insert(0, _SiblingFinder)
 
 
 def with_siblings(path: Path) -> list[Path]:
-    """A Python file and the files of its folder that it imports, directly or through others; nothing is run.
+    """A Python file and the siblings that it imports, directly or indirectly; no file is run.
 
     Raises:
-        InputError: A file cannot be read, or is no Python.
+        InputError: A file cannot be read, or is not valid Python.
     """
     found, folder = [path], path.resolve().parent
-    for file in found:  # grows on the way
+    for file in found:  # the list grows in the loop
         for node in ast.walk(_parse(file)):
             if isinstance(node, ast.ImportFrom) and node.level == 1:
                 stems = [node.module] if node.module else [alias.name for alias in node.names]
@@ -220,7 +220,7 @@ def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
 
 
 def _invalid(error: SyntaxError, path: Path) -> Path | None:
-    """The file that is not valid Python: a file of content, or a sibling; None if it is a text that content parsed."""
+    """File of content with the invalid syntax: this file or a sibling; None if content parsed another text."""
     if error.filename in (None, str(path)):
         return path
     folder, file = os.path.split(str(error.filename))

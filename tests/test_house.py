@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import importlib
 import subprocess
 import sys
 from pathlib import Path
@@ -15,6 +16,7 @@ import rocs_bt
 
 ROOT = Path(__file__).resolve().parent.parent
 SOURCES = sorted(p for p in (ROOT / "rocs_bt").rglob("*.py") if "_content" not in p.parts)
+CONTENT = sorted(p for name in ("planners", "robots", "scenarios") for p in (ROOT / name).rglob("*.py"))
 HEAVY = ("casadi", "matplotlib", "mujoco", "networkx", "numpy", "py_trees", "scipy")
 
 PUBLIC = [
@@ -104,10 +106,22 @@ def test_the_command_line_knows_its_commands():
         assert group.get_command(click.Context(group), name).help
 
 
+@pytest.mark.parametrize("path", CONTENT, ids=lambda path: path.relative_to(ROOT).as_posix())
+def test_content_imports_public_names_only(path):
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.ImportFrom) and not node.level and node.module.partition(".")[0] == "rocs_bt":
+            module = importlib.import_module(node.module)
+            names = [alias.name for alias in node.names]
+            assert not [name for name in (*node.module.split("."), *names) if name.startswith("_")]
+            assert set(names) <= set(getattr(module, "__all__", names))
+        elif isinstance(node, ast.Import):
+            assert not [alias.name for alias in node.names if alias.name.startswith("rocs_bt.")]
+
+
 def test_no_function_is_too_long():
     """Docstrings do not count."""
     long = []
-    for path in SOURCES:
+    for path in (*SOURCES, *CONTENT):
         for node in ast.walk(ast.parse(path.read_text("utf-8"))):
             if isinstance(node, ast.FunctionDef):
                 first = node.body[1 if ast.get_docstring(node) and len(node.body) > 1 else 0]
