@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
@@ -30,6 +31,9 @@ from .recording import Recording
 
 _RECENT = 0.5  # [s] before the time; events of this interval are listed
 _RAISED = 5  # maximum number of listed exceptions of content
+_LONG = 24  # values of a signal that are printed; of longer ones only the minimum
+_SLOW = 0.02  # speed above which the robot drives [m/s]
+_TURNING = 0.1  # turn rate above which it turns [rad/s]
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # emitted every period, not listed
 
 
@@ -72,6 +76,11 @@ class Why:
     changes: dict[str, Change] = field(default_factory=dict)
     raised: list[ContentRaised] = field(default_factory=list)
     recent: list[Event] = field(default_factory=list)
+
+    @property
+    def answer(self) -> str:
+        """One sentence: the motion of the robot, and the rule or the leaf of the mission that caused it."""
+        return f"{self.agent} {_motion(self)} because {_cause(self)}."
 
     def __str__(self) -> str:
         return "\n".join(_render(self))
@@ -141,17 +150,43 @@ def _take(why: Why, event: Event) -> None:
         why.recent.append(event)
 
 
+def _motion(why: Why) -> str:
+    """Motion of the robot by its signals `speed` and `turn_rate`."""
+    (speed, turn) = (why.signals[n][1][0] if n in why.signals else math.nan for n in ("speed", "turn_rate"))
+    side = " left" if turn > 0.0 else " right"
+    if abs(speed) > _SLOW:
+        return ("drove ahead" if speed > 0.0 else "drove back") + (f" turning{side}" if abs(turn) > _TURNING else "")
+    if abs(turn) > _TURNING:
+        return f"turned{side}"
+    return "was stationary" if math.isfinite(speed) else "acted"
+
+
+def _cause(why: Why) -> str:
+    """The rule that fired, or the leaf that submitted the running action."""
+    running = [e for e in why.tickets.values() if e.state == "RUNNING"]
+    for ticket in running:
+        if ticket.priority == "HIGH":
+            fired = next((e for e in reversed(why.fired) if e.rule == ticket.by), None)
+            guard = "" if fired is None else f"{_since(fired, why.t)}: {fired.reading}"
+            rule = ticket.by.rpartition("/")[2]
+            action = "" if ticket.action == rule else f" {ticket.action}"
+            return f"the rule {rule} fired{action}{guard}"
+    for ticket in running:
+        return f"the leaf '{ticket.by}' of its mission runs {ticket.action}({_values(ticket.parameters)})"
+    root = next(iter(why.tree.values()), None)
+    ended = root is not None and root.status in ("SUCCESS", "FAILURE")
+    return f"its mission had ended with {root.status}" if root is not None and ended else "no action was active"
+
+
 def _render(why: Why) -> Iterable[str]:
-    yield f"{why.agent} at t = {why.t:.3f} s"
-    yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
-    yield from _part("", [_node(why.graph, name) for name in sorted(why.graph.nodes())])
-    yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
-    yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
+    yield why.answer
+    yield f"Evidence at t = {why.t:.3f} s:"
     active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
     yield from _part("fired", active or ["no active rule"])
     if why.fired:
         last = why.fired[-1]
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
+    yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
     yield from _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
     tickets = [
         f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"
@@ -168,10 +203,13 @@ def _render(why: Why) -> Iterable[str]:
             yield f"             limited by the safety gate: {by} {_numbers(list(limited.wanted))}"
     if why.followed is not None:
         yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
+    yield from _part("just before", [describe(e) for e in why.recent[-10:]])
     yield from _part(
         "true pose", [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m, yaw {b.yaw:.3f} rad" for b in why.bodies.values()]
     )
-    yield from _part("just before", [describe(e) for e in why.recent[-10:]])
+    yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
+    yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
+    yield from _part("", [_node(why.graph, name) for name in sorted(why.graph.nodes())])
 
 
 def _part(title: str, lines: list[str]) -> Iterable[str]:
@@ -208,6 +246,10 @@ def _values(values: object) -> str:
 def _numbers(value: object) -> str:
     if isinstance(value, float):
         return f"{value:.3f}"
+    if isinstance(value, list) and len(value) > _LONG and all(isinstance(v, float) for v in value):
+        heard = [v for v in value if math.isfinite(v)]
+        least = f", least {min(heard):.3f} at [{value.index(min(heard))}]" if heard else ""
+        return f"{len(value)} values, {len(heard)} finite{least}"
     if isinstance(value, list):
         shown = ", ".join(_numbers(v) for v in value)
         return shown if len(value) == 1 else f"[{shown}]"

@@ -6,7 +6,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import KnowledgeChanged, ListSink, RuleChanged
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
-from rocs_bt.record.why import explain
+from rocs_bt.record.why import Why, explain
 
 from . import synthetic
 
@@ -33,6 +33,33 @@ def test_in_a_reflex_everything_is_there(recording):
         "AvoidCollision(turn=1.047)",
     ]:
         assert part in text
+
+
+def test_the_answer_is_the_first_line(recording):
+    first = str(explain(recording, FIRED.t + 0.1)).splitlines()[0]
+    assert first == f"R2 acted because the rule AvoidCollision fired, 0.10 s ago: {FIRED.reading}."
+    assert "because the leaf 'go to/GoTo' of its mission runs GoTo(" in explain(recording, FIRED.t - 0.1).answer
+    assert explain(recording, 19.0).answer == "R2 acted because its mission had ended with SUCCESS."
+
+
+@pytest.mark.parametrize(
+    ("speed", "turn", "says"),
+    [
+        (0.0, 0.0, "was stationary"),
+        (0.3, 0.0, "drove ahead"),
+        (0.3, -1.0, "drove ahead turning right"),
+        (-0.3, 0.0, "drove back"),
+        (0.0, 1.0, "turned left"),
+    ],
+)
+def test_the_motion_is_that_of_speed_and_turn_rate(speed, turn, says):
+    why = Why(1.0, "R2", signals={"speed": (1.0, [speed]), "turn_rate": (1.0, [turn])})
+    assert why.answer == f"R2 {says} because no action was active."
+
+
+def test_of_many_values_the_least_is_shown():
+    why = Why(1.0, "R2", signals={"scan": (1.0, [3.0, 0.5, *[float("inf")] * 30])})
+    assert "scan = 32 values, 2 finite, least 0.500 at [1]" in str(why)
 
 
 def test_before_and_after_it_no_rule_is_active(recording):
