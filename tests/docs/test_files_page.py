@@ -318,7 +318,7 @@ def test_every_movers_parameters_are_documented():
     wanted = {
         name: set(inspect.signature(cls.Parameters).parameters) for name, cls in {**MOVERS, **SCRIPTED_OBJECTS}.items()
     }
-    assert by_owner("Mover scripts") == wanted
+    assert by_owner("Scripts of scripted actors") == wanted
 
 
 def test_the_places_of_blocks_and_names_are_the_tables():
