@@ -75,7 +75,7 @@ def test_why_calls_a_reflex_active_until_its_action_has_ended(rocs_bt, recorded)
     assert told.code == 0
     assert "RUNNING AvoidCollision" in told.out
     assert "no active rule" not in told.out
-    assert "avoid_collision/AvoidCollision" in told.out.partition("fired")[2].partition("\n")[0]
+    assert "avoid_collision/AvoidCollision" in told.out.partition("\nfired ")[2].partition("\n")[0]
 
 
 def test_why_asks_for_a_time_that_the_run_has(rocs_bt, recorded):
