@@ -129,6 +129,7 @@ class _Slot:
         # One numerics thread per process, since there is one process per core.
         self._environment = {**_THREADS, "TMPDIR": scratch}
         self._process: BaseProcess | None = None
+        self._killed = False
         self._connection: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
@@ -150,9 +151,11 @@ class _Slot:
         return answer
 
     def kill(self) -> None:
-        """Kill the process."""
-        if self._process is not None:
-            self._process.kill()
+        """Kill the process, also one that is being started."""
+        with _starting:
+            self._killed = True
+            if self._process is not None:
+                self._process.kill()
 
     def close(self) -> None:
         """Close the connection, so that the process ends, and wait for it."""
@@ -165,11 +168,12 @@ class _Slot:
         if self._process is None or self._connection is None:
             self._connection, theirs = multiprocessing.Pipe()
             environment = {**os.environ, **self._environment}
-            self._process = _context().Process(
-                target=_worker_loop, args=(theirs, environment), name=self._name, daemon=True
-            )
+            process = _context().Process(target=_worker_loop, args=(theirs, environment), name=self._name, daemon=True)
             with _starting, _environment(_THREADS):
-                self._process.start()
+                process.start()
+                self._process = process
+                if self._killed:
+                    process.kill()
             theirs.close()
         return self._process, self._connection
 
