@@ -181,7 +181,7 @@ class Action(ABC):
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterable[tuple[str, str]]:
-        """Parameters that the robot cannot carry out, as pairs of name and reason; none by default.
+        """Parameters that the robot does not support, as pairs of name and reason; none by default.
 
         Called when a mission or a rule file is checked, and when an agent is built.
 

@@ -169,7 +169,13 @@ class Replanned(Event, frozen=True, kw_only=True):
 
 
 class Said(Event, frozen=True, kw_only=True):
-    """A mission issued a message: `aloud` for people nearby, else for the log. `node` is the path of the leaf."""
+    """A leaf of a mission issued a message.
+
+    Attributes:
+        node: Path of the leaf.
+        text: The message.
+        aloud: Whether the message is for people near the robot, instead of for the log only.
+    """
 
     node: str
     text: str

@@ -33,13 +33,13 @@ class Pose2(NamedTuple):
         return wrap_angle(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
     def transform(self, x: float, y: float) -> tuple[float, float]:
-        """A point of this pose's body frame [m], in the world frame [m]."""
+        """Convert a point from the body frame of this pose to the world frame [m]."""
         here_x, here_y, yaw = self
         c, s = math.cos(yaw), math.sin(yaw)
         return here_x + c * x - s * y, here_y + s * x + c * y
 
     def compose(self, other: Pose2) -> Pose2:
-        """The other pose, given in this pose's body frame, in the world frame."""
+        """Convert a pose from the body frame of this pose to the world frame."""
         x, y = self.transform(other.x, other.y)
         return pose2((x, y, wrap_angle(self.yaw + other.yaw)))
 

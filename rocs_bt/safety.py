@@ -242,7 +242,7 @@ class SafetyGate(Actuator):
             raise
 
     def shut(self) -> None:
-        """Go to neutral permanently: later commands are refused. Works while a command hangs in the device."""
+        """Send the actuator to neutral and refuse all later commands. Works while a command hangs in the device."""
         self._shut = True
         self.neutral()
 

@@ -233,7 +233,11 @@ class PlannedPath(NamedTuple):
 
 
 def _search(field, cost, start, goal):
-    """Cell centres from start to goal, or to the border toward the goal [m], shape (k, 2); None without a path."""
+    """Find the cheapest path on the grid; if the goal is outside the grid, the path ends at the best border cell.
+
+    Returns:
+        Cell centres from start to goal [m], shape (k, 2); None without a path.
+    """
     rows, columns = cost.shape
     here, there = field.around.cell(start), field.around.cell(goal)
     row, column = np.indices(cost.shape)

@@ -1,9 +1,9 @@
-"""Shortest path around known obstacles: straight lines between corners in line of sight.
+"""Visibility graph: shortest path around known obstacles, along straight lines between their corners.
 
-Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each is grown
-by the robot's radius around its base and the clearance, to a convex polygon. The graph's nodes are the polygons'
-corners, its edges the lines between them that cross no polygon. Its shortest path is optimal among such polygons
-(Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
+Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each is
+approximated by a convex polygon and inflated by the robot's radius around its base plus the clearance. The nodes of
+the graph are the corners of the polygons, its edges the lines between corners that cross no polygon. The shortest path
+in the graph is the shortest one among these polygons (Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
 """
 
 from itertools import combinations
@@ -19,7 +19,7 @@ INSIDE = 1e-6  # [m]; a line that touches a polygon does not cross it
 
 
 class Visibility(RoutePlanner):
-    """Plans among convex polygons around the objects of the world model."""
+    """Plans in the visibility graph of the objects of the world model."""
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         here, there = start[:2], goal[:2]
@@ -46,7 +46,7 @@ class Visibility(RoutePlanner):
         return known.get("radius", 0.5 * hypot(known.get("length", 0.0), known.get("width", 0.0)))
 
     def _polygons(self, margin: float) -> dict[str, list[Point]]:
-        """Known obstacles, grown by a margin [m], corners counterclockwise."""
+        """Polygons of the known obstacles, inflated by a margin [m], corners counterclockwise."""
         found = {}
         for name in self.knowledge.world.objects():
             known = self.knowledge.graph.attributes(name)

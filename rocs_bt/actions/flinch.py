@@ -159,7 +159,11 @@ def _has_beams_all_round(body: Body) -> bool:
 
 
 def _certain(body: Body) -> bool:
-    """Whether the pose is measured, or its estimate is accurate enough to distinguish a push from a correction."""
+    """Whether a displacement of the pose can be taken for a push.
+
+    A pose estimator also displaces the pose when it corrects its estimate. Its signal `pose_spread` must therefore be
+    below `CERTAIN`; a robot without this signal measures its pose.
+    """
     signals = body.knowledge.signals
     return "pose_spread" not in signals or signals.value("pose_spread", body.clock.now()) < CERTAIN
 
@@ -176,7 +180,7 @@ def _pose(body: Body) -> Pose2 | None:
 
 
 def _ahead(pose: Pose2, place: Pose2) -> float:
-    """Distance of a position ahead of a pose [m]."""
+    """Distance of a position from a pose along the pose's heading [m]; negative behind it."""
     return pose.distance(place) * math.cos(pose.bearing(place))
 
 

@@ -200,7 +200,11 @@ class GiveWay:
         return candidates[:, self._last, : len(self.times)].T
 
     def _arcs(self, pose: Pose2, room: Room) -> Array:
-        """Positions and yaws (3, n, k) at `leader_times`: standstill, each arc ahead, each arc back."""
+        """Candidates of standing still or driving an arc: standstill first, then all arcs ahead, then all arcs back.
+
+        Returns:
+            x, y and yaw of the n candidates at the k times `leader_times`, world frame, shape (3, n, k) [m, m, rad].
+        """
         runs = self._runs_within(room)
         turned = self._bends * runs
         half = 0.5 * turned
@@ -208,7 +212,11 @@ class GiveWay:
         return np.stack([pose.x + chord * np.cos(middle), pose.y + chord * np.sin(middle), pose.yaw + turned])
 
     def _turns(self, pose: Pose2, room: Room) -> Array:
-        """Positions and yaws (3, m, k) at `leader_times`: a turn on the spot to each heading, then straight."""
+        """Candidates that turn on the spot to one of the m `HEADINGS`, or to its opposite, and then drive straight.
+
+        Returns:
+            x, y and yaw of the m candidates at the k times `leader_times`, world frame, shape (3, m, k) [m, m, rad].
+        """
         off = HEADINGS - pose.yaw
         errors = np.arctan2(np.sin(off), np.cos(off))
         errors -= np.where(np.abs(errors) > 0.5 * math.pi, np.copysign(math.pi, errors), 0.0)  # drive backward instead
@@ -243,7 +251,7 @@ class GiveWay:
         return costs
 
     def _runs_within(self, room: Room) -> Array:
-        """Signed distances driven, shape (n, k) [m]: standstill, each arc ahead, each arc back."""
+        """Signed distances driven by the candidates of `_arcs` at the k times `leader_times`, shape (n, k) [m]."""
         reach = np.concatenate([[0.0], *[room.ahead] * len(SPEEDS), *[room.behind] * len(SPEEDS)])[:, None]
         runs: Array = self._signs * braked_distance(self._speeds, reach, self.leader_times, self._braking)
         return runs

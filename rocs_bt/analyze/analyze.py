@@ -77,7 +77,7 @@ class Analyze(MonitorSubscriber, ABC):
             self._publisher.publish(t, change)
 
     def write(self, t: float, values: Signals) -> None:
-        """Write its own signals in one update, valid at time t [s]."""
+        """Write the signals that this Analyze block computes, in one update valid at time t [s]."""
         self.knowledge.signals.update(values, t)
         self._sink.emit(
             SignalsWritten(

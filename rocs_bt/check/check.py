@@ -120,7 +120,7 @@ def _default() -> Path:
 
 
 def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
-    """Entries of a path: one for a file, all content for a folder."""
+    """Files to check: the given file, or all missions, rule files, robots and other content in a folder."""
     path = path.resolve()
     catalog = Catalog.here(path if path.is_dir() else path.parent, code=code)
     if path.is_dir():
@@ -153,7 +153,10 @@ def _inside(folder: Path) -> list[Path]:
 
 
 def _is_content(path: Path) -> bool:
-    """Whether a file in a folder that is no project is content, by its path or because it contains behaviour trees."""
+    """Whether `rocs-bt check` can check a file of a folder that is not a project.
+
+    Either its path is that of a mission, rule file, robot or other content, or it is an XML file of behaviour trees.
+    """
     try:
         return kind_of(tested_file(path)) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
     except InputError:
@@ -161,7 +164,7 @@ def _is_content(path: Path) -> bool:
 
 
 def _kind_inside(path: Path) -> str | None:
-    """Kind of a file outside a project's folders, by its content."""
+    """Kind of a file outside a project's folders, such as `mission`, found from what the file contains."""
     if path.suffix == ".toml":
         kind = str(read_toml(path).raw("format", "")).partition("/")[0]
         return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)

@@ -1,4 +1,4 @@
-"""Ground: a floor with obstacles, exported as a world file or as a grid."""
+"""Rectangular floor with obstacles, exported as an MJCF world or as an occupancy grid."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from .obstacle import Block, Point, Post
 
 @dataclass
 class Ground:
-    """A floor with obstacles.
+    """Rectangular floor with obstacles.
 
     Attributes:
-        low, high: Corners of the floor [m].
+        low, high: Corners of the floor with the smallest and with the largest coordinates, world frame [m].
         obstacles: Static obstacles.
-        movers: Objects moved by the scenario's movers: separate bodies in the world, not in the grid.
+        movers: Objects that the scenario moves, at their initial positions: separate bodies in the world, not in the grid.
         mjcf: Additional MJCF elements of the world body, not in the grid.
     """
 

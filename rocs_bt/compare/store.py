@@ -32,7 +32,7 @@ _PUT = "insert or replace into episodes values (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
 
 @dataclass(frozen=True)
 class Cost:
-    """Computation cost of an episode; kept out of records because it does not repeat.
+    """Computation time of an episode. It is not part of the record because it differs between repetitions.
 
     Attributes:
         wall: Wall-clock time [s].

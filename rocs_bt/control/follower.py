@@ -37,7 +37,7 @@ class FollowerSettings:
     """Settings of the follower.
 
     Attributes:
-        blocks: Lengths of the move blocks, in stages; their sum is the horizon.
+        blocks: Lengths of the move blocks, in stages of the prediction; their sum is the horizon.
         dt: Duration of a stage [s].
         weights: Weights of the cost.
         iterations: Maximum number of solver iterations per period.
@@ -58,7 +58,7 @@ class FollowerSettings:
 
     @property
     def late(self) -> float:
-        """Delay of steadily changing wheel speeds behind their command [s]."""
+        """Steady-state lag of the wheel speeds behind a ramp command [s]: dead time plus time constant."""
         return self.wheel_delay + self.wheel_lag
 
 

@@ -1,4 +1,8 @@
-"""Rectangular footprint: gaps, clearance and contact times to points."""
+"""Rectangular footprint of a robot, and its distances to points.
+
+A gap is the signed distance of one point to the hull, negative inside. The clearance of a pose is its smallest gap to
+any point. The contact time is the time after which a moving robot has a point within a margin.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +59,7 @@ class Footprint:
         return gaps
 
     def clearance(self, poses: Array, points: Array) -> Array:
-        """Gap of the hull to the nearest point at each pose.
+        """Distance of the hull to the nearest point, at each pose.
 
         Args:
             poses: Poses, world frame, shape (k, 3) [m, m, rad].

@@ -71,7 +71,11 @@ class AtomicActionExecutor:
 
 
 class Execute:
-    """Takes the top action of the pipeline, decomposes it lazily, and runs the atomic action once per period.
+    """Runs the actions in the pipeline, one control period at a time.
+
+    Each submitted action has a ticket, which holds its priority and state. Every period, Execute takes the ticket with
+    the highest priority and runs one atomic action of it. A macro action is decomposed step by step: its next action is
+    created when the previous one has succeeded.
 
     One action commands the actuators per period. If an action ends without a command, the next one runs in the same
     period, so that no period is lost. If it ends with a command, that command lasts until the end of the period.

@@ -113,7 +113,7 @@ class Subscribers:
     def queue(
         self, change: KnowledgeChanged, nodes: tuple[str, ...], kinds: tuple[str, ...], relation: str | None = None
     ) -> None:
-        """Keep a change for delivery if any subscription wants it."""
+        """Queue a change for delivery if it matches any subscription."""
         for subscription in self.all:
             if subscription.fits(nodes, kinds, relation):
                 self.pending.append(Delivery(change, nodes, kinds, relation))
@@ -144,10 +144,11 @@ class Subscribers:
 
 
 class WriteObservers:
-    """Callbacks that receive each complete write as a list of its changes; one `locked` block is one write.
+    """Callbacks that receive each complete write to a graph, as the list of its changes.
 
-    For storage and sharing, which must not see half a write. An observer is called under the writer's lock: it must
-    be as fast as appending the list to a queue, and must not raise. All methods are called under that lock.
+    All changes in one `locked` block are one write. Journal and sharing use these callbacks, so that they never
+    store or send a part of a write. An observer is called under the writer's lock: it must be as fast as appending the
+    list to a queue, and must not raise. All methods are called under that lock.
     """
 
     def __init__(self) -> None:

@@ -24,7 +24,7 @@ from .xml_mission import embedded
 
 @dataclass(frozen=True)
 class MissionLine:
-    """Line of a Python mission that created a node; the counterpart of an element of an XML mission.
+    """Source line of a Python mission that created a node, as an element does in an XML mission.
 
     Attributes:
         location: File and line.
@@ -46,9 +46,9 @@ class MissionLine:
 
 
 def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
-    """Fault of an action with a goal that has no pose at the start, or None.
+    """Check that the goal of an action has a known pose at the start of the run.
 
-    No fault is reported if the robot knows no place at all.
+    Nothing is reported if the robot knows no place at all.
 
     Args:
         world: World model at the start.
@@ -56,6 +56,9 @@ def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[st
         goal: Name of its goal.
         later: Nodes that may become known during the run; None if any node may. A goal that is not among them is an
             error, else a warning.
+
+    Returns:
+        The fault, or None.
     """
     known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
     if not known or world.pose_of(goal) is not None:

@@ -69,7 +69,7 @@ class Plan(AnalyzeSubscriber, ABC):
 
     @abstractmethod
     def run(self, t: float) -> None:
-        """Execute one turn; called when its period is due and whenever `called` is true. Must not block.
+        """Execute one turn of the planner; called once per period and whenever `called` is true. Must not block.
 
         Args:
             t: Current time [s].
@@ -81,7 +81,7 @@ class Plan(AnalyzeSubscriber, ABC):
         return bool(self._replan_by) or self.inbox.pending
 
     def replan(self, by: str) -> None:
-        """Request a turn soon because the plan's assumptions may be wrong, as after a reflex. Thread-safe."""
+        """Request an early turn because the plan's assumptions may be wrong, as after a reflex. Thread-safe."""
         with self._lock:
             self._replan_by.append(by)
         self.inbox.wake()
@@ -109,10 +109,13 @@ class Plan(AnalyzeSubscriber, ABC):
         """Release the planner's resources; called once at the end of a run."""
 
     def blame(self, error: BaseException) -> Raised | None:
-        """Content that raised an exception in a turn or in `close`; None if only the engine or an actuator did.
+        """Find the action, route planner or planner that raised an exception.
 
         Args:
-            error: The exception, with its traceback.
+            error: Exception raised in `run` or in `close`, with its traceback.
+
+        Returns:
+            Kind and name of the code at fault; None if only rocs_bt itself or an actuator is at fault.
         """
         if from_actuator(error):
             return None
@@ -122,7 +125,7 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def content_of(self, owner: object) -> tuple[str, str] | None:
-        """Kind and name of the content that an object belongs to, or None."""
+        """Kind, such as `action`, and name of the class whose object this is; None for objects of rocs_bt itself."""
         if isinstance(owner, Action):
             return "action", owner.name
         if isinstance(owner, RoutePlanner):
@@ -132,5 +135,5 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def definitions_of(self, owner: object) -> tuple[object, ...]:
-        """Objects that locate content, for `raised_at`: the object itself first."""
+        """Objects whose source files may contain the fault, for `raised_at`; the object itself first."""
         return (owner,)

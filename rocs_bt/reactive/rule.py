@@ -29,7 +29,7 @@ class Position:
 
 @dataclass(frozen=True)
 class Expected:
-    """Expectation of a test after one of its samples.
+    """State of a rule that a test expects after one of its samples.
 
     Attributes:
         sample: Index of the sample.
@@ -46,12 +46,12 @@ class Expected:
 
 @dataclass(frozen=True)
 class RuleTest:
-    """Test of a rule.
+    """Test of a rule: a sequence of signal snapshots, and the expected state of the rule after some of them.
 
     Attributes:
-        name: Name in messages.
-        samples: Times [s] and snapshots.
-        expected: Expectations.
+        name: Name of the test, used in messages.
+        samples: Time [s] of each snapshot, and the values of all signals in it, SI units.
+        expected: Expected states of the rule.
         mode: Mode of the agent during the test.
         position: Position in the file.
     """

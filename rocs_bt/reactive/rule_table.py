@@ -88,11 +88,11 @@ class RuleTable:
 
     @property
     def width(self) -> int:
-        """Size of the state of one robot."""
+        """Number of values in the state of one robot."""
         return self.initial.size
 
     def part(self, name: str) -> slice:
-        """Slice of a part of the state: `time`, `cells`, `latched` ... `margin`."""
+        """Slice of the state that holds one of its fields: `time`, `cells`, `latched` ... `margin`."""
         cells, rules = self.program.cells.size, len(self.names)
         if name == "time":
             return slice(0, 1)
@@ -140,7 +140,7 @@ def lower_rules(rules: Sequence[Rule], margins: bool = False) -> RuleTable:
 
 
 def carry(values: NDArray[np.float64], old: RuleTable, new: RuleTable) -> NDArray[np.float64]:
-    """State of a new table in which rules of the same name keep their state.
+    """Transfer the state to a new table, such as that of a changed rule file; rules of the same name keep theirs.
 
     Temporal operations are reset, so their windows must fill again.
 

@@ -47,12 +47,13 @@ class FactSchedule:
 def fact_schedules(
     scenario: ScenarioSpec, agents: Sequence[Agent], simulated: SimulatedWorld | None = None
 ) -> list[FactSchedule]:
-    """Schedules of all agents with facts during the run.
+    """Create the schedules of the agents to which the scenario gives facts during the run.
 
     Args:
         scenario: The scenario.
         agents: Its agents.
-        simulated: World with the goals that move with the facts; None without judges, as in a replay.
+        simulated: Simulated world. A fact with a new pose of a goal also moves the goal by which the outcome of
+            the run is determined. None if no outcome is determined, as in a replay.
     """
     found = []
     for agent in agents:
@@ -66,7 +67,7 @@ def fact_schedules(
 
 
 def _mover(judge: Judge, goals: list[Goal]) -> Callable[[str, Pose2], None]:
-    """A function that moves a goal of one agent in the simulation."""
+    """Create a function that moves a goal of one agent, in the simulation and for the judge of its outcome."""
 
     def move(node: str, pose: Pose2) -> None:
         for i, goal in enumerate(goals):

@@ -166,7 +166,7 @@ class _TestRig:
         self.turned += wrap_angle(self.pose.yaw - before)
 
     def hold(self, left: float, right: float, duration: float) -> None:
-        """Drive for a duration [s] at these wheel linear speeds of the sides [m/s]."""
+        """Command the wheel linear speeds of the left and the right side [m/s] for a duration [s]."""
         for _ in range(round(duration / self.period)):
             self.step(left, right)
 

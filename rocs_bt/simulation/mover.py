@@ -61,7 +61,7 @@ class Mover(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class RandomWalkParameters:
-    """Parameters of random_walk.
+    """Parameters of the mover `random_walk`, which drives legs of constant speed and curvature.
 
     Attributes:
         max_speed: Maximum speed of a leg [m/s].
@@ -69,7 +69,7 @@ class RandomWalkParameters:
         turn_rate: Maximum turn rate in place, between legs [rad/s].
         max_bend: Maximum turn rate along a leg, to either side [rad/s].
         min_leg, max_leg: Minimum and maximum duration of a leg [s].
-        margin: Minimum distance of the axle to walls [m].
+        margin: Minimum distance of the centre of the drive axle to walls [m].
     """
 
     max_speed: MetresPerSecond = 0.3

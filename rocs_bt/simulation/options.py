@@ -29,29 +29,29 @@ class LiveView(EventSink, Protocol):
 
 
 class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
-    """Options of a run, for `run` and `drive`.
+    """Options of a run, in simulation with `run` or on hardware with `drive`.
 
-    `drive` refuses `prepare`, `view` and `video`, which need a simulated world, and is always threaded.
+    `drive` does not accept `prepare`, `view` and `video`, which need a simulated world. Its mode is always `threaded`.
 
     Attributes:
         seed: Seed of the episode.
-        mode: `lockstep` or `threaded`.
+        mode: `lockstep`: blocks and physics take turns, repeatable; `threaded`: they run in threads, in real time.
         duration: Maximum duration [s]; the scenario's own if None.
         out: Folder for summary.json, run.mcap and report.html; None writes nothing.
         report: Whether to write report.html.
         btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent whose mission is a tree.
         missions: Mission functions that replace the scenario's, by agent.
-        prepare: Called with the world before the agents are built; may replace devices, to inject faults in a test.
+        prepare: Function called with the world before the agents are built; may replace devices to inject faults.
         sinks: Sinks for all events.
-        progress: Called once per control period with the time [s].
+        progress: Function called once per control period with the time [s].
         watch_rules: Whether to reload changed rule files during the run, which then may not be repeatable.
-        knowledge: File of knowledge between runs: read before the run, and written during it.
+        knowledge: File that keeps knowledge from run to run: read before the run, written during it.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
-        live: Live page of the run, already entered; the run then keeps pace with the wall clock.
+        live: Live page of the run, whose context has been entered; the run then keeps pace with the wall clock.
         command: Command line that repeats this run, for the report; `rocs-bt run ...` if empty.
-        signals: Stop signals, for a caller that evaluates them after the run returns. If None, a signal has its usual
-            effect after the run, such as a KeyboardInterrupt.
+        signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
+            a signal has its usual effect after the run, such as a KeyboardInterrupt.
     """
 
     seed: int = 1
@@ -88,7 +88,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class RunChanges(TypedDict, total=False):
-    """The attributes of `RunOptions` as keywords."""
+    """Types of the keyword arguments that set the attributes of `RunOptions`."""
 
     seed: int
     mode: str

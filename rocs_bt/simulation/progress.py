@@ -56,11 +56,11 @@ class ProgressWatch:
 
     @property
     def rule(self) -> str:
-        """Rule whose reflexes were active longest since the last progress; empty if there was none."""
+        """Name of the rule that was active for the longest time since the last progress; empty if none was."""
         return max(self._rules, key=self._rules.__getitem__, default="")
 
     def reason(self, pose: Pose2, reading: Callable[[str], str]) -> str:
-        """Reason that the robot counts as stuck, with its position and the rule.
+        """Explain why the robot counts as stuck, with its position and the rule that held it.
 
         Args:
             pose: Pose of the robot, world frame.

@@ -119,7 +119,7 @@ def number(value: float) -> str:
 
 
 def difference(verdict: Verdict) -> str:
-    """Difference with its interval and unit."""
+    """Format the difference of two planners in a metric: value, unit and confidence interval."""
     if verdict.metric in SHARES:
         ends = [f"{100.0 * end:+z.1f}" for end in (verdict.difference, verdict.low, verdict.high)]
         return f"{ends[0]} points ({ends[1]} to {ends[2]})"

@@ -92,7 +92,13 @@ class _Count:
     joints: float = 0.0
 
     def add(self, location: _Location, elements: float, copies: float, joints: float = 0.0) -> None:
-        """Add elements.
+        """Add the elements found at one location to the counts.
+
+        Args:
+            location: Location in the file, for the fault.
+            elements: Number of elements.
+            copies: Number of elements made by replicate, attach and flexcomp.
+            joints: Number of joints.
 
         Raises:
             InputError: A count exceeds its limit.

@@ -22,7 +22,7 @@ _TIME, _REVISION = attrgetter("t"), attrgetter("revision")
 
 @dataclass(frozen=True)
 class Stretch:
-    """Unbroken part of a change log; revisions count from the start of the graph.
+    """Changes of a graph without a missing revision; revisions count from the start of the graph.
 
     Attributes:
         base: Oldest known state.
@@ -36,12 +36,12 @@ class Stretch:
 
     @property
     def first(self) -> int:
-        """Revision of the base."""
+        """Revision of the base state."""
         return self.base.revision
 
     @property
     def begin(self) -> float:
-        """Time of the base [s]."""
+        """Time of the base state [s]."""
         return self.base.t
 
     @property
@@ -64,12 +64,12 @@ class ChangeLog:
         agent: Agent whose knowledge it is.
         label: Name of the run for people.
         schema: Types and units of the values.
-        stretches: Unbroken parts, oldest first; changes between two of them are missing.
+        stretches: Groups of changes without a missing one, oldest first; changes between two groups are missing.
         begin: Begin of the run [s]; that of the first stretch if omitted.
         end: End of the run [s]; that of the last stretch if omitted.
 
     Attributes:
-        stretches: Unbroken parts.
+        stretches: Groups of changes without a missing one, oldest first.
     """
 
     def __init__(
@@ -91,12 +91,12 @@ class ChangeLog:
 
     @property
     def first(self) -> Stretch:
-        """The oldest part."""
+        """Oldest stretch of the log."""
         return self.stretches[0]
 
     @property
     def last(self) -> Stretch:
-        """The newest part."""
+        """Newest stretch of the log."""
         return self.stretches[-1]
 
     @property
@@ -118,7 +118,7 @@ class ChangeLog:
         """The state at a time [s] or after a revision; by default the final state.
 
         Raises:
-            KnowledgeError: It is before the oldest kept state, or in a gap.
+            KnowledgeError: The time or revision is before the oldest kept state, or changes there are missing.
         """
         stretch, count = self._find(t, revision)
         until = stretch.changes[count - 1].revision if count else stretch.first

@@ -44,7 +44,7 @@ _WAIT = 10.0  # [s] for another process that writes
 
 
 def open_to_write(path: Path) -> sqlite3.Connection:
-    """Open a journal for appending, and create it if needed. The connection is not safe for concurrent threads.
+    """Open a journal for appending; it is created if missing. Use the connection from one thread at a time.
 
     Raises:
         RecordingError: The file is not a journal of rocs_bt, or cannot be written.
@@ -64,7 +64,7 @@ def open_to_write(path: Path) -> sqlite3.Connection:
 
 
 def open_to_read(path: Path) -> sqlite3.Connection:
-    """Open a journal for reading, also while it is written. The connection is not safe for concurrent threads.
+    """Open a journal for reading, also while it is written. Use the connection from one thread at a time.
 
     Raises:
         RecordingError: There is no such file, or it is not a journal of rocs_bt.

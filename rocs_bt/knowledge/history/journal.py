@@ -205,7 +205,7 @@ class _WriterQueue:
         self._room.set()
 
     def drain(self) -> list[Part]:
-        """The parts to write: queued changes of the present stretch, and a new base if changes were dropped."""
+        """Data to write: queued changes of the present stretch, and a new base state if changes were dropped."""
         lost = self.lost
         base, self._base = self._base, None
         changes = self._queued()
@@ -217,7 +217,11 @@ class _WriterQueue:
         return parts
 
     def _queued(self) -> list[KnowledgeChanged]:
-        """Remove and return the queued changes up to a gap; after a gap there are none until `_restart`."""
+        """Remove all queued changes and return those with consecutive revision numbers.
+
+        A missing revision means that changes were dropped while the queue was full. The changes after it are useless
+        and discarded, until `_restart` has copied the whole state of the graph.
+        """
         changes: list[KnowledgeChanged] = []
         for _ in range(len(self._queue)):
             written = self._queue.popleft()
@@ -229,7 +233,7 @@ class _WriterQueue:
         return changes
 
     def _restart(self) -> State | None:
-        """Copy the graph's state while writers continue; None if they were too fast, to be tried again.
+        """Copy the graph's state while writers continue; None if changes were dropped again, and a retry is needed.
 
         A copy without the lock may contain some newer writes and lack others. Applying every write since its start
         makes it exact, because a change holds the new value and does not depend on the old one.

@@ -271,7 +271,7 @@ class _Compiler:
         self._scope = Scope(text, self._names)
 
     def query(self) -> Query:
-        """The query."""
+        """Compile the sections of the text to a query."""
         pattern, scope = self._pattern, self._scope
         where = self._where()
         order, nearest = self._order()

@@ -38,16 +38,16 @@ class Section:
 
     @property
     def content(self) -> str:
-        """The text of the part."""
+        """Text of the section, without surrounding white space."""
         return self.text[self.start :].strip()
 
     def fault(self, message: str, hint: str = "", at: int | None = None) -> InputError:
-        """A fault of this part, at an offset (0-based) or at its first word."""
+        """Create the error for a fault in this section, at an offset in the text (0-based) or at the first word."""
         blank = len(self.text[self.start :]) - len(self.text[self.start :].lstrip())
         return InputError(Fault(message, column=1 + (self.start + blank if at is None else at), hint=hint))
 
     def split(self) -> list[Section]:
-        """Its parts between commas outside brackets and quotes."""
+        """Split the section at its commas, except those in brackets and quotes."""
         blanked, depth, begin, parts = blank_texts(self.text), 0, self.start, []
         for at in range(self.start, len(blanked)):
             depth += (blanked[at] in "([") - (blanked[at] in ")]")

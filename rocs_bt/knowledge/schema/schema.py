@@ -65,7 +65,11 @@ def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
 
 
 def joined_kind(old: Kind | None, new: Kind) -> Kind:
-    """A kind with the attributes that another declaration adds to it.
+    """Merge a declaration of a kind of node into the existing one; their attributes are united.
+
+    Args:
+        old: Existing declaration; None for a new kind.
+        new: Additional declaration.
 
     Raises:
         KnowledgeError: The declaration contradicts the existing one.
@@ -78,7 +82,11 @@ def joined_kind(old: Kind | None, new: Kind) -> Kind:
 
 
 def joined_relation(old: Relation | None, new: Relation) -> Relation:
-    """A relation with the endpoints and attributes that another declaration adds to it.
+    """Merge a declaration of a relation into the existing one; their endpoints and attributes are united.
+
+    Args:
+        old: Existing declaration; None for a new relation.
+        new: Additional declaration.
 
     Raises:
         KnowledgeError: The declaration contradicts the existing one.

@@ -17,15 +17,15 @@ DRIFT = 1.0
 
 
 class GroupClock:
-    """Calendar time that follows the fastest calendar of a group.
+    """Calendar time that is corrected to the most advanced calendar in a group of agents.
 
-    It stamps writes. Without it, a robot whose calendar is years behind would lose every conflict with a peer, however
-    much later it writes. The calendar is read once, and the agent's own clock counts from then on, so setting the
-    calendar during a run has no effect.
+    It gives the time stamps of writes; of two conflicting writes, the later one wins. Without the correction, a robot
+    whose calendar is years behind would lose every conflict with a peer. The calendar is read once; from then on the
+    agent's own clock counts, so setting the calendar during a run has no effect.
 
     Args:
         calendar: Time since an epoch that all peers share [s].
-        clock: The agent's clock; it must run when `now` is first read.
+        clock: The agent's clock; it must be running when `now` is first called.
 
     Attributes:
         ahead: Correction so far [s], never negative.
@@ -38,16 +38,16 @@ class GroupClock:
         self._start: float | None = None  # [s] calendar at zero of the agent's clock
 
     def now(self) -> float:
-        """Calendar time of the group, as far as it is known [s]."""
+        """Group time: calendar time of this agent plus the correction `ahead` [s]."""
         if self._start is None:
             self._start = self._calendar() - self._clock.now()
         return self._start + self._clock.now() + self.ahead
 
     def follow(self, time: float) -> float:
-        """Follow a peer's calendar time [s] if it is ahead by more than `DRIFT`.
+        """Advance to a peer's calendar time [s] if that is ahead by more than `DRIFT`.
 
         Returns:
-            Correction [s]; 0 for none.
+            Time by which the correction has increased [s]; 0 if the peer is not ahead.
         """
         behind = time - self.now()
         if behind <= DRIFT:

@@ -183,9 +183,10 @@ class Mirror:
                 self._edges(key)
 
     def age(self, silent: set[str], forgotten: set[str], t: float) -> None:
-        """Hide the state of silent agents and everything from forgotten ones in the graph, or restore it.
+        """Update the graph when agents have fallen silent, were forgotten, or have returned.
 
-        The replica keeps it, for agents that return and for requests.
+        The graph then lacks the state of silent agents and all writes of forgotten ones. The replica keeps both, to
+        restore them when an agent returns and to answer the requests of peers.
         """
         affected = (silent ^ self._silent) | (forgotten ^ self._forgotten)
         if not affected:

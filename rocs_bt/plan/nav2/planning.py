@@ -28,7 +28,7 @@ UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
 
 
 class Server(Instant):
-    """Node that calls a server in Nav2; there is none here, and its address is not used."""
+    """Node that calls an action server in Nav2; here it runs in the process, and the server's address is ignored."""
 
     server_name = Input(str, "", "address of the server in Nav2; not used")
     server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")

@@ -53,7 +53,7 @@ class Span:
         return self
 
     def pick(self) -> Fraction | float:
-        """A value with few digits, away from the ends if there is room."""
+        """Choose a value in the interval: with few digits, and away from the ends if the interval is wide enough."""
         if self.low == self.high:
             return self.low
         if isinstance(self.low, float):

@@ -176,7 +176,7 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
 
 
 def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
-    """Blackboard of a key and the other nodes that write it."""
+    """Describe a key: its blackboard if that is another one, and its given value or the other nodes that write it."""
     try:
         home, name = board.resolve(key)
     except ValueError:

@@ -119,7 +119,7 @@ def _shown(line: Line) -> str:
 
 
 def _note(line: Line) -> str:
-    """Value of a key or the blackboard that holds it, if there is room."""
+    """Note after a port with a blackboard key: the given value of the key, or else the blackboard; may be empty."""
     given = line.comes_from.partition("given: ")[2]
     home = line.comes_from.partition(",")[0] if line.comes_from.startswith("'") else ""
     return _short(given or home)

@@ -1,4 +1,4 @@
-"""Registry of node classes; BUILTIN contains the classes that every document may use."""
+"""Registry of node classes by name; BUILTIN is the registry of the classes that every tree file may use."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from .subtree import SubTree
 class Registry(Mapping[str, type[Node]]):
     """Node classes by their name in files.
 
-    Classes are found in the modules given here; they do not register themselves. The name is `tag`, by default the
-    class name.
+    The name of a class is its attribute `tag`, by default the class name. Defining a class does not register it: a
+    registry contains only the classes that it is given.
 
     Args:
         classes: Node classes.
@@ -50,7 +50,7 @@ class Registry(Mapping[str, type[Node]]):
         return Registry([*self._classes.values(), *classes])
 
     def find(self, tag: str) -> type[Node]:
-        """Class of a name.
+        """Find the node class with a name.
 
         Raises:
             InputError: No class has this name; the hint lists the closest names.
@@ -81,7 +81,7 @@ class Registry(Mapping[str, type[Node]]):
 
 
 def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
-    """Faults of a node class with this number of children; empty if the number is allowed."""
+    """Faults of a node with this number of children; empty if its class allows the number."""
     least, most = node.min_children, node.max_children
     if count >= least and (most is None or count <= most):
         return []
