@@ -19,7 +19,7 @@ class Ground:
     Attributes:
         low, high: Corners of the floor with the smallest and with the largest coordinates, world frame [m].
         obstacles: Static obstacles.
-        movers: Objects that the scenario moves, at their initial positions: separate bodies in the world, not in the grid.
+        movers: Objects that the scenario moves, at their initial positions: bodies in the world, not in the grid.
         mjcf: Additional MJCF elements of the world body, not in the grid.
     """
 
