@@ -89,4 +89,4 @@ def test_words_choose_and_quick_takes_the_smallest_sizes(folder):
 def test_words_that_match_nothing_are_told_what_there_is(folder):
     done = subprocess.run([sys.executable, folder, "speed"], capture_output=True, text=True)
     assert done.returncode == 2
-    assert done.stderr == "no benchmark matches speed. There are: bench_a, bench_b, bench_c.\n"
+    assert done.stderr == "no benchmark matches speed. Benchmarks: bench_a, bench_b, bench_c.\n"

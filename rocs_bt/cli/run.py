@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -101,9 +101,10 @@ def command(
             result = run(spec, catalog, options)
         _print(result, folder, as_json)
         if live is not None and signals.received is None:
-            echo("The live page stays open until Ctrl-C.", err=True)
-            if not live.wait():
-                echo("The live page stopped responding and was closed.", err=True)
+            with suppress(KeyboardInterrupt):  # also before `wait` is entered
+                echo("The live page stays open until Ctrl-C.", err=True)
+                if not live.wait():
+                    echo("The live page stopped responding and was closed.", err=True)
     return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
 
 
