@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+import importlib
+import inspect
 import os
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
+import rocs_bt
 from rocs_bt.version import __version__
 
 project = "rocs_bt"
@@ -27,20 +32,29 @@ html_copy_source = False
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4
 
+add_module_names = False
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
+autodoc_preserve_defaults = True  # as written: a value's repr may have an address or a path of this machine
 autodoc_default_options = {"members": True, "show-inheritance": True}
+default_role = "code"  # docstrings write names in single backticks
 napoleon_google_docstring = True
+napoleon_numpy_docstring = False
+napoleon_use_ivar = True  # otherwise an attribute of a dataclass would be described twice
 napoleon_use_rtype = False
+python_maximum_signature_line_length = 100
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("planners", "rules", "robots", "scenarios", "examples")  # whose README.md is the page content/<folder>
+_MODULE = re.compile(r"^\.\. automodule:: (?P<name>[\w.]+)$", re.MULTILINE)
 _LINK = re.compile(r"\[(?P<text>[^\]]*)\]\((?P<path>[^)\s#:]+)(?P<anchor>#[^)\s]*)?\)")
 
 
 def _read(app: Any, name: str, source: list[str]) -> None:
     """Take the page of a content folder from its README.md, and resolve links at files outside of this folder."""
     page = Path(app.srcdir, name)
+    if name == "reference/api":
+        source[0] = source[0].replace("<!-- names -->", _names())
     if page.parent.name == "content":
         page = ROOT / page.name / "README.md"
         source[0] = page.read_text("utf-8")
@@ -57,7 +71,38 @@ def _read(app: Any, name: str, source: list[str]) -> None:
             return f"{{download}}`{text} </{os.path.relpath(target, app.srcdir)}>`"
         return match["text"]
 
-    source[0] = _LINK.sub(link, source[0])
+    source[0] = _MODULE.sub(_described, _LINK.sub(link, source[0]))
+
+
+def _described(match: re.Match[str]) -> str:
+    """The automodule of a package without the names that a subpackage describes on one of its own."""
+    name = match["name"]
+    exported = getattr(importlib.import_module(name), "__all__", ())
+    below = [m for m in _documented() if m.startswith(f"{name}.")]
+    elsewhere = {n: m for m in below for n in getattr(importlib.import_module(m), "__all__", ()) if n in exported}
+    if not elsewhere:
+        return match[0]
+    links = ", ".join(f":py:obj:`{n} <{m}.{n}>`" for n, m in sorted(elsewhere.items()))
+    return f"{match[0]}\n   :exclude-members: {', '.join(sorted(elsewhere))}\n\nAlso exported: {links}."
+
+
+@functools.cache
+def _documented() -> list[str]:
+    """The modules that the pages of reference/ document."""
+    pages = [p.read_text("utf-8") for p in sorted(Path(__file__).parent.glob("reference/*.md"))]
+    return [match["name"] for page in pages for match in _MODULE.finditer(page)]
+
+
+def _names() -> str:
+    """A table of the names of `rocs_bt`, each with a link to its description and the first line of its docstring."""
+    rows = ["| name | meaning |", "|---|---|"]
+    for name in rocs_bt.__all__:
+        value = getattr(rocs_bt, name)
+        homes = [m for m in _documented() if getattr(sys.modules.get(m), name, None) is value]
+        line = (inspect.getdoc(value) or "").partition("\n")[0]
+        target = f"{homes[0] if homes else 'rocs_bt'}.{name}"
+        rows.append(f"| {{py:obj}}`{name} <{target}>` | {line} |")
+    return "\n".join(rows)
 
 
 def setup(app: Any) -> None:
