@@ -3,11 +3,12 @@ VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.set-up
 
-.PHONY: run test lint bench soak wheel clean setup help
+.PHONY: run test docs lint bench soak wheel clean setup help
 
 help:
 	@echo "make run     set up, and simulate EXP1 to its report"
 	@echo "make test    set up, and pass the tests (lint, types, layers, pytest)"
+	@echo "make docs    build the manual into build/manual; rocs-bt docs opens it"
 	@echo "make lint    the checks without the tests"
 	@echo "make bench   measured figures against their budgets, a row at a time"
 	@echo "make soak    long campaigns: many seeds, fuzzing; threads at once, by the wall clock itself"
@@ -44,7 +45,10 @@ lint: setup
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-test: lint
+docs: setup
+	$(BIN)/python docs/build.py build/manual -W
+
+test: lint docs
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 bench: setup

@@ -1,7 +1,7 @@
-"""Builds the rules' kernel with the package where there is a C compiler, and leaves it out where there is none.
+"""Builds the rules' kernel and the manual with the package, where there is a C compiler and where there is Sphinx.
 
 A wheel that carries it is of this platform and of CPython 3.11 and later; one that does not is of any. An editable
-install puts the kernel beside its source.
+install puts the kernel beside its source. The manual is left out if ROCS_BT_NO_MANUAL is set.
 """
 
 from __future__ import annotations
@@ -27,15 +27,34 @@ FLAGS = [
 ]  # fmt: skip
 
 
-class KernelHook(BuildHookInterface[Any]):
-    """Adds the kernel to wheels; see the module."""
+class BuildHook(BuildHookInterface[Any]):
+    """Adds the kernel to wheels, and the manual to wheels and sdists; see the module."""
 
     PLUGIN_NAME = "custom"
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Called by hatchling before it builds a wheel; `version` is `standard` or `editable`."""
-        root = Path(self.root)
+        """Called by hatchling before it builds; `version` is `standard` or `editable`."""
         self._folder = tempfile.mkdtemp()
+        if self.target_name == "wheel":
+            self._add_kernel(version, build_data)
+        if version != "editable":
+            self._add_manual(build_data)
+
+    def _add_manual(self, build_data: dict[str, Any]) -> None:
+        script = Path(self.root, "docs", "build.py")
+        if not script.is_file() or os.environ.get("ROCS_BT_NO_MANUAL"):
+            return  # a wheel from an sdist has the manual of the sdist
+        folder = Path(self._folder, "manual")
+        done = subprocess.run([sys.executable, script, folder], capture_output=True, text=True)
+        if done.returncode:
+            self.app.display_warning(f"The manual is left out: {(done.stdout + done.stderr).strip()[-500:]}")
+            return
+        for path in folder.rglob("*"):
+            if path.is_file() and path.name != ".sources":
+                build_data["force_include"][str(path)] = f"rocs_bt/_manual/{path.relative_to(folder).as_posix()}"
+
+    def _add_kernel(self, version: str, build_data: dict[str, Any]) -> None:
+        root = Path(self.root)
         made = Path(self._folder, BINARY.name)
         reason = compile_kernel(root / SOURCE, made)
         if reason:

@@ -18,6 +18,7 @@ import click
 from ..catalog import Catalog
 from ..errors import RocsError
 from ..reactive import kernel_missing
+from .docs import find_manual
 from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -81,6 +82,8 @@ def _findings() -> Iterator[_Finding]:
         not missing,
         f"rules run in Python: {missing}" if missing else "rules run in the compiled kernel",
     )
+    manual = find_manual()
+    yield _Finding("manual", manual is not None, "rocs-bt docs opens it" if manual else "not here: run make docs")
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
 

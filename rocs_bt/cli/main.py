@@ -42,6 +42,7 @@ COMMANDS = {
     "diff": "Compare the content, settings and code of two scenarios.",
     "identify": "Measure a robot's drive: track, lag, speed, braking.",
     "new": "Create a project.",
+    "docs": "Open the manual in the browser, without a network.",
     "doctor": "Check the installation and optional tools on this machine.",
 }
 
@@ -69,7 +70,7 @@ class _LazyGroup(click.Group):
 def group() -> None:
     """Robots that plan with behaviour trees and react with rules, on one shared knowledge graph.
 
-    Start with: rocs-bt run exp1
+    Start with: rocs-bt run exp1. The manual: rocs-bt docs.
     """
 
 

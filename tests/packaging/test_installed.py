@@ -116,6 +116,27 @@ def test_the_wheels_are_the_same_and_carry_content_and_licence(built):
     assert not [n for n in names[0] if n.startswith("tests/") or "__pycache__" in n]
 
 
+def test_wheels_and_sdist_carry_the_manual(built):
+    for package in ("sphinx", "myst_parser", "furo", "sphinx_click"):
+        pytest.importorskip(package, reason="building the manual needs the docs extra")
+    with tarfile.open(built["sdist"]) as archive:
+        names = archive.getnames()
+    assert any(n.endswith("/rocs_bt/_manual/index.html") for n in names)
+    for form in ("wheel", "wheel from sdist"):
+        assert "rocs_bt/_manual/index.html" in zipfile.ZipFile(built[form]).namelist()
+    assert built["wheel"].stat().st_size + built["sdist"].stat().st_size <= 8e6
+
+
+def test_docs_finds_the_manual_of_an_installation(command, request, tmp_path):
+    pytest.importorskip("furo", reason="building the manual needs the docs extra")
+    arguments, environment = command
+    if "wheel" not in request.node.name:
+        pytest.skip("a checkout has the manual that make docs built")
+    page = Path(do(*arguments, "docs", "--path", cwd=tmp_path, **environment).strip())
+    assert page.parts[-3:] == ("rocs_bt", "_manual", "index.html")
+    assert "rocs_bt" in page.read_text("utf-8")
+
+
 def test_the_sdist_carries_nothing_that_was_made(built):
     with tarfile.open(built["sdist"]) as archive:
         names = archive.getnames()

@@ -27,6 +27,7 @@ def hook():
 
 def wheel(folder, monkeypatch, compiler):
     monkeypatch.setenv("CC", str(compiler))
+    monkeypatch.setenv("ROCS_BT_NO_MANUAL", "1")
     command = [sys.executable, "-m", "build", "--no-isolation", "--wheel", "--outdir", folder, ROOT]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr
