@@ -47,6 +47,7 @@ python_maximum_signature_line_length = 100
 ROOT = Path(__file__).resolve().parent.parent
 FOLDERS = ("planners", "rules", "robots", "scenarios", "examples")  # whose README.md is the page content/<folder>
 _MODULE = re.compile(r"^\.\. automodule:: (?P<name>[\w.]+)$", re.MULTILINE)
+_SECTION = re.compile(r"(Args|Attributes|Returns|Yields|Raises|Example|Examples|Note|Notes):$")
 _LINK = re.compile(r"\[(?P<text>[^\]]*)\]\((?P<path>[^)\s#:]+)(?P<anchor>#[^)\s]*)?\)")
 
 
@@ -105,6 +106,28 @@ def _names() -> str:
     return "\n".join(rows)
 
 
+def _docstring(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
+    """Make a docstring reStructuredText: indented paragraphs are code, and `*` and `|` outside of backticks are plain."""
+    text: list[str] = []
+    in_code = in_section = False
+    for i, line in enumerate(lines):
+        in_section = in_section or bool(_SECTION.match(line))
+        starts = line.startswith("    ") and (i == 0 or not lines[i - 1].strip()) and not in_section
+        if starts and not in_code:
+            text += ["::", ""]
+            in_code = True
+        elif line.strip() and not line.startswith("    ") and in_code:
+            text += [""] if text[-1] else []
+            in_code = False
+        text.append(line if in_code else "".join(_plain(part) for part in re.split(r"(`[^`]*`)", line)))
+    lines[:] = text
+
+
+def _plain(text: str) -> str:
+    return text if text.startswith("`") else re.sub(r"[*|]|(?<=\w)_(?!\w)", r"\\\g<0>", text)
+
+
 def setup(app: Any) -> None:
-    """Register the hook."""
+    """Register the hooks."""
     app.connect("source-read", _read)
+    app.connect("autodoc-process-docstring", _docstring, priority=400)  # before napoleon

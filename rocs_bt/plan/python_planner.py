@@ -73,17 +73,17 @@ class Observation:
 class PythonPlanner(Protocol):
     """Planner that is not a tree. Its class's parameters are keyword-only and annotated, as those of a mission.
 
-    @dataclass(kw_only=True)
-    class Straight:
-        speed: PositiveMetresPerSecond = 0.3
+        @dataclass(kw_only=True)
+        class Straight:
+            speed: PositiveMetresPerSecond = 0.3
 
-        def reset(self, task, rng):
-            (self.goal,) = task.goals.values()
+            def reset(self, task, rng):
+                (self.goal,) = task.goals.values()
 
-        def act(self, observation):
-            if observation.pose.distance(self.goal) < 0.1:
-                return None
-            return self.speed, self.speed
+            def act(self, observation):
+                if observation.pose.distance(self.goal) < 0.1:
+                    return None
+                return self.speed, self.speed
     """
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:

@@ -1,12 +1,12 @@
 """Pytest plugin: the fixtures `run_scenario` and `play`, the option `--tree-coverage`, the tests in rule files.
 
-def test_the_robot_arrives(run_scenario):
-    result = run_scenario("first", seed=3)
-    assert result.outcomes == {"R1": "success"}
+    def test_the_robot_arrives(run_scenario):
+        result = run_scenario("first", seed=3)
+        assert result.outcomes == {"R1": "success"}
 
-def test_it_gives_up_when_the_dock_is_taken(play):
-    trace = play("patrol", leaves={"GoTo": "RS", "Dock": "F"})
-    assert trace.outcome == "FAILURE"
+    def test_it_gives_up_when_the_dock_is_taken(play):
+        trace = play("patrol", leaves={"GoTo": "RS", "Dock": "F"})
+        assert trace.outcome == "FAILURE"
 
 `rocs_bt.testing.comparing` provides the fixture `comparison`, with its own marks and options.
 `pytest rules/` runs the `[[rule.NAME.test]]` tables of a project's rule files, as `rocs-bt rules test` does.
