@@ -59,7 +59,7 @@ def build(folder: Path, options: Sequence[str] = ()) -> int:
     sources = digest()
     path = os.pathsep.join(filter(None, (str(ROOT), os.environ.get("PYTHONPATH"))))
     with tempfile.TemporaryDirectory() as doctrees:
-        command = [sys.executable, "-m", "sphinx", "-q", "-b", "html", "-d", doctrees, *options]
+        command = [sys.executable, "-m", "sphinx", "-q", "-j", "2", "-b", "html", "-d", doctrees, *options]
         done = subprocess.run([*command, ROOT / "docs", folder], env={**os.environ, "PYTHONPATH": path})
     if done.returncode == 0:
         (folder / ".buildinfo").unlink(missing_ok=True)

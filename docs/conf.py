@@ -35,8 +35,10 @@ myst_heading_anchors = 4
 add_module_names = False
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
+autodoc_inherit_docstrings = False  # an override without a docstring is described by its base
 autodoc_preserve_defaults = True  # as written: a value's repr may have an address or a path of this machine
 autodoc_default_options = {"members": True, "show-inheritance": True}
+suppress_warnings = ["ref.python"]  # a type by its short name may be of several modules
 default_role = "code"  # docstrings write names in single backticks
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
@@ -107,7 +109,7 @@ def _names() -> str:
 
 
 def _docstring(app: Any, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
-    """Make a docstring reStructuredText: indented paragraphs are code, and `*` and `|` outside of backticks are plain."""
+    """Make a docstring reStructuredText: indented paragraphs are code; `*` and `|` outside of backticks are plain."""
     text: list[str] = []
     in_code = in_section = False
     for i, line in enumerate(lines):
@@ -127,7 +129,14 @@ def _plain(text: str) -> str:
     return text if text.startswith("`") else re.sub(r"[*|]|(?<=\w)_(?!\w)", r"\\\g<0>", text)
 
 
+def _skip(app: Any, what: str, name: str, value: Any, skip: bool, options: Any) -> bool | None:
+    """Leave out classes and functions of other packages."""
+    foreign = not str(getattr(value, "__module__", "rocs_bt")).startswith("rocs_bt")
+    return True if foreign and (inspect.isclass(value) or inspect.isroutine(value)) else None
+
+
 def setup(app: Any) -> None:
     """Register the hooks."""
     app.connect("source-read", _read)
+    app.connect("autodoc-skip-member", _skip)
     app.connect("autodoc-process-docstring", _docstring, priority=400)  # before napoleon

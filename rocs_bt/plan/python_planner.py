@@ -71,7 +71,9 @@ class Observation:
 
 
 class PythonPlanner(Protocol):
-    """Planner that is not a tree. Its class's parameters are keyword-only and annotated, as those of a mission.
+    """Planner that is not a tree.
+
+    Its class's parameters are keyword-only and annotated, as those of a mission.
 
         @dataclass(kw_only=True)
         class Straight:

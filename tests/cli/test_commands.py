@@ -166,7 +166,18 @@ def test_a_new_project_passes_its_own_tests_unedited(project):
 def test_doctor_tells_of_everything(rocs_bt):
     told = rocs_bt("doctor")
     assert told.code == 0, told.out
-    for what in ("python", "packages", "content", "GL egl", "GL osmesa", "display", "browser", "C compiler", "kernel"):
+    for what in (
+        "python",
+        "packages",
+        "content",
+        "GL egl",
+        "GL osmesa",
+        "display",
+        "browser",
+        "C compiler",
+        "kernel",
+        "manual",
+    ):
         assert what in told.out
 
 
