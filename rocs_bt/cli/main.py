@@ -58,6 +58,7 @@ class _LazyGroup(click.Group):
             return None
         module = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
         command: click.Command = importlib.import_module(f"{__package__}.{module}").command
+        command.name = cmd_name  # the manual takes its headings from it
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
