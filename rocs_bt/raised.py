@@ -1,4 +1,4 @@
-"""Exceptions of content, with the content's name and the line that raised."""
+"""Exceptions raised by content (leaves, actions, sensors and other extensions), with its name and source line."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class CodeLocation:
 
 @dataclass(frozen=True)
 class Raised:
-    """Exception that content raised.
+    """Exception that a leaf, action, sensor or other content raised.
 
     Attributes:
         kind: Kind of content, such as `leaf`, `action`, `sensor`.
@@ -160,7 +160,7 @@ def content_line(error: BaseException, *owners: object) -> CodeLocation | None:
 
 
 def called_at() -> CodeLocation | None:
-    """Location of the innermost line of content in the call stack; None if there is none."""
+    """Innermost line in the call stack that belongs to a mission or other content; None if there is none."""
     frame = inspect.currentframe()
     while frame is not None and not is_content(frame):
         frame = frame.f_back

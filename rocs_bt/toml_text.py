@@ -213,7 +213,7 @@ def _dotted(line: str, at: int) -> tuple[list[str], int]:
 
 
 def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
-    """Key of a table header; an array of tables in its path means its newest element."""
+    """Full key of a table header; the index of the newest element follows each array of tables in its path."""
     key: Key = ()
     for i, part in enumerate(name):
         key = (*key, part)

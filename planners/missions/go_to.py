@@ -18,7 +18,7 @@ from rocs_bt.units import Metres, PositiveMetresPerSecond, Radians
 
 
 class Stay(Behaviour):
-    """RUNNING while the robot is at its goal or its pose is unknown; SUCCESS once it was pushed off."""
+    """RUNNING while the robot is at its goal or its pose is unknown; SUCCESS once the robot has been displaced."""
 
     def __init__(self, mission: Mission, goal: str, tolerance: float) -> None:
         super().__init__(f"Stay {goal}")
@@ -43,7 +43,16 @@ def build(
     hold: bool = False,
     tolerance: Metres = 0.1,
 ) -> Behaviour:
-    """GoTo, and TurnTo if `facing` is given; with `hold` repeated whenever the robot is pushed off by the tolerance."""
+    """Build the tree: GoTo, then TurnTo if `facing` is given; with `hold`, repeated whenever the robot was displaced.
+
+    Args:
+        mission: Context of the mission.
+        goal: Node of the world model.
+        cruise: Speed on straight parts [m/s].
+        facing: Final yaw, world frame [rad]; NaN for any.
+        hold: Whether the robot remains at the goal and returns to it after a displacement.
+        tolerance: Displacement after which the robot returns [m].
+    """
     steps: list[Behaviour] = [mission.act("GoTo", goal=goal, cruise=cruise)]
     if not isnan(facing):
         steps.append(mission.act("TurnTo", yaw=facing))

@@ -58,7 +58,7 @@ def _free(window, room):
 
 
 def _search(free, start, goal):
-    """Corners of the shortest path, as cells; None if there is none."""
+    """Find the shortest path with Lazy Theta*; returns the cells at its corners, or None without a path."""
     best, parent, done = {start: 0.0}, {start: start}, set()
     queue = [(dist(start, goal), start)]
     while queue:

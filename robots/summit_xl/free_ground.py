@@ -54,10 +54,10 @@ class FreeGround:
         mark_at(self._free, self._frame(at), points, t)
 
     def strides(self, at: Pose2, paths: Array, since: float) -> list[int]:
-        """Number of free strides at the beginning of each path, shape (n,).
+        """Number of strides (short steps of equal length) of each path before the first one that is not free.
 
         Args:
-            at: Frame of the paths.
+            at: Pose whose body frame is the frame of the paths.
             paths: Points that the hull covers after each stride of each path, in that frame [m], shape (n, k, m, 2).
             since: Oldest time at which ground counts as free [s].
         """

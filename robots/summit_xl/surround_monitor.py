@@ -216,14 +216,14 @@ class SurroundMonitor(RangeMonitor):
         return replace(signal, size=size, dimensions=signal.dimensions[:1] * size, doc=doc)
 
     def _remove_peers(self, written: dict[str, Sequence[float]], explained: Sequence[bool]) -> None:
-        """Remove the echoes of peers from the groups: the world model knows more of a peer than its echo."""
+        """Remove echoes that known peers explain from the groups: the world model knows peers better than an echo."""
         if any(explained):
             for name, group in self.groups.items():
                 beams = zip(group.beams, written[name], strict=False)
                 written[name] = [math.inf if explained[beam] else value for beam, value in beams] or written[name]
 
     def _echoes(self, now: float, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
-        """Values of the memory for each of `GROUPS` [m]; +inf for the front, which the beams see."""
+        """Gap to the remembered obstacles in each of `GROUPS` [m]; +inf for `front`, which the beams measure."""
         points = self._memory.around(pose, now - self._span)
         if not len(points):
             return (math.inf,) * 4

@@ -176,7 +176,7 @@ class Agent:
                 self.pipeline.charge(self._timer() - begun)
 
     def _blaming(self, turn: Callable[..., None], *args: object) -> None:
-        """Run a part of Plan and handle exceptions of content; other exceptions propagate."""
+        """Call a method of Plan and handle exceptions of leaves, actions and planners; other exceptions propagate."""
         try:
             turn(*args)
         except BaseException as error:  # block boundary: any exception must stop the agent

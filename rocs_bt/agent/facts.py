@@ -58,7 +58,7 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
 
 
 class _FactWriter:
-    """Writer of one fact into the graph."""
+    """Writes one fact of a scenario into the Knowledge graph of an agent."""
 
     def __init__(self, knowledge: Knowledge, fact: FactSpec, named: Collection[str], faults: list[Fault]) -> None:
         self._graph = knowledge.graph

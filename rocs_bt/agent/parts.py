@@ -68,7 +68,7 @@ class Runtime:
 
     @property
     def planning_timer(self) -> Callable[[], float]:
-        """Timer of planning time [s]; constant 0 on wall time, where planning delays itself."""
+        """Timer that measures planning time [s]; constant 0 on wall time, where planning causes its own delay."""
         timed = self.timer is not None and isinstance(self.clock, SimulatedClock)
         return self.timer if timed and self.timer is not None else lambda: 0.0
 

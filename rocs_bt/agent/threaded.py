@@ -131,7 +131,7 @@ class ThreadedRunner:
         return not self._stop.is_set()
 
     def _wait_execute(self) -> bool:
-        """Wait for the end of the control period, or until another ticket than the running one is on top."""
+        """Wait for the end of the control period, or until another ticket has the highest priority."""
         pipeline, now = self.agent.pipeline, self._clock.now
         while pipeline.wait(max(self._act_at - now(), 0.0)):
             if self._stop.is_set():

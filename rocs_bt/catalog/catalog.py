@@ -175,7 +175,7 @@ class Catalog:
         return read_scenario(table, partial(self._missing, file))
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
-        """All entries that a scenario uses, including itself, for `content_hash`.
+        """Catalog entries of all files that a scenario uses, including the scenario, for `content_hash`.
 
         Raises:
             InputError: Referenced content does not exist.
@@ -193,7 +193,7 @@ class Catalog:
         return tuple(dict.fromkeys(entries))
 
     def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
-        """Entries of an agent's controller or of a planner: mission, rules, and the content that these name.
+        """Catalog entries of a controller (an agent or a planner): mission, rules, and the files that these name.
 
         Raises:
             InputError: Referenced content does not exist.
@@ -412,7 +412,7 @@ class Catalog:
 
 
 def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:
-    """Faults of a robot as an agent of a scenario, each in the file that has to change.
+    """Faults of a robot when it is used as an agent of a scenario, each located in the file that has to change.
 
     An agent, its devices and the places that it knows are nodes of one graph, so their names must differ. The maximum
     command age of its actuators must not be shorter than the scenario's control period.

@@ -151,7 +151,7 @@ def command(
 
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[SceneRef]:
-    """Scenes of families, by index."""
+    """Scenes of families, for a range of indices."""
     from ..compare import scenes_of
     from ..compare.replay import parse_parameters
 
@@ -160,7 +160,7 @@ def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> 
 
 
 def _by_name(names: Sequence[str], agent: str, catalog: Catalog) -> list[SceneRef]:
-    """Scenes by name; in scenarios the planner controls the given agent."""
+    """Find scenes by name; in a scene that is a scenario, the compared planner controls the given agent."""
     from ..compare import ScenarioScene
     from ..compare.replay import scene_by_name
 

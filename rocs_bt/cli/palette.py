@@ -22,9 +22,9 @@ from .terminal import echo
 )
 @click.option("--no-code", is_flag=True, help="Omit the nodes of planners/nodes, which are Python.")
 def command(out: Path | None, dialect: str, no_code: bool) -> None:
-    """Write the models of all actions and nodes, of rocs_bt and of the project, with ports, types and defaults.
+    """Write a TreeNodesModel of all actions and nodes of rocs_bt and of the project, with ports, types and defaults.
 
-    Load the file in the editor, or include it in a mission. Its TreeNodesModel is generated from the classes.
+    Load the file in an editor such as Groot2, or include it in a mission.
     """
     from ..actions import action_table
     from ..plan import mission_nodes, shipped_nodes

@@ -58,7 +58,7 @@ class EpisodeRecord(msgspec.Struct, frozen=True, kw_only=True):
 
     @property
     def path(self) -> npt.NDArray[np.float32]:
-        """(n, 2) Positions of the track [m]."""
+        """Positions of the track [m], shape (n, 2)."""
         return np.frombuffer(self.track, dtype=np.float32).reshape(-1, 2)
 
 

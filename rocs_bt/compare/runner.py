@@ -214,7 +214,7 @@ class MetricSink:
             self._add_energy(unpack(event.wheels))
 
     def path(self, step: float = STEP) -> npt.NDArray[np.float64]:
-        """(n, 2) Positions at equal steps of path length [m]; the result does not depend on the sampling rate."""
+        """Positions of the track at equal steps of path length [m], shape (n, 2); independent of the sampling rate."""
         points = np.array(self._points, dtype=float).reshape(-1, 2)
         if len(points) < 2:
             return points
@@ -284,13 +284,13 @@ def error_record(episode: Episode, reason: str, time_limit: float, *, reproducib
 
 @lru_cache(maxsize=1)
 def _process_runner(project: Path | None, code: bool) -> EpisodeRunner:
-    """Runner of this process."""
+    """Episode runner of this process, created on first use."""
     return EpisodeRunner(project, code=code)
 
 
 @contextmanager
 def _limited(seconds: float) -> Iterator[None]:
-    """End this worker process unless the block finishes in time [s]; no effect in a main process."""
+    """End this worker process if the `with` block exceeds a time limit [s]; no effect in the main process."""
     if multiprocessing.parent_process() is None:
         yield
         return

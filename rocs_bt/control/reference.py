@@ -250,7 +250,7 @@ def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: floa
 
 
 def _turn_stages(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
-    """Stages of a turn on the spot from a pose, about a pivot ahead of the base [m], shape (k, 6)."""
+    """Reference poses and twists of a turn on the spot, about a pivot ahead of the base [m], shape (k, 6)."""
     stages = np.zeros((len(yaws), 6))
     stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = pose.x, pose.y, yaws, rates
     if pivot != 0.0:

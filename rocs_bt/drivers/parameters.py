@@ -292,13 +292,13 @@ def parameters_of_driver(declared: type) -> dict[str, Parameter]:
 
 
 def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, among: bool = False) -> T:
-    """Parameters of a driver, from the values in robot.toml.
+    """Create the parameters of a driver from the values in robot.toml.
 
     Args:
         declared: Dataclass of the driver.
         values: Values by name, SI units: floats, integers, texts, or lists of them.
         what: Device and driver, for messages.
-        among: Whether other keys are allowed, as for a user's driver that extends this one.
+        among: Whether `values` may contain other keys, such as those of a user's driver that extends this one.
 
     Raises:
         InputError: Unknown, missing or wrong parameters; lists every fault.

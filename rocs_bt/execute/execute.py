@@ -194,9 +194,9 @@ class Execute:
                     return
 
     def _switch(self) -> bool:
-        """Switch to the ticket on top; False if the pipeline is empty.
+        """Switch to the ticket with the highest priority; False if the pipeline is empty.
 
-        A cancelled ticket is stopped first, before another action commands.
+        The action of a cancelled ticket is stopped first, before another action sends commands.
         """
         while True:
             if self._ticket is not None and self._ticket.state.done:

@@ -17,13 +17,14 @@ from .parser import parse
 
 @dataclass(frozen=True)
 class Requirement:
-    """Requirement on a run.
+    """Requirement on a run, such as `always min(front) > 0.05 m`.
 
     Attributes:
         text: Text of the requirement.
-        node: Expression over the past. Its value at time t is the verdict at t - delay, invalid while unknown.
+        node: Expression over past samples. Its value at time t says whether the requirement holds at t - delay; invalid
+            if that is not known.
         always: Whether the requirement must be true at all times (`always`) instead of at the end of the run.
-        delay: Delay of the verdict [s].
+        delay: Time after which it is known whether the requirement holds at a moment [s].
     """
 
     text: str

@@ -116,7 +116,7 @@ class KnowledgeBase(ABC):
         return self._queries[key]
 
     def query_context(self) -> QueryContext:
-        """What queries read besides the graph: the robot's name and pose, the time, its signals and its past."""
+        """Data that queries read besides the graph: name and pose of the robot, time, signals, and past states."""
         t = self.clock.now()
         pose, read = self.pose(t), self.signals.read
         return QueryContext(

@@ -112,7 +112,7 @@ class OccupancyGrid:
         return np.asarray((cells[:, ::-1] + 0.5) * self.cell, dtype=float)
 
     def centre_on(self, x: float, y: float) -> None:
-        """Move the square so that a point [m] is in its middle; within an eighth of its side it does not move."""
+        """Centre the grid on a point [m], unless the point is within an eighth of the side from the present centre."""
         wanted = [math.floor(v / self.cell) - self._count // 2 for v in (y, x)]
         shift = [new - old for new, old in zip(wanted, self._corner.tolist(), strict=True)]
         if max(map(abs, shift)) <= self._count // 8:

@@ -167,7 +167,7 @@ def _roads(knowledge: Knowledge) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _closed_doors(knowledge: Knowledge) -> dict[tuple[str, str], str]:
-    """Pairs of places with a door between them that is known to be closed, each with the door."""
+    """Doors that are known to be closed, by each pair of places that they connect."""
     graph = knowledge.graph
     closed = [door for door in graph.nodes("door") if graph.get(door, "open") is False]
     return {pair: door for door in closed for pair in permutations(graph.related(door, "leads_to"), 2)}

@@ -58,7 +58,7 @@ class SpatialIndex:
             del self._points[name], self._home[name]
 
     def rings(self, x: float, y: float, within: float = math.inf) -> Iterator[Batch]:
-        """The points around (x, y) in sorted batches of (distance, name) [m]; no batch precedes a nearer one.
+        """Points around (x, y) in batches of (distance [m], name), sorted by distance within and across batches.
 
         Points may be added, removed and moved between two batches; such a point may be missed or reported twice.
         """

@@ -65,7 +65,7 @@ class Act(Leaf):
 
     @property
     def mission(self) -> MissionContext:
-        """Mission of the leaf."""
+        """Context of the mission that contains the leaf."""
         return self._mission
 
     def _set_up(self, make: Callable[[], Action], max_preemptions: int) -> None:

@@ -38,7 +38,7 @@ class ExpressionReader:
         self._numbers: dict[Node, Expression] = {}
 
     def guard(self, table: Table, key: str) -> Expression | None:
-        """The boolean expression at a key; None, with a fault, if it is not one."""
+        """Read the boolean expression at a key; if it is not one, record a fault and return None."""
         text = table.text(key)
         node = self.node(table, key, text) if key in table and isinstance(table.raw(key), str) else None
         if node is None:
@@ -192,7 +192,7 @@ def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
 
 
 def _number(reader: ExpressionReader, table: Table, key: str, value: Any, dimension: Dimension) -> Any:
-    """Number in SI units, or an expression that depends on signals; None, with a fault, if it is neither."""
+    """Read a number in SI units, or an expression that depends on signals; if it is neither, record a fault."""
     if not isinstance(value, str):
         return _converted(table, key, value, dimension)
     expression = reader.number(table, key, value, dimension)

@@ -32,14 +32,14 @@ class Outline(msgspec.Struct, frozen=True, kw_only=True):
 
     @staticmethod
     def box(name: str, pose: Pose2, size: Point, height: float = 0.0) -> Outline:
-        """Box of a length and width [m], centred at a pose."""
+        """Outline of a box with a length and a width [m], centred at a pose."""
         x, y = size[0] / 2.0, size[1] / 2.0
         corners = ((x, y), (-x, y), (-x, -y), (x, -y))
         return Outline(name=name, points=tuple(pose.transform(*c) for c in corners), height=height)
 
     @staticmethod
     def circle(name: str, centre: Point, radius: float, height: float = 0.0) -> Outline:
-        """Circle of a radius [m]."""
+        """Outline of a circle with a radius [m]."""
         return Outline(name=name, points=(centre,), radius=radius, height=height)
 
 

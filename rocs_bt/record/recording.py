@@ -45,7 +45,7 @@ class _Contents:
 
 
 def _near(path: Path) -> set[str]:
-    """Runs near a path that does not exist, as suggestions: in it, beside it and in runs/."""
+    """Run folders to suggest for a path without a recording: inside it, beside it and in runs/."""
     return {str(file.parent) for folder in (path, path.parent, Path("runs")) for file in folder.glob("*/run.mcap")}
 
 

@@ -46,7 +46,7 @@ class Verdict:
 
 
 class AgentState(Protocol):
-    """State of an agent that a judge reads."""
+    """State of an agent, from which a judge determines the outcome of its run."""
 
     @property
     def status(self) -> str:
@@ -204,7 +204,7 @@ class Judge:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
     def _watch_progress(self, t: float, pose: Pose2, agent: AgentState, commanded: bool) -> None:
-        """Check the progress; a robot that is judged at the end needs none at its goal."""
+        """Check the progress; none is required at the goal if success means being there at the end of the run."""
         arrived = self._at_end and not self._after and self._at_goal
         watch, held = self._progress, agent.held and not arrived
         stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=agent.reflex, held=held)

@@ -94,7 +94,7 @@ def _decide(
     recorded: Sequence[Event],
     missions: Mapping[str, Build] | None,
 ) -> list[Event]:
-    """Events of the scenario's agents on recorded sensor data."""
+    """Run the agents of the scenario on recorded sensor data and return their events."""
     control, sink = scenario.rate.control_rate, ListSink()
     clock = SimulatedClock(scenario.rate.physics)
     devices = {

@@ -30,7 +30,7 @@ class _Check:
         self._last: tuple[float, float | bool | None] = (0.0, None)
 
     def update(self, sample: Sample) -> bool:
-        """Process a sample; True if it is the first that violates the requirement."""
+        """Process a sample; returns True if an `always` requirement is violated by it for the first time."""
         if self._start is None:
             self._start = sample.t
         value, about = self._expression(sample.x, sample.t), sample.t - self._requirement.delay
@@ -52,7 +52,7 @@ class _Check:
         return True
 
     def end(self) -> bool:
-        """Finish after the last sample; True if the requirement must hold at the end and is violated there."""
+        """Finish after the last sample; returns True if a requirement on the end of the run is violated."""
         about, value = self._last
         if self._requirement.always or value is not False:
             return False

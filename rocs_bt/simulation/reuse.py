@@ -84,7 +84,7 @@ class Counterpart:
 
 @dataclass(frozen=True)
 class Reuse:
-    """Comparison of two scenarios.
+    """Content and code that two scenarios share, and the settings in which they differ.
 
     Attributes:
         first: Name of the first scenario.

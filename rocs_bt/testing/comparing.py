@@ -47,7 +47,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Register the marks."""
+    """Register the pytest marks of comparisons."""
     for mark in _MARKS:
         config.addinivalue_line("markers", mark)
 
@@ -103,7 +103,7 @@ class Sweeps:
         self._found: dict[tuple[Any, ...], tuple[EpisodeRecord, ...]] = {}
 
     def scenes(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
-        """Scenes named by a mark.
+        """Scenes that a pytest mark names.
 
         Raises:
             InputError: A scenario or family does not exist.
@@ -145,7 +145,7 @@ class Sweeps:
 
 @contextmanager
 def _exclusive(folder: Path) -> Iterator[None]:
-    """Lock out other processes of the session while this one plays; they then find the episodes in the store."""
+    """Hold a lock so that only one test process plays episodes; the others then find the results in the store."""
     with closing(sqlite3.connect(folder / "lock.sqlite", timeout=_WAIT, isolation_level=None)) as lock:
         lock.execute("begin exclusive")
         yield

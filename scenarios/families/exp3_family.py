@@ -26,7 +26,7 @@ class Exp3Family(Family):
     speed: PositiveMetresPerSecond = 0.2
 
     def scene(self, index: int) -> Scene:
-        """Arena of an index."""
+        """Generate the scene with an index."""
         half = self.side / 2.0
         for attempt in range(1000):
             rng = self.rng(index, f"attempt {attempt}")

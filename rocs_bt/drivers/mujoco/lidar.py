@@ -157,7 +157,7 @@ class Rays:
 
 @dataclass(frozen=True, eq=False)
 class _Tiled:
-    """Model with tiles, for ray casting only.
+    """Copy of a model for fast ray casting, in which the static geoms are grouped into tiles of the floor.
 
     Attributes:
         model: Compiled MjModel.
@@ -178,7 +178,7 @@ class _Tiled:
 
 @lru_cache(maxsize=4)
 def _tiled(model: Any) -> _Tiled | None:
-    """Model with tiles; None if the model has other geoms than primitive shapes."""
+    """Create the copy of a model with tiles; None if the model has other geoms than primitive shapes."""
     import mujoco
 
     kinds = mujoco.mjtGeom

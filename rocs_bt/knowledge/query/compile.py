@@ -66,7 +66,7 @@ class Condition:
 
 
 def conditions_of(node: Node | None, slots: Sequence[Slot]) -> list[Condition]:
-    """The operands of the top-level `and` of an expression."""
+    """Split an expression at its top-level `and` into conditions, which can be tested separately."""
     if node is None:
         return []
     if node.op == "and":
@@ -163,7 +163,7 @@ class Planner:
         return steps
 
     def _ready(self) -> list[Node]:
-        """Remove and return the conditions that can be tested now."""
+        """Remove and return the conditions that can be tested, since all their variables and links are bound."""
         ready = [c for c in self._pending if c.variables <= self._bound and c.links <= self._edges]
         self._pending = [c for c in self._pending if c not in ready]
         return [c.node for c in ready]

@@ -125,7 +125,7 @@ class Link:
 
     @property
     def plain(self) -> bool:
-        """Whether it is a single edge, whose attributes can be read."""
+        """Whether the link is a single edge, so that a query can read the attributes of the edge."""
         return self.steps == (1, 1)
 
 

@@ -25,16 +25,15 @@ SENDERS = 256
 
 @dataclass
 class Counts:
-    """Counts of rejected frames and of work done, since the start.
+    """Statistics of sharing since the start: received and rejected frames, and sent and merged writes.
 
     Attributes:
         frames: Received frames.
         oversized: Frames that were too long.
         unauthenticated: Frames without the group's authentication.
         malformed: Frames that could not be decoded.
-        flooded: Frames beyond the limits of waiting frames.
-        refused: Writes of peers that the schema or the private part forbids, or for which there is no room; nothing of
-            them is kept.
+        flooded: Frames dropped because too many were waiting.
+        refused: Discarded writes of peers: invalid in the schema, about private nodes, or beyond a size limit.
         clashed: Writes of peers that conflict with what the graph holds.
         untold: Own writes that are too large to be sent.
         written: Own writes that were sent.

@@ -20,12 +20,12 @@ AGENT_LIMIT = 1024
 
 @dataclass
 class Peer:
-    """One start of another agent.
+    """Another agent, from one start of its process to the next.
 
     Attributes:
-        origin: Name of the start.
+        origin: Name of the agent and of this start of its process, `agent#start`.
         heard: Time of its last message [s].
-        seen: Writes that it reported as seen.
+        seen: Number of the newest write that it reported as seen, by origin.
         present: Whether it is present.
         faults: Kinds of its faults that have been reported.
     """
@@ -38,7 +38,7 @@ class Peer:
 
 
 class Presence:
-    """All known peers."""
+    """All known peers, present or absent."""
 
     def __init__(self) -> None:
         self.peers: dict[str, Peer] = {}
@@ -54,7 +54,7 @@ class Presence:
         return peer, appeared
 
     def record_mention(self, origin: str, t: float) -> None:
-        """Record a start that others reported; it counts as present only after a message of its own."""
+        """Record an origin that other peers reported; it counts as present only after a message of its own."""
         peer = self.peers.setdefault(origin, Peer(origin, t, present=False))
         peer.heard = max(peer.heard, t) if not peer.present else peer.heard
 

@@ -159,16 +159,24 @@ class Replica:
         return advanced
 
     def lacks(self, seen: Mapping[str, int]) -> bool:
-        """Whether these writes include one that has not been seen here."""
+        """Whether a peer has seen a write that is missing here.
+
+        Args:
+            seen: Number of the newest write that the peer has seen, by origin.
+        """
         return any(number > self.seen.get(origin, 0) for origin, number in seen.items())
 
     def missing(self, seen: Mapping[str, int]) -> list[Entry]:
-        """The entries that a peer which has seen these writes may lack, in the order of their stamps."""
+        """Entries that a peer may lack, in the order of their stamps.
+
+        Args:
+            seen: Number of the newest write that the peer has seen, by origin.
+        """
         found = [entry for entry in self.entries.values() if entry.number > seen.get(entry.origin, 0)]
         return sorted(found, key=lambda entry: (entry.stamp, entry.origin, entry.number))
 
     def prune(self, stable: Mapping[str, int]) -> int:
-        """Delete removals that every peer has seen; returns their number."""
+        """Delete the records of removals that every peer has seen; returns the number of deleted records."""
         gone = [k for k, e in self.entries.items() if e.value is None and e.number <= stable.get(e.origin, 0)]
         for key in gone:
             del self.entries[key], self.since[key]

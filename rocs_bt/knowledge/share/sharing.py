@@ -142,13 +142,13 @@ class Sharing:
 
     @property
     def acknowledged(self) -> int:
-        """Number up to which every present peer holds these writes; 0 without peers."""
+        """Number of writes of this agent that all present peers have received; 0 without peers."""
         here = [p for p in list(self.presence.peers.values()) if p.present]  # another thread may add a peer meanwhile
         held = (max(self._acked.get(p.origin, 0), p.seen.get(self.replica.origin, 0)) for p in here)
         return min(self.written, min(held, default=0))
 
     def statistics(self) -> dict[str, float]:
-        """Figures for summary.json: all counts, acknowledged own writes, and the correction of the clock [s]."""
+        """Statistics for summary.json: all counts, the acknowledged writes, and the correction of the clock [s]."""
         return {**self.counts.as_dict(), "acknowledged": self.acknowledged, "clock_ahead": round(self.clock.ahead, 3)}
 
     @property

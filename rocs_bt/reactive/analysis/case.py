@@ -126,7 +126,7 @@ def short(rule: Rule) -> str:
 
 
 def nodes_with_columns(node: Node, column: int = 0) -> Iterator[tuple[Node, int]]:
-    """Nodes of a tree, each with its column, or with that of the alias that contains it."""
+    """Nodes of an expression tree with their columns in the text; inside an alias, that of the alias."""
     here = column or node.column
     yield node, here
     inside = here if column or (node.op != "read" and node.text.isidentifier()) else 0
@@ -144,5 +144,5 @@ def _quantity(value: float, dimension: Dimension | None) -> str:
 
 
 def _in_expression(column: int, key: str) -> bool:
-    """Whether a column is that of the expression and not of its key, which is used for texts of several lines."""
+    """Whether a column points into the expression after a key; for a text of several lines it points to the key."""
     return key in ("when", "until") and column > len(key) + 3

@@ -127,13 +127,13 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
 
 
 def _sensed(value: object) -> bool:
-    """Whether a parameter depends on signals."""
+    """Whether the value of an action's parameter is computed from signals."""
     parts = value if isinstance(value, tuple) else (value,)
     return any(isinstance(part, Expression) for part in parts)
 
 
 def _at_rest(case: Case, node: Node) -> Node | None:
-    """An expression with all speeds and rates set to 0; None if other parts of it change at standstill."""
+    """Expression for a stationary robot: all speeds and rates are 0; None if other parts of it can still change."""
     if node.op in _PASSING:
         return None
     if node.op == "read":
@@ -429,7 +429,7 @@ def _kept(rule: Rule) -> Node:
 
 
 def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Report rules of equal priority with different actions, with a snapshot on which both hold."""
+    """Report rules of equal priority whose guards can hold at once, with example values of the signals."""
     for k, others in ties(case.rules):
         rule = case.rules[k]
         for first in (case.rules[i] for i in others if alive[i] and alive[k]):

@@ -141,7 +141,7 @@ class _Tableau:
         return why
 
     def concrete(self) -> dict[int, Fraction]:
-        """Values with a finite amount, small enough for all bounds, in place of the infinitesimal one."""
+        """Values of the variables, with the infinitesimal replaced by a number small enough to keep all bounds."""
         amount = Fraction(1)
         for limits, sign in ((self._low, 1), (self._high, -1)):
             for var, (limit, _) in limits.items():

@@ -59,7 +59,7 @@ def value_text(value: Value | tuple[float, ...]) -> str:
 
 
 def _described(change: KnowledgeChanged) -> tuple[str, str]:
-    """Name and value of a change, as texts."""
+    """Name and new value of a Knowledge change, as texts."""
     if change.what == "attribute":
         return change.name, value_text(change.value)
     if change.what.startswith("edge"):

@@ -22,7 +22,7 @@ _BEHIND = 100  # queued messages; a browser further behind is dropped, and gets 
 
 
 class Feed:
-    """Thread-safe picture: one thread updates it, and each browser's thread waits for messages."""
+    """Thread-safe state of the live page: one thread updates it, and a thread per browser waits for messages."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -30,7 +30,7 @@ class Feed:
         self._listeners: list[queue.Queue[bytes | None]] = []
 
     def update(self, change: Callable[[Picture], None], *, whole: bool = False) -> None:
-        """Change the picture and send all listeners its changes, or the whole state."""
+        """Update the state, and send all browsers the changes or, with `whole`, the whole state."""
         with self._lock:
             change(self._picture)
             message = _message(self._picture.whole(), "whole") if whole else _message(self._picture.delta())
@@ -38,7 +38,7 @@ class Feed:
                 self._tell(listener, message)
 
     def join(self) -> queue.Queue[bytes | None]:
-        """Add a listener: a queue of messages that begins with the whole state and ends with None."""
+        """Add a browser; returns its queue of messages, which begins with the whole state and ends with None."""
         listener: queue.Queue[bytes | None] = queue.Queue(_BEHIND)
         with self._lock:
             listener.put(_message(self._picture.whole(), "whole"))
@@ -46,7 +46,7 @@ class Feed:
         return listener
 
     def leave(self, listener: queue.Queue[bytes | None]) -> None:
-        """Remove a listener."""
+        """Remove the queue of a browser that has disconnected."""
         with self._lock:
             if listener in self._listeners:
                 self._listeners.remove(listener)

@@ -238,7 +238,7 @@ class Tree:
         return (node for node in self.nodes if isinstance(node, SubTree))
 
     def _raised_in(self, error: Exception) -> str:
-        """Path of the innermost node that an error passed through."""
+        """Path of the node that raised an exception, found from the traceback; the root if no node is in it."""
         paths = self.paths()
         path = paths[self.root.id]
         for frame, _ in walk_tb(error.__traceback__):

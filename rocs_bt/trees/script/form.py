@@ -1,4 +1,4 @@
-"""Script: a parsed text. Texts of one form, which differ only in names and literals, are parsed once."""
+"""Scripts of BehaviorTree.CPP. Scripts that differ only in names and literals are parsed only once."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .parser import (
 
 
 def leaves(statements: tuple[Expression, ...]) -> Iterator[Name | Literal]:
-    """Names and literals of statements in the order of the text, one per slot."""
+    """Names and literals of statements, in the order of the text; each one is a slot of the `Form`."""
     return (e for s in statements for e in walk(s) if isinstance(e, Name | Literal))
 
 
@@ -37,10 +37,10 @@ _SAMPLES = {"N": "n", "I": "1", "F": "1.5", "S": "''", "T": "true"}
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """Part of a text that determines its syntax tree; texts with the same form share one object.
+    """Syntax tree shared by all scripts that differ only in names and literals.
 
     Attributes:
-        statements: Statements with sample names and literals.
+        statements: Statements with placeholders as names and literals.
     """
 
     statements: tuple[Expression, ...]
@@ -52,8 +52,8 @@ class Script:
     Args:
         text: Text of the script.
         statements: Statements; by default parsed from the text on first access.
-        form: Form of the text; None if it has none.
-        slots: Names and values of literals in the order of the text.
+        form: Syntax tree shared with similar scripts; None if it is not shared.
+        slots: Names and literals of this script, which replace the placeholders of `form`, in the order of the text.
     """
 
     __slots__ = ("_statements", "form", "slots", "text")
@@ -103,7 +103,7 @@ def parse_script(text: str) -> Script:
 
 
 def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
-    """Form and slots of a text; no form if tokens adjoin or are too long, which the parser handles."""
+    """Shared form of a text, and its names and literals; no form for texts that only the parser can split."""
     pieces = _SLOT.split(text)  # text, string, number, name, text ...
     between = tuple(pieces[::4])
     if len(text) > MAX_LENGTH or "" in between[1:-1]:
@@ -129,7 +129,7 @@ def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
 
 @functools.lru_cache(maxsize=1024)
 def _form(between: tuple[str, ...], kinds: str) -> Form | None:
-    """Form of the texts with these parts; None if they are not valid scripts.
+    """Create the form shared by all texts with these operators and types of slots; None if they are not valid scripts.
 
     Args:
         between: Texts before, between and after the slots: operators and spaces.

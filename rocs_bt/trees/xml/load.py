@@ -104,7 +104,7 @@ class _Maker:
         return _Frame(element, [], self.elsewhere(element, name))
 
     def inside(self, name: str) -> bool:
-        """Whether a tree is being made already, in lenient mode; in strict mode `verify` has rejected recursion."""
+        """Whether a tree would contain itself; used in lenient mode, as otherwise `verify` has rejected recursion."""
         return self.lenient and any(f.element.tag == "SubTree" and f.element.attributes["ID"] == name
                                     for f in self.frames if "ID" in f.element.attributes)  # fmt: skip
 

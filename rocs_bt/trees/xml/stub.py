@@ -26,7 +26,7 @@ _PORTS: Mapping[Direction, type[Port[Any]]] = {
 
 
 class _AcceptsAll(Node):
-    """Node class that accepts any attributes."""
+    """Base class of stubs, which accept any attributes."""
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
@@ -126,7 +126,7 @@ def _first(
 
 
 def times(uses: Sequence[Element]) -> str:
-    """Number of uses and files as text; empty for a single use."""
+    """Text such as ` (3 uses in 2 files)`; empty for a single use."""
     files = len({element.source.file for element in uses})
     return "" if len(uses) == 1 else f" ({len(uses)} uses{f' in {files} files' if files > 1 else ''})"
 

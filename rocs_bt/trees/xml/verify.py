@@ -206,7 +206,7 @@ class _Verifier:
                     self.found.append(port.element.fault(message, fault.hint, warning=True))
 
     def recursion(self) -> None:
-        """Faults of trees that contain themselves or exceed the maximum size."""
+        """Record faults of trees that contain themselves or exceed the maximum size."""
         sizes: dict[str, int] = {}
         for start in self.uses:
             ancestors: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
@@ -253,7 +253,7 @@ class _Verifier:
 
 
 def _extended(hint: str, other: str) -> str:
-    """Hint with an additional remedy, unless a near name already explains the fault."""
+    """Append a remedy to a hint, unless the hint already suggests a similar name."""
     return hint if hint.startswith("Did you mean") else f"{hint} {other}"
 
 
