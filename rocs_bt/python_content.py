@@ -151,7 +151,7 @@ def load_class(path: Path, name: str) -> type:
 
 
 def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
-    """Wrap a function of content: its exceptions become faults of its file. The signature is unchanged."""
+    """Wrap a function of a user's file: its exceptions become faults of the file. The signature is unchanged."""
 
     @functools.wraps(build)
     def safe(*args: Any, **kwargs: Any) -> Any:

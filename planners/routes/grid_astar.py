@@ -318,7 +318,7 @@ def _edge(rows, columns, aim):
 
 
 def _turns_back(committed, cells):
-    """Whether a path leads back over the part that is driven before it begins."""
+    """Whether a new path leads back over the committed part, which the robot drives before the path begins."""
     if len(committed) < 2:
         return False
     first, ahead = committed[-1] - committed[-2], cells[min(TURN, len(cells) - 1)] - cells[0]
@@ -326,7 +326,7 @@ def _turns_back(committed, cells):
 
 
 def _smoothed(field, footprint, committed, cells, goal):
-    """Smoothed path over cells, after the committed part."""
+    """Smooth a path over cells; its committed part, which the robot drives before it can turn, stays unchanged."""
     complete = field.around.cell(goal) is not None
     rough = np.vstack([committed, cells[1:], *([np.array([goal[:2]])] if complete else [])])
     points = relaxed(field.around, footprint, _resampled(rough, len(committed)), len(committed))

@@ -80,7 +80,7 @@ def _edges(polygon: list[Point]) -> list[tuple[Point, Point]]:
 
 
 def _depth(point: Point, edge: tuple[Point, Point]) -> float:
-    """Distance of a point to the left of an edge [m], which is inside."""
+    """Signed distance of a point from a polygon's edge [m], positive to the left, which is inside."""
     (ax, ay), (bx, by) = edge
     return ((bx - ax) * (point[1] - ay) - (by - ay) * (point[0] - ax)) / dist(*edge)
 

@@ -125,7 +125,7 @@ class LocalMemory:
                 self._keep(at, distance, t)
 
     def explained(self, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> list[bool]:
-        """Whether the echo of each beam is that of a peer with a hull of this radius [m]."""
+        """Whether the echo of each beam can come from a known peer with a hull of this radius [m]."""
         found = []
         for mount, distance in zip(self.mounts, ranges, strict=True):
             at = pose.compose(Pose2(*mount)) if math.isfinite(distance) else None
@@ -140,11 +140,11 @@ class LocalMemory:
         return turned
 
     def strides(self, since: float, pose: Pose2, paths: Array) -> list[int]:
-        """Number of strides of each path (n, k, m, 2) in the body frame that were free since a time [s], shape (n,)."""
+        """Number of strides of each path (n, k, m, 2), body frame, that were seen free since a time [s], shape (n,)."""
         return self._ground.strides(pose, paths, since)
 
     def may_turn(self, since: float, pose: Pose2) -> bool:
-        """Whether all ground that the hull sweeps in a turn on the spot was free since a time [s]."""
+        """Whether all ground that the hull sweeps in a turn on the spot was seen free since a time [s]."""
         return self._ground.strides(pose, self._disc, since) == [1]
 
     def _forget(self, at: Pose2, distance: float) -> None:

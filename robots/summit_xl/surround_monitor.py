@@ -194,23 +194,23 @@ class SurroundMonitor(RangeMonitor):
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
-        """Free distances ahead and back on each bend, and after a turn to each heading [m]."""
+        """Free distances along arcs of each curvature, ahead and back, and ahead after a turn to each heading [m]."""
         since, turned = now - self._ground, [0.0] * len(HEADINGS)
         if self._memory.may_turn(since, pose):
             turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)
         return [*self._bends(since, pose), turned]
 
     def _bends(self, since: float, pose: Pose2) -> tuple[list[float], list[float]]:
-        """Free distances ahead and back on each bend [m], on ground that was free since a time [s]."""
+        """Free distances along arcs of each curvature, ahead and back [m], on ground seen free since a time [s]."""
         found = self._free(since, pose, self._edges)
         return found[: len(BENDS)], [max(room - self._memory.cell, 0.0) for room in found[len(BENDS) :]]
 
     def _free(self, since: float, pose: Pose2, paths: Array) -> list[float]:
-        """Free distance on each path [m], on ground that was free since a time [s]; shape (n,)."""
+        """Free distance along each path [m], on ground seen free since a time [s]; shape (n,)."""
         return [ROOM[strides] for strides in self._memory.strides(since, pose, paths)]
 
     def _wider(self, signal: Signal) -> Signal:
-        """The signal of a group with the values of the peers and of the memory."""
+        """Signal of a group, with additional values for the nearest peer and for the nearest remembered echo."""
         doc = f"{signal.doc} Then the nearest peer, and the nearest recent echo."
         size = signal.size + 2
         return replace(signal, size=size, dimensions=signal.dimensions[:1] * size, doc=doc)

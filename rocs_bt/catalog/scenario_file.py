@@ -165,7 +165,7 @@ class ScenarioSpec:
 
     @property
     def tags(self) -> dict[str, int]:
-        """Tags 1, 2, ... that robot sensors read, by name of the agent or scripted robot."""
+        """Number 1, 2, ... of each robot, by name of the agent or scripted robot; sensors can read it."""
         names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers if mover.robot)]
         return {name: tag for tag, name in enumerate(names, 1)}
 

@@ -212,7 +212,7 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
 
 
 def _table(answers: Answers) -> str:
-    """Table of the answers."""
+    """Format the answers to a query as a text table."""
     if not answers:
         return "no answers."
     if not answers.variables and not answers.columns:

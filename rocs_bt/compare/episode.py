@@ -34,7 +34,7 @@ class FamilyScene:
 
     @property
     def name(self) -> str:
-        """Name of the scene; its seeds form one cluster."""
+        """Name of the scene; episodes of one scene with different seeds form one cluster in the statistics."""
         return f"{self.group}-{self.index}"
 
 
@@ -57,7 +57,7 @@ class ScenarioScene:
 
     @property
     def name(self) -> str:
-        """Name of the scene; its seeds form one cluster."""
+        """Name of the scene; episodes of one scene with different seeds form one cluster in the statistics."""
         return self.group
 
 
@@ -85,7 +85,7 @@ class GeneratedScene:
 
     @property
     def name(self) -> str:
-        """Name of the scene; its seeds form one cluster."""
+        """Name of the scene; episodes of one scene with different seeds form one cluster in the statistics."""
         return self.scene.name
 
 

@@ -129,7 +129,7 @@ class Family(AgentSetup, ABC):
 
     @property
     def doc(self) -> str:
-        """First line of the class docstring."""
+        """Description of the family: first line of the docstring of its class."""
         return (type(self).__doc__ or "").strip().split("\n", 1)[0]
 
     @property
@@ -139,7 +139,7 @@ class Family(AgentSetup, ABC):
 
     @abstractmethod
     def scene(self, index: int) -> Scene:
-        """Scene of an index >= 0."""
+        """Generate the scene with an index, 0 or more."""
 
     def scene_name(self, index: int) -> str:
         """Name of the scene of an index."""

@@ -171,7 +171,7 @@ def _runs(row: Mask) -> list[tuple[int, int]]:
 
 
 def _without_visible(path: Sequence[Cell], free: Mask) -> list[Cell]:
-    """Corners that remain after shortcuts between cells in line of sight."""
+    """Remove the corners of a path that straight lines between visible cells can bypass."""
     kept, last = [path[0]], 0
     while last < len(path) - 1:
         low, high = last + 1, len(path) - 1

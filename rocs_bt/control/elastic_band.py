@@ -166,7 +166,7 @@ def _turned(arms: Array, forces: Array) -> Array:
 
 
 def _moved(force: Array, turn: Array, aside: Array) -> Array:
-    """Steps of the band's points from forces and torques on the hull, shape (k, 2) [m].
+    """Displacements of the band's points by the forces and torques on the hull, shape (k, 2) [m].
 
     A torque turns the hull by moving the neighbouring points: the chord between these defines the heading.
     """

@@ -127,7 +127,7 @@ def speed_profile(
 
 
 def _two_passes(squared: Array, acceleration: Array, spacing: float) -> Array:
-    """Squared speeds [m2/s2] limited by the acceleration [m/s2] in both directions."""
+    """Limit squared speeds [m2/s2] by the acceleration [m/s2], in a forward and a backward pass along the path."""
     # v_i^2 <= v_j^2 + 2 a |s_i - s_j| for all j is a running minimum after subtracting the ramp.
     gained = np.minimum(acceleration[1:], acceleration[:-1]) * (2.0 * spacing)
     ramp = np.concatenate([[0.0], np.cumsum(gained)])

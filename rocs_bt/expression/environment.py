@@ -84,7 +84,7 @@ class Environment:
 
     @property
     def size(self) -> int:
-        """Minimum number of values of a snapshot."""
+        """Number of values that a snapshot needs to contain all signals."""
         return max((at + self.signals[name].size for name, at in self.offsets.items()), default=0)
 
     @property

@@ -293,7 +293,7 @@ class _Reader:
         return self._made(tree, op, TRUTH, args)
 
     def _implied(self, tree: ast.BoolOp, parts: list[tuple[ast.expr, Node]]) -> Node:
-        """Operands of an `or`, some of which were `implies`, which binds less and to the right: `a or b implies c`."""
+        """Convert an `or` with replaced `implies` operators, which have lower precedence and associate to the right."""
         gaps = [(left[0].end_col_offset or 0, right[0].col_offset) for left, right in pairwise(parts)]
         marks = [any(a <= at - self._indent < b for at in self._folded.implies) for a, b in gaps]
         split = marks.index(True) + 1 if True in marks else len(parts)

@@ -122,7 +122,7 @@ class PythonCode:
                 self._write(row, text)
 
     def value(self, register: int) -> str:
-        """Source of a register's value, after `lines`."""
+        """Python expression for the value of a register; the code must execute `lines` before it."""
         return self._operand(register, 1, False)
 
     def sure(self, register: int) -> bool:

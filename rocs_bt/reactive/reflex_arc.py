@@ -31,7 +31,10 @@ MATERIAL = 0.05  # relative change of a parameter below which no event is emitte
 
 
 class _Active:
-    """Reflex in the slot; `stopping` if its action raised, and Stop replaces it until its latch is clear."""
+    """Active reflex, which occupies the only slot of the arc.
+
+    `stopping` is set if its action raised an exception: Stop then replaces the action until the rule is released.
+    """
 
     __slots__ = ("reflex", "reported", "stopping", "ticket")
 
@@ -156,7 +159,7 @@ class ReflexArc:
                 self._emit(reflex, "latched")
 
     def _settle(self) -> str | None:
-        """Assign the slot; return the last rule's name if the slot has become free, else None."""
+        """Choose the active reflex; return the name of the previous rule if no reflex is active any more, else None."""
         before = self.active
         self._arbitrate()
         for rule, reflex in self._wanted.items():

@@ -175,7 +175,7 @@ def _scaled(value: float | None, factor: float) -> float | None:
 
 
 def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
-    """Rows of the mission's nodes with depth and last status."""
+    """Table of the mission's nodes, parents before children: depth and last status of each."""
     statuses, rows = agent.statuses(), []
     depth: dict[str, int] = {}
     for node in agent.nodes(info):

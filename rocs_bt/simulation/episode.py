@@ -97,7 +97,7 @@ class Episode:
     def run(self) -> Result:
         """Run in lockstep: single-threaded, in the order of docs/architecture.md, repeatable bit by bit.
 
-        If anything raises, the agents are stopped and judged first.
+        If an exception is raised, all agents are stopped and their outcomes determined before it propagates.
         """
         wall, count = WallClock(), 0
         try:
@@ -117,7 +117,7 @@ class Episode:
     def run_threaded(self, clock: WallClock, runners: Sequence[AbstractContextManager[object]]) -> Result:
         """Run on wall time: physics in a separate thread, the agents in the threads of their runners.
 
-        If anything raises, the agents are stopped and judged first.
+        If an exception is raised, all agents are stopped and their outcomes determined before it propagates.
 
         Args:
             clock: Clock of the world and the agents; it starts at zero.

@@ -17,7 +17,7 @@ _SAMPLES = 20  # sampled poses until a start counts as impossible
 
 
 class Start(Protocol):
-    """Start of an agent or mover of a scenario."""
+    """Start pose of an agent or mover, with its position in the scenario file."""
 
     @property
     def name(self) -> str:

@@ -37,7 +37,7 @@ class BarnLike(Family):
     """
 
     def scene(self, index: int) -> Scene:
-        """World of an index."""
+        """Generate the scene with an index."""
         rng = self.rng(index)
         fill, smoothings, path = rng.choice(FILLS), rng.choice(SMOOTHINGS), None
         while path is None:

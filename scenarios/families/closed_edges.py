@@ -21,7 +21,7 @@ class ClosedEdges(TaskFamily):
     at: Seconds = 0.1
 
     def scene(self, index: int) -> Scene:
-        """Building of an index."""
+        """Generate the scene with an index."""
         for rng, building, (start, goal) in self.sample_until_fit(index, rooms=2):
             closed = building.sample_closed(rng, start, goal, self.closed)
             first, last = building.shortest(start, goal), building.shortest(start, goal, closed)

@@ -34,7 +34,7 @@ class Crowd(Family):
             raise InputError(f"motion must be social_force, polynomial or mixed, found '{self.motion}'.")
 
     def scene(self, index: int) -> Scene:
-        """Hall of an index."""
+        """Generate the scene with an index."""
         rng = self.rng(index)
         ground = Ground((-0.5, -0.5), (self.long + 0.5, self.wide + 0.5), [*self.hall(rng)])
         start, goal = (

@@ -30,7 +30,7 @@ class Exp1Family(Family):
     speed: PositiveMetresPerSecond = 0.3
 
     def scene(self, index: int) -> Scene:
-        """Arena of an index."""
+        """Generate the scene with an index."""
         for attempt in range(300):
             rng = self.rng(index, f"attempt {attempt}")
             half = self.side / 2.0

@@ -23,7 +23,7 @@ class Exp2Family(Family):
     speed: PositiveMetresPerSecond = 0.3
 
     def scene(self, index: int) -> Scene:
-        """Arena of an index."""
+        """Generate the scene with an index."""
         half = self.side / 2.0
         for attempt in range(300):
             rng = self.rng(index, f"attempt {attempt}")

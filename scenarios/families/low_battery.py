@@ -23,7 +23,7 @@ class LowBattery(TaskFamily):
     spare: Annotated[float, POSITIVE] = 1.5
 
     def scene(self, index: int) -> Scene:
-        """Building of an index."""
+        """Generate the scene with an index."""
         for rng, building, (start, charger, goal) in self.sample_until_fit(index, rooms=3):
             there, on = building.shortest(start, charger), building.shortest(charger, goal)
             direct = building.shortest(start, goal)

@@ -29,7 +29,7 @@ class Maze(Family):
     loops: Count = 2
 
     def scene(self, index: int) -> Scene:
-        """Maze of an index."""
+        """Generate the scene with an index."""
         rng = self.rng(index)
         open_ = self.passages(rng)
         ground = self.ground(open_)

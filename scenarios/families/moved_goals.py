@@ -20,7 +20,7 @@ class MovedGoals(TaskFamily):
     fastest: PositiveMetresPerSecond = 2.0
 
     def scene(self, index: int) -> Scene:
-        """Building of an index."""
+        """Generate the scene with an index."""
         for rng, building, (start, *goals) in self.sample_until_fit(index, rooms=self.moves + 2):
             away = [building.shortest(start, room).length for room in goals]
             # The goal moves on before even the fastest robot can reach it.

@@ -30,7 +30,7 @@ class Office(Family):
     furniture: Count = 4
 
     def scene(self, index: int) -> Scene:
-        """Office of an index."""
+        """Generate the scene with an index."""
         for attempt in range(200):
             rng = self.rng(index, f"attempt {attempt}")
             ground, doors = self.walls(rng)

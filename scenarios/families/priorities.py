@@ -24,7 +24,7 @@ class Priorities(TaskFamily):
     pace: PositiveMetresPerSecond = 1.0
 
     def scene(self, index: int) -> Scene:
-        """Building of an index."""
+        """Generate the scene with an index."""
         if not 1 <= self.errands <= 5:
             raise InputError(f"errands must be 1 to 5, found {self.errands}.")
         rng = self.rng(index)

@@ -1,4 +1,4 @@
-"""Draft: a scene that can be simplified step by step: obstacles, start and goal, and numbers."""
+"""Draft: a scene that the search simplifies step by step, by changing obstacles, start, goal and numbers."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class Player:
         return None
 
     def _new(self, drafts: Iterable[Draft]) -> Iterator[Draft]:
-        """Drafts that were not played successfully before, each once."""
+        """Drafts (modified scenes) in which the planner has not succeeded before, each once."""
         seen: set[Draft] = set()
         for draft in drafts:
             if draft not in self._passed and draft not in seen:
@@ -81,7 +81,7 @@ class Player:
                 yield draft
 
     def _play(self, drafts: Sequence[Draft], fails: Fails, skip_invalid: bool) -> list[EpisodeRecord | None]:
-        """Episodes up to the first failure; None for a draft that cannot be played."""
+        """Play one episode in each draft (modified scene) up to the first failure; None for an invalid draft."""
         try:
             return list(self._swept(drafts, fails))
         except InputError:

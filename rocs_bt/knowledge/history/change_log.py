@@ -162,7 +162,7 @@ class ChangeLog:
     def changes(
         self, since: int = 0, until: int | None = None, *, node: str | None = None, name: str | None = None
     ) -> Iterator[KnowledgeChanged]:
-        """Changes in order, without the content of a base.
+        """Recorded changes in order; nodes and edges of the base states are not included.
 
         Args:
             since: Revision after which to begin.

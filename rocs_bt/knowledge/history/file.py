@@ -133,7 +133,7 @@ def _insert(connection: sqlite3.Connection, stretch: int, changes: Iterable[tupl
 
 
 def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) -> None:
-    """Move the changes up to a revision into the base: superseded rows are deleted."""
+    """Compact the changes up to a revision into the base state, by deleting the rows that later ones supersede."""
     rows = connection.execute(
         "SELECT place, t, what, subject, name, value, attributes FROM change "
         "WHERE stretch = ? AND place > ? AND place <= ? ORDER BY place",

@@ -182,7 +182,7 @@ class Planner:
         return None
 
     def _near(self, i: int) -> Near | None:
-        """The nearest bound on the distance of a variable to a position that is constant in a run."""
+        """Smallest limit on the distance of a variable to a constant position; None without such a condition."""
         best: Near | None = None
         for condition in self._pending:
             found = _reach(condition.node, self._scope.slots)
@@ -203,7 +203,11 @@ class Planner:
 
 
 def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
-    """For `distance(variable, place) < 2 m`: the variable, the code of the place, the distance [m]."""
+    """Split a condition such as `distance(variable, place) < 2 m`; None for any other condition.
+
+    Returns:
+        Index of the variable, source code of the place, maximum distance [m].
+    """
     if node.op != "compare" or len(node.signs) != 1:
         return None
     left, right, sign = node.args[0], node.args[1], node.signs[0]

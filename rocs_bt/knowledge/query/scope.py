@@ -29,12 +29,13 @@ class Slot:
     """A value that expressions read.
 
     Attributes:
-        code: Source code of a float; NaN for an unknown value.
+        code: Source code of an expression for the value, a float; NaN if unknown.
         variables: Variables that it depends on.
         links: Links whose edges it depends on.
-        near: For the distance between a variable's pose and something constant in a run: the variable, and the code of
-            the latter.
-        same: For the equality of a variable and a node constant in a run: the variable, and the code of that name.
+        near: Index of the variable and source code of the position, if the value is the distance between a variable's
+            pose and a position that is constant in a run; else None.
+        same: Index of the variable and source code of the name, if the value is the equality of a variable and a name
+            that is constant in a run; else None.
     """
 
     code: str

@@ -189,7 +189,7 @@ Step = Scan | Pin | Follow | Joined | Test | Absent
 
 
 def walk(steps: Sequence[Step], state: State, at: int = 0) -> Iterator[None]:
-    """Every match of the steps; the state holds a match until the next one is requested."""
+    """Iterate over all matches of a query; the variables of the present match are in `state`."""
     left = len(steps) - at
     return steps[at].run(state) if left == 1 else _walk(steps, state, at) if left else iter((None,))
 

@@ -108,9 +108,9 @@ class Delivery:
     Attributes:
         to: Receiving agents.
         text: Text of the message.
-        acknowledged: Agents that have acknowledged it.
+        acknowledged: Agents that have acknowledged the message.
         problems: Reason of the last rejection, by agent.
-        withdrawn: Whether it is no longer sent.
+        withdrawn: Whether sending has been given up.
     """
 
     to: tuple[str, ...]
@@ -121,12 +121,12 @@ class Delivery:
 
     @property
     def missing(self) -> list[str]:
-        """Agents that have not acknowledged it yet."""
+        """Receivers that have not acknowledged the message yet."""
         return [agent for agent in self.to if agent not in self.acknowledged]
 
     @property
     def done(self) -> bool:
-        """Whether all agents have acknowledged it."""
+        """Whether all receivers have acknowledged the message."""
         return not self.missing
 
 

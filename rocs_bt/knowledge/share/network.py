@@ -58,7 +58,7 @@ class LocalNetwork:
         return _LocalLink(self, origin)
 
     def send(self, sender: str, frame: bytes, to: str | None) -> None:
-        """Deliver a frame to its receivers."""
+        """Deliver a frame to one peer, or to all other peers if `to` is None."""
         for origin, deliver in self._peers.items():
             if origin != sender and to in (None, origin):
                 deliver(frame)

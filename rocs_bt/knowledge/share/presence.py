@@ -72,7 +72,7 @@ class Presence:
 
     @property
     def starts(self) -> dict[str, str]:
-        """The newest start of each present agent."""
+        """Newest origin (`agent#start`) of each present agent."""
         return {agent_of(p.origin): p.origin for p in sorted(self.peers.values(), key=lambda p: p.heard) if p.present}
 
     def silence(self, t: float) -> dict[str, float]:
@@ -85,7 +85,7 @@ class Presence:
         return {agent: t - heard for agent, heard in last.items() if agent not in here}
 
     def forget(self, t: float, after: float) -> list[str]:
-        """Forget starts that have been absent for longer than a time [s]; returns them."""
+        """Forget and return the origins that have been absent for longer than a time [s]."""
         gone = [p for p in self.peers.values() if not p.present and t - p.heard > after]
         for peer in gone:
             del self.peers[peer.origin]
@@ -96,7 +96,13 @@ class Presence:
         return [peer.origin for peer in gone]
 
     def stable(self, mine: Mapping[str, int]) -> dict[str, int]:
-        """The writes that every peer has seen, by origin; empty while a peer has seen writes that are not here."""
+        """Number of the newest write that every peer has seen, by origin.
+
+        The result is empty while a peer has seen a write that has not been seen here.
+
+        Args:
+            mine: Number of the newest write seen here, by origin.
+        """
         known = [peer.seen for peer in self.peers.values()]
         if any(number > mine.get(origin, 0) for seen in known for origin, number in seen.items()):
             return {}

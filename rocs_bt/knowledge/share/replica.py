@@ -121,17 +121,17 @@ class Replica:
         return entry
 
     def admits(self, entry: Entry) -> bool:
-        """Whether there is room for an entry from a peer, and its stamp is plausible.
+        """Whether an entry from a peer has a plausible time stamp, and there is room for it.
 
-        A stamp beyond any calendar can result from counting on from other stamps. One that is far ahead of all seen
-        stamps cannot; accepting it would leave no later stamps for other writers.
+        A writer with a slow clock uses stamps slightly later than the latest one it has seen. A stamp far beyond all
+        seen ones is wrong; if it were accepted, no other writer could use a later one.
         """
         if entry.stamp > max(self._stamp, STAMP_LIMIT // 2) + STAMP_STEP:
             return False
         return entry.key in self.entries or len(self.entries) < ENTRY_LIMIT
 
     def merge(self, entry: Entry, since: float) -> bool:
-        """Merge an entry from a peer; True if it wins."""
+        """Merge an entry from a peer; True if it is later than the present entry of its key and replaces it."""
         self._stamp = max(self._stamp, entry.stamp)
         if not entry.after(self.entries.get(entry.key)):
             return False
@@ -139,13 +139,13 @@ class Replica:
         return True
 
     def learn(self, seen: Mapping[str, int], here: Collection[str] = ()) -> list[str]:
-        """Record that all of these writes have been seen, or were superseded by others that have.
+        """Record writes as seen, each because it was received or because a later write has superseded it.
 
-        If there are too many starts, the oldest absent ones are forgotten: their entries stay, and may be sent once
+        If there are too many origins, the oldest absent ones are forgotten: their entries stay, and may be sent once
         more than necessary.
 
         Returns:
-            Starts with writes that had not been seen.
+            Origins with writes that had not been seen.
         """
         advanced = [origin for origin, number in seen.items() if number > self.seen.get(origin, 0)]
         for origin in advanced:

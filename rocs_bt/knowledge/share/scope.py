@@ -1,4 +1,4 @@
-"""Scope of sharing: shared and private parts, names seen by peers, and the check of every write of a peer."""
+"""Scope of sharing: shared and private nodes, their names at peers, and the check of every write of a peer."""
 
 from __future__ import annotations
 
@@ -76,12 +76,12 @@ class Scope:
         self.digest = hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest()
 
     def kind(self, kind: str) -> str | None:
-        """Kind as which peers know nodes of a kind; None if they are not shared."""
+        """Kind that nodes of this kind have in the graphs of peers; None if they are not shared."""
         shared = PEER if kind in self._robots else kind
         return shared if shared in self.kinds else None
 
     def shared_name(self, agent: str, node: str, kind: str) -> str:
-        """Name by which peers know a node of an agent's graph."""
+        """Name of an agent's node in the graphs of peers."""
         return f"{agent}/{node}" if kind in self._own and "/" not in node else node
 
     def attribute(self, kind: str, name: str) -> Attribute | None:
@@ -94,7 +94,7 @@ class Scope:
         return declared[name]
 
     def shares(self, *nodes: str) -> bool:
-        """Whether none of these nodes is private."""
+        """Whether these nodes may be shared, since none of them is private."""
         return self._private.isdisjoint(nodes)
 
     def joins(self, relation: str, source: str | None, target: str | None) -> bool:
@@ -110,7 +110,7 @@ class Scope:
         return 1 if declared.single else declared.max_targets, declared.max_sources
 
     def refuses(self, entry: Entry) -> str:
-        """Reason to refuse an entry of a peer; empty if it is acceptable. Peers of one digest agree on it."""
+        """Reason to refuse an entry of a peer; empty if it is acceptable. Peers with equal `digest` decide equally."""
         if not 0 < entry.stamp < STAMP_LIMIT or not 0 < entry.number < 2**53:
             return f"the stamp {entry.stamp} or the number {entry.number} is out of range"
         if not is_origin(entry.origin):

@@ -51,11 +51,11 @@ class _Throttled(RunAwareDecorator):
         return outcome
 
     def restart(self) -> None:
-        """Restart the interval."""
+        """Begin a new interval between two ticks of the child."""
         raise NotImplementedError
 
     def due(self) -> bool:
-        """Whether the child is due again."""
+        """Whether the interval is over and the child must be ticked again."""
         raise NotImplementedError
 
 

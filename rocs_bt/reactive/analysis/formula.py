@@ -24,7 +24,7 @@ class Exhausted(Undecided):
 
 
 class Effort:
-    """Step budget for each question and for all questions together. A step takes about 20 us.
+    """Budget of solver steps for each question, and for all questions together. A step takes about 20 us.
 
     Args:
         each: Steps per question.
@@ -36,7 +36,7 @@ class Effort:
         self._now, self._left = each, total
 
     def begin(self) -> None:
-        """Start a new question."""
+        """Start a new question, with the full number of steps per question."""
         self._now = self._each
 
     def spend(self, steps: int = 1) -> None:

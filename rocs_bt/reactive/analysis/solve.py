@@ -335,7 +335,7 @@ class Solver:
 
 
 def _worthwhile(span: Span, bound: Bound) -> bool:
-    """Whether a bound cuts enough of an interval; this makes propagation terminate."""
+    """Whether a bound shortens an interval enough to be applied; without this limit propagation might not terminate."""
     cut = span.cut(bound.value, bound.upper, bound.strict)
     if cut is span:
         return False

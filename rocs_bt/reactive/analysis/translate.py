@@ -193,7 +193,7 @@ class Translator:
         return join(False, cases, var)
 
     def _between(self, var: int, value: Node, sign: Fraction) -> Formula:
-        """Formula for a variable that is at most a value; for the sign -1, at least."""
+        """Formula `variable <= value` for the sign 1, `variable >= value` for the sign -1."""
         total = _Sum({var: sign})
         self._add(total, value, -sign)
         return self._below(total, strict=False)

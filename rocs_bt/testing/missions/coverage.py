@@ -92,7 +92,7 @@ class TreeCoverage:
         return ticked
 
     def leaves(self) -> tuple[int, int]:
-        """Number of ticked leaves, and number of leaves."""
+        """Number of leaves that were ticked, and total number of leaves."""
         found = [node for nodes in self.trees.values() for node in nodes.values() if node.leaf]
         return sum(bool(node.counts) for node in found), len(found)
 
@@ -102,7 +102,7 @@ class TreeCoverage:
         return sum(e in node.counts for node in found for e in node.ends), sum(len(node.ends) for node in found)
 
     def missing(self) -> list[str]:
-        """Missing coverage, such as `patrol: dock/GoTo never FAILURE`."""
+        """Texts about nodes or outcomes that were not tested, such as `patrol: dock/GoTo never FAILURE`."""
         return [
             f"{name}: {node.path} {'never ticked' if not node.counts else f'never {end}'}"
             for name, nodes in self.trees.items()

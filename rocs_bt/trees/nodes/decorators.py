@@ -278,7 +278,7 @@ class _Timed(Decorator):
         super().halted()
 
     def _due(self, milliseconds: int) -> bool:
-        """Whether this much time has passed since the first call."""
+        """Whether a duration [ms] has passed since the first call."""
         now = self.runtime.now()
         if self._deadline is None:
             self._deadline = now + milliseconds / 1000.0
