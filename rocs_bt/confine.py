@@ -1,4 +1,4 @@
-"""Confinement of file names in content to the project and the shipped content, links resolved."""
+"""Check that paths in missions, robots and other content do not lead out of the allowed folders."""
 
 from __future__ import annotations
 

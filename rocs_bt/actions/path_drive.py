@@ -128,13 +128,13 @@ class PathDrive:
         return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.wheel_speeds().tolist())
 
     def step(self, pose: Pose2) -> Action:
-        """Action that commands this period's wheel speeds along the path; brakes without a path."""
+        """Return the action that drives along the path in this period; it brakes if there is no path."""
         if self._reference is None:
             return self.brake()
         return self.follow(pose, self._reference)
 
     def follow(self, pose: Pose2, reference: Reference) -> Action:
-        """Action that commands this period's wheel speeds along any reference."""
+        """Compute the wheel speeds of this period with the follower, and return the action that commands them."""
         body = self._body
         if self._backward:  # the follower plans for a robot turned by 180 deg
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
@@ -153,7 +153,7 @@ class PathDrive:
         return SetWheelSpeed(speeds=wheels.tolist(), duration=body.period)
 
     def brake(self) -> Action:
-        """Action that commands standstill for this period."""
+        """Return the action that commands zero wheel speeds in this period."""
         self._owns_wheels = False
         return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
 

@@ -86,7 +86,10 @@ def built_faults(
 
 
 def words_in(mission: Path) -> set[str] | None:
-    """Words in the string literals of a mission's file, which include the modes that it can set; None if unreadable."""
+    """All words in the string literals of a mission's file; a mode that is not among them is never set by the mission.
+
+    None if the file is unreadable.
+    """
     try:
         text = mission.read_text(encoding="utf-8")
         if mission.suffix != ".py":

@@ -17,7 +17,7 @@ from .terminal import echo
 def command(run: Path, why: float | None, agent: str | None) -> int:
     """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.
 
-    Exits with 0 if all events are equal, with 1 at the first difference. With --why, nothing is run.
+    Exits with 0 if all events are equal, with 1 at the first difference. With --why, the recording is only queried.
     """
     from ..record import Recording
 

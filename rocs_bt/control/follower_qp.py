@@ -106,7 +106,7 @@ class Layout:
 
     @cached_property
     def rows(self) -> Array:
-        """Matrix from q to wheel speeds without repeated wheels, shape (r, n) [1]."""
+        """Matrix from the drive coordinates q to the r distinct wheel speeds, shape (r, n) [1]."""
         kept: list[Array] = []
         for row in self.drive.wheels_from_q:
             if not any(np.allclose(row, k) or np.allclose(row, -k) for k in kept):

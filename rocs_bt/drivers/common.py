@@ -56,7 +56,7 @@ class RobotSensorModel:
 
 
 class GyroModel:
-    """Model of a gyro: mean turn rate since the previous reading, plus bias, from true headings.
+    """Simulated gyro: mean turn rate since the previous reading, computed from true headings, plus a bias.
 
     The reading is a mean, not an instantaneous rate: a real device samples at about 1 kHz and integrates, so vibrations
     between two readings are included.
@@ -73,7 +73,7 @@ class GyroModel:
         self._rate = 0.0
 
     def read(self, stamp: float, yaw: float) -> float:
-        """Turn rate [rad/s]; a repeated reading at the same time is equal.
+        """Turn rate [rad/s]; a second call at the same time returns the same value.
 
         Args:
             stamp: Time [s].

@@ -288,7 +288,7 @@ class Execute:
 
 
 def _step_of(action: Action) -> object:
-    """Method that implements an action."""
+    """Method that implements an action: `decompose` or `act`."""
     if isinstance(action, MacroAction):
         return action.decompose
     return action.act if isinstance(action, AtomicAction) else action

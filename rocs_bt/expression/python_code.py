@@ -95,7 +95,7 @@ _PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.M
 
 
 class PythonCode:
-    """Source of a program in one of the two variants.
+    """Generates the Python source of a program, in the careful or the fast variant (see the module).
 
     Args:
         program: The program.

@@ -185,7 +185,7 @@ def check_mission(
         clock: Time source.
         parameters: Parameters of the mission, in SI units.
         compile_guard: Compiler of expressions over the robot's signals.
-        fit: Whether the robot is the mission's own robot.
+        fit: Whether the robot is the mission's own robot; only then its actions are checked against the robot.
         later: Nodes that may become known during the run; None if any node may.
     """
     try:

@@ -207,7 +207,7 @@ def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behav
 
 
 def _typed(parameter: Parameter, text: str) -> object:
-    """Attribute text converted to the type that a scenario's file would have."""
+    """Convert an attribute's text to the type that the value would have in a scenario file (TOML)."""
     if parameter.type in (int, bool) or (parameter.type is float and parameter.dimension in (None, NONE)):
         return from_string(text, parameter.type)
     return text

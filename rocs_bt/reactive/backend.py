@@ -86,7 +86,7 @@ class Machine(Protocol):
 
 
 class Backend(Protocol):
-    """Implementation that runs tables."""
+    """Implementation that evaluates rule tables (`RuleTable`)."""
 
     @property
     def name(self) -> str:

@@ -148,7 +148,7 @@ class Episode:
         return self._finish(clock, physics.worst)
 
     def _observe(self, t: float) -> bool:
-        """Pass the ground truth to the sink and the judges; True if the episode is over."""
+        """Pass the ground truth to the event sink and to the judges of the outcomes; True if the episode is over."""
         world, self._t = self._world, t
         with world.lock:
             world.digest(self._hash)

@@ -188,7 +188,7 @@ def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host
 
 
 class HardwareEpisode:
-    """One run on hardware. Without ground truth, agents are judged by their own estimates.
+    """One run on hardware. Without ground truth, the outcomes are determined from the robots' own estimates.
 
     Args:
         agents: Agents of the scenario.

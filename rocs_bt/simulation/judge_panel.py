@@ -1,4 +1,4 @@
-"""Judge the agents of a run, and stop them at its end."""
+"""Determine the outcome of each agent of a run, and stop the agents at its end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SLICE = 0.05
 
 
 class EpisodeAgent(AgentState, Protocol):
-    """Interface of an agent that an episode steps, judges and stops."""
+    """Interface of an agent that an episode steps and stops, and whose outcome it determines."""
 
     @property
     def name(self) -> str:
@@ -41,7 +41,7 @@ class EpisodeAgent(AgentState, Protocol):
 
 
 class JudgePanel:
-    """Judges of a run's agents.
+    """Determines the outcomes of all agents of a run, with one `Judge` for each agent.
 
     Args:
         agents: Agents of the run.
@@ -60,7 +60,7 @@ class JudgePanel:
         return all(judge.decided for judge in self._judges.values())
 
     def interrupt(self, why: str, *, at_once: bool) -> None:
-        """End the run early, by a signal or a person: stop all agents without an outcome.
+        """End the run early, by a signal or a person: stop all agents that have no outcome yet.
 
         Args:
             why: Reason of the outcome.
@@ -75,14 +75,14 @@ class JudgePanel:
             agent.stop(why)
 
     def abort(self, error: BaseException, t: float) -> dict[str, Verdict]:
-        """Stop and judge all agents after an exception outside of the agents; never raises.
+        """Stop all agents and determine their outcomes after an exception outside of the agents; never raises.
 
         Args:
             error: The exception.
             t: Time [s].
 
         Returns:
-            Verdicts by agent; empty if judging failed, too.
+            Verdicts (outcomes with reasons) by agent; empty if they cannot be determined.
         """
         known = isinstance(error, Exception)
         why = describe(error) if known else str(error) or type(error).__name__

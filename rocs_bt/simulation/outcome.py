@@ -17,7 +17,7 @@ OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "
 
 @dataclass(frozen=True)
 class Goal:
-    """Goal that an agent must truly reach.
+    """Goal that an agent must reach, according to the ground truth.
 
     Attributes:
         name: Name of the place.
@@ -79,7 +79,7 @@ class AgentState(Protocol):
 
 
 class Judge:
-    """Judge of one agent, updated once per control period.
+    """Determines the outcome of one agent, such as `success` or `collision`; updated once per control period.
 
     Args:
         goal: Goal of the scenario; None if the status of the mission is sufficient.

@@ -1,4 +1,4 @@
-"""Reuse between two scenarios: equal and different content, engine classes of the built agents, and settings.
+"""Reuse between two scenarios: equal and different files, classes of rocs_bt in the agents, and settings.
 
 The paper's claim is reuse: replacing the robot keeps the mission, replacing the task keeps the robot (6.2, Q2 and Q3).
 """
@@ -139,7 +139,7 @@ def _piece(entry: Entry) -> Piece:
 
 
 def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...]]:
-    """Engine classes of each agent, by agent."""
+    """Classes of rocs_bt that each agent consists of, by agent."""
     sink = NullSink()
     simulated = build_world(scenario, catalog, 1, sink)
     agents = simulated_agents(scenario, simulated, catalog, sink)

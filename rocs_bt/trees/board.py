@@ -211,7 +211,7 @@ class Board:
         return entry.value
 
     def __setitem__(self, key: str, value: Any) -> None:
-        """Write a value. The first one fixes the entry's type, unless it is text, which a value of any type may follow.
+        """Write a value. The first value fixes the type of the entry, unless it is a text: then the second value does.
 
         Raises:
             TreeError: The value does not fit the entry's type.

@@ -29,9 +29,9 @@ class SearchResult:
 
     Attributes:
         sampled: Sampled scene in which the planner failed; None if it never failed.
-        found: That scene as a draft, with a start without jitter.
+        found: That scene as a draft, without random start offsets (jitter).
         first: Episode in `found`.
-        smallest: Shrunk scene.
+        smallest: Simplified scene in which the planner still fails.
         last: Episode in `smallest`.
         searched: Number of counted episodes up to the failure.
         shrunk: Number of counted episodes of the shrinking.

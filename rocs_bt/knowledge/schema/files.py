@@ -129,7 +129,7 @@ class _Reader:
             self._positions[*path, "attributes", key] = table.file, *position
 
     def unlinked(self) -> list[Fault]:
-        """The faults between declarations, each at its declaration."""
+        """Faults of references between declarations, such as an unknown kind in `extends`, with positions."""
         return [Fault(message, *self._positions[path]) for path, message in faults_of(self.kinds, self.relations)]
 
 

@@ -32,7 +32,7 @@ def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
 
 
 def faults_of(kinds: Mapping[str, Kind], relations: Mapping[str, Relation]) -> Iterator[Fault]:
-    """Faults between declarations, such as `(("kind", "goal", "extends"), "there is no ...")`."""
+    """Faults of references between declarations: keys and message, `(("kind", "goal", "extends"), "there is ...")`."""
     for kind in kinds.values():
         yield from _faults_of_kind(kind, kinds)
     for relation in relations.values():

@@ -20,9 +20,10 @@ _SEAL = 16  # [bytes]
 
 
 class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
-    """Presence of the sender, and the writes it has seen; `sum` and `scope` allow comparing replicas.
+    """Periodic message that shows the presence of its sender.
 
-    `time` is the sender's calendar time [s], `ahead` its correction so far [s].
+    `seen` contains the number of the newest write that the sender has seen, by origin. `sum` and `scope` are hashes of
+    its replica and of the shared kinds, for comparison. `time` is its calendar time [s], `ahead` the correction [s].
     """
 
     seen: dict[str, int]

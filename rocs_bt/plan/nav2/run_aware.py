@@ -35,7 +35,7 @@ class RunAware(Node):
         return super().bind(board, runtime)
 
     def begin(self) -> None:
-        """Called by the parent when it begins a run."""
+        """Begin a new run; called by the parent at its first tick after it has ended or was halted."""
         self._new_run = True
 
     def begins(self) -> bool:

@@ -210,7 +210,7 @@ class Node(Behaviour):
 
     @classmethod
     def _accept(cls, known: tuple[str, str]) -> None:
-        """Cache a correct attribute text: a document is checked before its nodes are made."""
+        """Remember that an attribute's text is correct, so that it is not checked again when the node is made."""
         if len(cls._accepted) >= MAX_ACCEPTED:
             cls._accepted.clear()
         cls._accepted.add(known)

@@ -183,7 +183,7 @@ def pointed(text: object, port: str) -> str | None:
 
 
 class Reading:
-    """Reader of a port's key; keeps a reference to the entry once it is found.
+    """Reads the blackboard key of a port; keeps a reference to the entry once it is found.
 
     Args:
         port: The port.
