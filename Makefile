@@ -48,7 +48,8 @@ lint: setup
 docs: setup
 	$(BIN)/python docs/build.py build/manual -W
 
-test: lint docs
+test: setup
+	@$(MAKE) --no-print-directory --jobs=2 lint docs
 	$(BIN)/python -m pytest -n 2 --dist loadfile
 
 bench: setup
