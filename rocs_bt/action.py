@@ -161,7 +161,7 @@ class Action(ABC):
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:
-        """Whether the action can move the robot. Rules with other actions are checked for holding it indefinitely.
+        """Whether the action can move the robot. Checks warn of rules whose action cannot, as they may stop it forever.
 
         Args:
             parameters: Parameters known before the action is made, by name.

@@ -55,7 +55,8 @@ LEGS = [hypot(*step) for step in NEIGHBOURS]
 class GridAstar(RoutePlanner):
     """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
 
-    `clearance` is kept beside the hull while it drives along the path, not, as among known obstacles, at any heading.
+    `clearance` is kept from the hull at the headings along the path. Planners among known obstacles keep it at every
+    heading.
     """
 
     def __init__(self, knowledge):

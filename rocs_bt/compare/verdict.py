@@ -151,7 +151,7 @@ def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]
 
 
 def swapped(verdict: Verdict) -> Verdict:
-    """The same verdict with the planners swapped, for verdicts without a margin."""
+    """The same verdict with the planners swapped; valid only for verdicts without a margin."""
     words: dict[Word, Word] = {"better": "not better", "not better": "better"}
     return replace(
         verdict,

@@ -42,11 +42,11 @@ class KernelBackend:
         return KernelMachine(table, self._compiled(table))
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """One robot over time; see Backend. Releases the GIL."""
+        """Evaluate the rules for one robot over a series of control periods; see Backend. Releases the GIL."""
         return self._batch(table, x, t, values[np.newaxis])
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Many robots at one time; see Backend. Releases the GIL."""
+        """Evaluate the rules for many robots in one control period; see Backend. Releases the GIL."""
         return self._batch(table, x, np.full(len(x), t, float), values)
 
     def _batch(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:

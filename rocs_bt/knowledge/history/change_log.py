@@ -204,7 +204,7 @@ class ChangeLog:
     # -- steps ------------------------------------------------------------------------------------------------------
 
     def _find(self, t: float | None, revision: int | None) -> tuple[Stretch, int]:
-        """The stretch of a time [s] or revision, and the number of its changes up to then."""
+        """Segment of the log with a time [s] or revision, and the number of its changes up to that time or revision."""
         if t is not None and revision is not None:
             raise KnowledgeError(f"a state has a time or a revision, found both: {t:g} s and revision {revision}.")
         if t is not None:

@@ -164,7 +164,7 @@ class Query:
         return now - value if moment.ago else value
 
     def _found(self, state: State) -> Iterator[tuple[str, ...]]:
-        """The matching rows, found on demand; the state describes a row until the next one is requested."""
+        """Yield the matching rows one by one; `state` has the bindings of the row that was yielded last."""
         names, shown, since = state.n, self._shown, self._since
         matches = walk(self._steps, state)
         if since is not None:

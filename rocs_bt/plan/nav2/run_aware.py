@@ -35,7 +35,7 @@ class RunAware(Node):
         return super().bind(board, runtime)
 
     def begin(self) -> None:
-        """Begin a new run; called by the parent at its first tick after it has ended or was halted."""
+        """Begin a new run; the parent calls this on its own first tick after it ended or was halted."""
         self._new_run = True
 
     def begins(self) -> bool:

@@ -133,7 +133,7 @@ def _sensed(value: object) -> bool:
 
 
 def _at_rest(case: Case, node: Node) -> Node | None:
-    """Expression for a stationary robot: all speeds and rates are 0; None if other parts of it can still change."""
+    """The expression with all speeds and rates set to 0; None if it also reads signals that can still change then."""
     if node.op in _PASSING:
         return None
     if node.op == "read":

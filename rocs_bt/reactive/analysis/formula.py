@@ -77,10 +77,10 @@ class Bound:
 
 @dataclass(frozen=True)
 class Row:
-    """Inequality: a linear sum of several variables is less than 0.
+    """Linear inequality of several variables: terms + constant < 0, or <= 0 unless `strict`.
 
     Attributes:
-        terms: Factors of the variables, nonzero integers without a common divisor.
+        terms: Coefficients of the variables, nonzero integers without a common divisor.
         constant: Constant term.
         strict: Whether equality is excluded.
         why: Bit set of the search decisions from which it follows.
@@ -122,7 +122,7 @@ TRUE, FALSE = Join(True, ()), Join(False, ())
 
 
 def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
-    """Join formulas by and (`every`) or by or, simplified."""
+    """Conjunction of formulas if `every`, else their disjunction; simplified."""
     neutral, decided = (TRUE, FALSE) if every else (FALSE, TRUE)
     flat: list[Formula] = []
     for part in parts:

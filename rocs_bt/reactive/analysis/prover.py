@@ -107,7 +107,10 @@ class Prover:
         return Answer(example) if example is not None else Answer(unknown=self._reason(""))
 
     def _example(self, node: Node, solution: Solution) -> Array | None:
-        """Snapshot of a solution that the interpreter confirms; undetermined signals are taken from samples."""
+        """Snapshot of the signals for a solution that the interpreter confirms, None if there is none.
+
+        Signals that the solution leaves free take the values of sampled snapshots.
+        """
         x = self._defaults.copy()
         wanted = {var: value for var in solution.spans if var < len(x) and (value := solution.value(var)) is not None}
         wanted.update({var: float(value) for var, value in solution.values.items() if var < len(x)})

@@ -32,7 +32,7 @@ class Faulty(Decorator):
         raise NotImplementedError
 
     def broken(self) -> Outcome:
-        """Outcome during the fault."""
+        """Outcome that the node returns while the fault occurs."""
         return FAILURE
 
     def tick_once(self) -> Outcome:

@@ -265,7 +265,7 @@ class Node(Behaviour):
     def bound_faults(self) -> Iterable[tuple[str, Fault]]:
         """Faults that show only once the node is bound, by attribute; derived classes override this.
 
-        A check reports all of them. A run refuses to start if any of them is not a warning.
+        A check reports all of them. A run does not start if any is an error; warnings are allowed.
         """
         return ()
 
