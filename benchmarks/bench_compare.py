@@ -69,9 +69,14 @@ def rate(workers: int) -> float:
     marks: list[tuple[float, float]] = []
     with tempfile.TemporaryDirectory() as folder, Store(Path(folder)) as store:
         sweep(
-            ["tree"], ["exp1"], range(1, 1 + 4 * len(SEEDS)), catalog=Catalog(), store=store,
-            options=SweepOptions(workers=workers), progress=lambda done: marks.append((time.perf_counter(), done)),
-        )  # fmt: skip
+            ["tree"],
+            ["exp1"],
+            range(1, 1 + 4 * len(SEEDS)),
+            catalog=Catalog(),
+            store=store,
+            options=SweepOptions(workers=workers),
+            progress=lambda done: marks.append((time.perf_counter(), done)),
+        )
     warm = [mark for mark in marks if mark[1] >= len(SEEDS)]
     (begun, first), (ended, last) = warm[0], warm[-1]
     return (last - first) / (ended - begun)

@@ -57,5 +57,10 @@ def run() -> Iterator[Row]:
         for what, values, target in zip(("calls", "files"), zip(*periods, strict=True), targets, strict=True):
             median = statistics.median(values)
             budget = "" if target is None else f"<= {target}"
-            yield Row(f"{name}, {what} in the median control period", median, what, budget=budget,
-                      holds=None if target is None else median <= target)  # fmt: skip
+            yield Row(
+                f"{name}, {what} in the median control period",
+                median,
+                what,
+                budget=budget,
+                holds=None if target is None else median <= target,
+            )

@@ -162,10 +162,12 @@ def _travel(count: int) -> list[Row]:
     workers = [
         subprocess.Popen(
             [sys.executable, __file__, f"R{i}", address, *addresses[:1]],
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            text=True,
         )
         for i, address in enumerate(addresses)
-    ]  # fmt: skip
+    ]
     try:
         for worker in workers:
             _receive(worker)

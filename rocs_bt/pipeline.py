@@ -67,7 +67,7 @@ class Ticket:
 
     __slots__ = (
         "action", "by", "cancelled_by", "due", "failure", "number", "preempted", "priority", "state", "submitted",
-    )  # fmt: skip
+    )  # fmt: skip  # a table
 
     def __init__(self, number: int, action: Action, priority: Priority, by: str, submitted: float) -> None:
         self.number = number

@@ -65,7 +65,7 @@ def load_module(path: Path) -> ModuleType:
     try:
         with running(path):
             return importlib.import_module(name)
-    except BaseException:
+    except BaseException:  # whatever the file raises, no half-loaded module stays; raised again
         for each in [m for m in set(sys.modules) - known if m.startswith(f"{package}.")]:
             del sys.modules[each]
             vars(sys.modules[package]).pop(each.rpartition(".")[2], None)

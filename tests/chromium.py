@@ -35,11 +35,13 @@ class Browser:
         self._read, answer_write = os.pipe()
         flags = ["--headless", "--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-dev-shm-usage",
                  "--disable-background-networking", "--disable-component-update", "--hide-scrollbars",
-                 "--remote-debugging-pipe", f"--user-data-dir={profile}"]  # fmt: skip
+                 "--remote-debugging-pipe", f"--user-data-dir={profile}"]  # fmt: skip  # a table
         self._process = subprocess.Popen(
             [sys.executable, "-c", _START, str(command_read), str(answer_write), path, *flags, "about:blank"],
-            pass_fds=(command_read, answer_write), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-        )  # fmt: skip
+            pass_fds=(command_read, answer_write),
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
         os.close(command_read)
         os.close(answer_write)
         self._buffer, self._count, self._session = b"", 0, None

@@ -189,6 +189,6 @@ def _trying(spec: SensorSpec | MonitorSpec, robot: RobotSpec, block: Sensor | Mo
                 yield
         except InputError:
             raise
-        except Exception as error:
+        except Exception as error:  # a user's class may raise anything; it is reported as a fault of the robot
             what = f"{type(block).__name__} '{spec.name}' cannot use the readings of its sensors"
             raise InputError(f"{what}: {describe(error)}.") from error

@@ -97,9 +97,14 @@ def check_xml(
     yield from missions.warnings()
     for main in document.entries() if foreign else [""]:
         build = xml_mission(
-            file, main=main, within=within, nodes=lambda tags: own, missions=missions.find, beside=beside,
+            file,
+            main=main,
+            within=within,
+            nodes=lambda tags: own,
+            missions=missions.find,
+            beside=beside,
             dialect=dialect,
-        )  # fmt: skip
+        )
         if any(p.required for p in mission_parameters(build).values()):
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
             yield from [*document.faults, *verify(document, known, main=main, outside=outside, elsewhere=ELSEWHERE)]

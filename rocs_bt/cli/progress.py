@@ -63,8 +63,14 @@ class Progress:
         count = TextColumn(f"{{task.completed:.{digits}f}} of at most {{task.total:.0f}} {self._unit}")
         left = TimeRemainingColumn()
         self._bar = Bar(
-            TextColumn("{task.description}", markup=False), BarColumn(), count, TimeElapsedColumn(), TextColumn("left"),
-            left, console=Console(stderr=True), transient=True,
-        )  # fmt: skip
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            count,
+            TimeElapsedColumn(),
+            TextColumn("left"),
+            left,
+            console=Console(stderr=True),
+            transient=True,
+        )
         self._bar.start()
         self._task = self._bar.add_task(safe(self._what), total=self._total)

@@ -208,51 +208,101 @@ METRICS: Mapping[str, Metric] = {
     for each in (
         Metric("success", "", "up", "counts", "1 if successful, else 0.", lambda m: float(m.success)),
         Metric(
-            "collision", "", "down", "counts", "1 if the robot hit something, else 0. Being struck while stationary "
-            "is not a collision.", lambda m: float((m.agent.collisions or 0) > 0),
+            "collision",
+            "",
+            "down",
+            "counts",
+            "1 if the robot hit something, else 0. Being struck while stationary is not a collision.",
+            lambda m: float((m.agent.collisions or 0) > 0),
         ),
         Metric(
-            "time", "s", "down", "counts", "Time from the start of the episode to the goal; the time limit on "
-            "failure, so that the mean is the restricted mean time.", lambda m: m.time,
+            "time",
+            "s",
+            "down",
+            "counts",
+            "Time from the start of the episode to the goal; the time limit on "
+            "failure, so that the mean is the restricted mean time.",
+            lambda m: m.time,
         ),
         Metric("path_length", "m", "down", "until_failure", "Path length driven.", lambda m: m.agent.path_length),
         Metric(
-            "spl", "", "up", "counts", "Success weighted by path length: shortest path length divided by the length "
-            "driven; 0 on failure.", _spl,
+            "spl",
+            "",
+            "up",
+            "counts",
+            "Success weighted by path length: shortest path length divided by the length driven; 0 on failure.",
+            _spl,
         ),
         *(
             Metric(year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
             for year, bounds in BARN_YEARS.items()
         ),
         Metric(
-            "min_clearance", "m", "up", "until_failure", "Minimum distance from the hull to any object except the "
-            "floor; negative on penetration.", lambda m: m.agent.min_clearance,
+            "min_clearance",
+            "m",
+            "up",
+            "until_failure",
+            "Minimum distance from the hull to any object except the floor; negative on penetration.",
+            lambda m: m.agent.min_clearance,
         ),
         Metric(
-            "cvar_clearance", "m", "up", "until_failure", "Mean clearance on the tightest 5 % of the path (CVaR).",
+            "cvar_clearance",
+            "m",
+            "up",
+            "until_failure",
+            "Mean clearance on the tightest 5 % of the path (CVaR).",
             lambda m: cvar(m.clearances),
         ),
         Metric(
-            "smoothness", "rad/m", "down", "until_failure", "Absolute heading change per metre, at equal steps of "
-            "path length, so that the sampling rate does not matter.", lambda m: turning(m.path),
+            "smoothness",
+            "rad/m",
+            "down",
+            "until_failure",
+            "Absolute heading change per metre, at equal steps of "
+            "path length, so that the sampling rate does not matter.",
+            lambda m: turning(m.path),
         ),
         Metric(
-            "energy", "J/kg", "down", "until_failure", "Kinetic energy added by accelerating, per kilogram.",
+            "energy",
+            "J/kg",
+            "down",
+            "until_failure",
+            "Kinetic energy added by accelerating, per kilogram.",
             lambda m: m.energy,
         ),
         Metric(
-            "reflex_share", "", "down", "until_failure", "Share of the driving time in which reflexes controlled the "
-            "wheels.", _reflex_share,
+            "reflex_share",
+            "",
+            "down",
+            "until_failure",
+            "Share of the driving time in which reflexes controlled the wheels.",
+            _reflex_share,
         ),
         Metric(
-            "route_switches", "", "down", "until_failure", "Number of switches between plan and reflex control.",
+            "route_switches",
+            "",
+            "down",
+            "until_failure",
+            "Number of switches between plan and reflex control.",
             lambda m: float(m.agent.route_switches),
         ),
-        Metric("replans", "", "down", "until_failure", "Number of actions that the plan resubmitted after a reflex.",
-               lambda m: float(m.agent.replans)),
+        Metric(
+            "replans",
+            "",
+            "down",
+            "until_failure",
+            "Number of actions that the plan resubmitted after a reflex.",
+            lambda m: float(m.agent.replans),
+        ),
         Metric("exceptions", "", "down", "counts", "Exceptions raised by content, such as the planner.", _exceptions),
-        Metric("tracking", "m", "down", "until_failure", "Root mean square distance to the reference path.",
-               lambda m: m.agent.tracking_error.cross_rms),
+        Metric(
+            "tracking",
+            "m",
+            "down",
+            "until_failure",
+            "Root mean square distance to the reference path.",
+            lambda m: m.agent.tracking_error.cross_rms,
+        ),
     )
-}  # fmt: skip
+}
 """All metrics by name, the most important first."""

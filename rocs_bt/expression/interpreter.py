@@ -17,7 +17,7 @@ from .node import Node
 Value = Any  # a float, a bool, None, or a list of such
 _SIGNS: Mapping[str, Callable[[Any, Any], bool]] = {
     "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 def evaluate(node: Node, x: Sequence[float]) -> float | bool | None:

@@ -15,7 +15,7 @@ _ONE_BY_ONE = {
     "neg": Op.NEG, "abs": Op.ABS, "sign": Op.SIGN, "side": Op.SIDE, "sqrt": Op.SQRT, "wrap_angle": Op.WRAP,
     "+": Op.ADD, "-": Op.SUB, "*": Op.MUL, "/": Op.DIV, "hypot": Op.HYPOT, "atan2": Op.ATAN2, "clip": Op.CLIP,
     "not": Op.NOT,
-}  # fmt: skip
+}  # fmt: skip  # a table
 _REDUCERS = {"min": Op.MIN, "max": Op.MAX, "any": Op.ANY, "all": Op.ALL, "sum": Op.SUM}
 _COMPARE = {"<": Op.LT, "<=": Op.LE, ">": Op.LT, ">=": Op.LE, "==": Op.EQ, "!=": Op.NE}
 _TRUTHS = {Op.LT, Op.LE, Op.EQ, Op.NE, Op.NOT, Op.AND, Op.OR, Op.ANY, Op.ALL, Op.HELD, Op.SINCE}
@@ -173,9 +173,14 @@ class _Lowering:
         return self._temporal_code(Op.DELAY, node, args, truth=node.kind.boolean)
 
     def _temporal_code(
-        self, op: Op, node: Node, args: Sequence[int], cells: list[float] | None = None, before: float = math.nan,
+        self,
+        op: Op,
+        node: Node,
+        args: Sequence[int],
+        cells: list[float] | None = None,
+        before: float = math.nan,
         truth: bool | None = None,
-    ) -> int:  # fmt: skip
+    ) -> int:
         window = float(node.value)
         width, capacity = ring_shape(window)
         constants = self._constant((window - TOLERANCE, width - TOLERANCE, before, float(capacity)))
@@ -254,9 +259,17 @@ class _Lowering:
         return self._constants[key]
 
     def _emit(
-        self, op: Op, node: Node, a: int, b: int = 0, c: int = 0, wide: int = 0, n: int | None = None,
-        cells: list[float] | None = None, truth: bool | None = None,
-    ) -> int:  # fmt: skip
+        self,
+        op: Op,
+        node: Node,
+        a: int,
+        b: int = 0,
+        c: int = 0,
+        wide: int = 0,
+        n: int | None = None,
+        cells: list[float] | None = None,
+        truth: bool | None = None,
+    ) -> int:
         """Register of an operation; reuses that of an equal operation."""
         n = max(1, node.kind.size if n is None else n)
         first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0

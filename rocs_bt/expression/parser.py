@@ -78,7 +78,7 @@ def _syntax(folded: str, indent: int) -> ast.expr:
         raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {deep} open brackets."))
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
+            warnings.simplefilter("ignore")  # of Python's own compiler, such as an invalid escape in a text
             return ast.parse(folded, mode="eval").body
     except SyntaxError as error:
         column = indent + max(1, error.offset or 1)
@@ -310,9 +310,10 @@ class _Reader:
     def _within(self, tree: ast.UnaryOp, arg: Node, window: Quantity | str) -> Node:
         if not self._ahead:
             raise self._refusal(
-                tree, "'within' refers to the future, which is allowed only in requirements.",
+                tree,
+                "'within' refers to the future, which is allowed only in requirements.",
                 hint="For the past, write once(test, 2 s).",
-            )  # fmt: skip
+            )
         self._truth(arg, "within")
         if isinstance(window, str):
             meant = self._names.aliases.get(window)

@@ -143,8 +143,19 @@ REDUCTIONS = frozenset(
 TEMPORAL = frozenset({Op.HELD, Op.SINCE, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
 RINGS = frozenset({Op.RATE, Op.DELAY, Op.LOWEST, Op.SINCE_MARGIN})
 _UNARY = (REDUCTIONS - {Op.DOT, Op.MIN_VALID}) | {
-    Op.NEG, Op.ABS, Op.SIGN, Op.SIDE, Op.SQRT, Op.WRAP, Op.NOT, Op.HELD, Op.AGO, Op.RATE, Op.DELAY, Op.LOWEST,
-}  # fmt: skip
+    Op.NEG,
+    Op.ABS,
+    Op.SIGN,
+    Op.SIDE,
+    Op.SQRT,
+    Op.WRAP,
+    Op.NOT,
+    Op.HELD,
+    Op.AGO,
+    Op.RATE,
+    Op.DELAY,
+    Op.LOWEST,
+}
 _TERNARY = (Op.CLIP, Op.SELECT, Op.GAP)
 _OPERANDS = [0 if op is Op.LOAD else 1 if op in _UNARY else 3 if op in _TERNARY else 2 for op in Op]
 

@@ -19,7 +19,7 @@ from .python_helpers import HELPERS
 _ALWAYS = {
     Op.NEG, Op.ABS, Op.SIGN, Op.SIDE, Op.HYPOT, Op.ATAN2, Op.MIN2, Op.MAX2, Op.CLIP, Op.SELECT, Op.LT, Op.LE, Op.EQ,
     Op.NE, Op.NOT, Op.AND, Op.OR, Op.MIN, Op.MAX, Op.ARGMIN, Op.ANY, Op.ALL, Op.COUNT, Op.MIN_VALID,
-}  # fmt: skip
+}  # fmt: skip  # a table
 _SMALL = {Op.SIGN, Op.SIDE, Op.ATAN2, Op.ARGMIN, Op.COUNT, Op.WRAP}
 
 
@@ -89,7 +89,7 @@ _CALLS = {
     Op.AGO: "ago", Op.RATE: "rate", Op.DELAY: "delay", Op.GAP: "gap", Op.WORST: "worst", Op.BEST: "best",
     Op.WORST_OF: "worst_of", Op.BEST_OF: "best_of", Op.LOWEST: "lowest", Op.SINCE_MARGIN: "since_margin",
     Op.ATAN2: "atan2", Op.ABS: "abs",
-}  # fmt: skip
+}  # fmt: skip  # a table
 _SIGNS = {Op.ADD: "+", Op.SUB: "-", Op.MUL: "*", Op.DIV: "/", Op.LT: "<", Op.LE: "<=", Op.EQ: "==", Op.NE: "!="}
 _PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.MIN2: "min", Op.MAX2: "max"}
 

@@ -277,4 +277,4 @@ HELPERS: Mapping[str, Any] = {
     "negate": _negate, "rate": _rate, "root": _root, "side": _side, "sign": _sign, "since": _since,
     "since_margin": _since_margin, "some": _some, "sum": sum, "total": _total, "worst": _worst,
     "worst_of": _worst_of, "zip": zip,
-}  # fmt: skip
+}  # fmt: skip  # a table

@@ -358,9 +358,15 @@ class KnowledgeGraph(Readable):
     ) -> None:
         self.revision += 1
         change = KnowledgeChanged(
-            t=t, agent=self.agent, what=what, subject=source, name=relation, value=target,
-            revision=self.revision, attributes={n: _plain(v) for n, v in attributes.items()},
-        )  # fmt: skip
+            t=t,
+            agent=self.agent,
+            what=what,
+            subject=source,
+            name=relation,
+            value=target,
+            revision=self.revision,
+            attributes={n: _plain(v) for n, v in attributes.items()},
+        )
         self._sink.emit(change)
         if self.write_observers.all:
             self.write_observers.record(change)

@@ -124,9 +124,16 @@ def _ring(u: int, v: int, ring: int) -> Iterable[Cell]:
     if ring > 1:
         return _far_ring(u, v, ring)
     return (
-        (u, v), (u - 1, v - 1), (u, v - 1), (u + 1, v - 1), (u - 1, v),
-        (u + 1, v), (u - 1, v + 1), (u, v + 1), (u + 1, v + 1),
-    )  # fmt: skip
+        (u, v),
+        (u - 1, v - 1),
+        (u, v - 1),
+        (u + 1, v - 1),
+        (u - 1, v),
+        (u + 1, v),
+        (u - 1, v + 1),
+        (u, v + 1),
+        (u + 1, v + 1),
+    )
 
 
 def _far_ring(u: int, v: int, ring: int) -> Iterator[Cell]:

@@ -46,7 +46,7 @@ class PythonMachine:
         self._columns: dict[str, list[Any]] = {
             "latched": self.mask, "risen": self._risen, "ready": self._ready, "unknown": self._unknown,
             "enabled": self._enabled, "blind": self.blind,
-        }  # fmt: skip
+        }  # fmt: skip  # a table
         self._hold, self._cooldown = table.hold.tolist(), table.cooldown.tolist()
         self._max_hold, self._level = table.max_hold.tolist(), table.level.tolist()
         self._on_invalid, self._priority = table.on_invalid.tolist(), table.priority.tolist()

@@ -37,31 +37,64 @@ _COLOR = _numbers("foxglove.Color", "r", "g", "b", "a")
 _POSE = _object("foxglove.Pose", position=_VECTOR, orientation=_QUATERNION)
 _LINE = _object(
     "foxglove.LinePrimitive",
-    type={"type": "integer", "oneOf": [{"title": "LINE_STRIP", "const": 0}, {"title": "LINE_LOOP", "const": 1},
-                                       {"title": "LINE_LIST", "const": 2}]},
-    pose=_POSE, thickness=_NUMBER, scale_invariant=_TRUTH, points=_list(_POINT), color=_COLOR,
-    colors=_list(_COLOR), indices=_list(_WHOLE),
-)  # fmt: skip
+    type={
+        "type": "integer",
+        "oneOf": [
+            {"title": "LINE_STRIP", "const": 0},
+            {"title": "LINE_LOOP", "const": 1},
+            {"title": "LINE_LIST", "const": 2},
+        ],
+    },
+    pose=_POSE,
+    thickness=_NUMBER,
+    scale_invariant=_TRUTH,
+    points=_list(_POINT),
+    color=_COLOR,
+    colors=_list(_COLOR),
+    indices=_list(_WHOLE),
+)
 _CYLINDER = _object(
     "foxglove.CylinderPrimitive",
-    pose=_POSE, size=_VECTOR, bottom_scale=_NUMBER, top_scale=_NUMBER, color=_COLOR,
-)  # fmt: skip
+    pose=_POSE,
+    size=_VECTOR,
+    bottom_scale=_NUMBER,
+    top_scale=_NUMBER,
+    color=_COLOR,
+)
 _TRIANGLES = _object(
     "foxglove.TriangleListPrimitive",
-    pose=_POSE, points=_list(_POINT), color=_COLOR, colors=_list(_COLOR), indices=_list(_WHOLE),
-)  # fmt: skip
+    pose=_POSE,
+    points=_list(_POINT),
+    color=_COLOR,
+    colors=_list(_COLOR),
+    indices=_list(_WHOLE),
+)
 _TEXT_PRIMITIVE = _object(
     "foxglove.TextPrimitive",
-    pose=_POSE, billboard=_TRUTH, font_size=_NUMBER, scale_invariant=_TRUTH, color=_COLOR, text=_TEXT,
-)  # fmt: skip
+    pose=_POSE,
+    billboard=_TRUTH,
+    font_size=_NUMBER,
+    scale_invariant=_TRUTH,
+    color=_COLOR,
+    text=_TEXT,
+)
 _ENTITY = _object(
     "foxglove.SceneEntity",
-    timestamp=_TIME, frame_id=_TEXT, id=_TEXT, lifetime=_DURATION, frame_locked=_TRUTH,
+    timestamp=_TIME,
+    frame_id=_TEXT,
+    id=_TEXT,
+    lifetime=_DURATION,
+    frame_locked=_TRUTH,
     metadata=_list(_object("foxglove.KeyValuePair", key=_TEXT, value=_TEXT)),
-    arrows=_list({"type": "object"}), cubes=_list({"type": "object"}), spheres=_list({"type": "object"}),
-    cylinders=_list(_CYLINDER), lines=_list(_LINE), triangles=_list(_TRIANGLES), texts=_list(_TEXT_PRIMITIVE),
+    arrows=_list({"type": "object"}),
+    cubes=_list({"type": "object"}),
+    spheres=_list({"type": "object"}),
+    cylinders=_list(_CYLINDER),
+    lines=_list(_LINE),
+    triangles=_list(_TRIANGLES),
+    texts=_list(_TEXT_PRIMITIVE),
     models=_list({"type": "object"}),
-)  # fmt: skip
+)
 _DELETION = _object("foxglove.SceneEntityDeletion", timestamp=_TIME, type=_WHOLE, id=_TEXT)
 
 POSE = "foxglove.PoseInFrame"
@@ -80,7 +113,7 @@ _SCHEMAS: dict[str, Json] = {
         LOG, timestamp=_TIME, level={"type": "integer", "minimum": 0, "maximum": 5}, message=_TEXT, name=_TEXT,
         file=_TEXT, line={"type": "integer", "minimum": 0},
     ),
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 DEBUG, INFO, WARNING, ERROR, FATAL = 1, 2, 3, 4, 5
 

@@ -202,7 +202,7 @@ def _parsed(kind: type[R], body: bytes, file: Path) -> R:
         RecordingError: The record is damaged.
     """
     try:
-        record: R = kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined]
+        record: R = kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined]  # mcap's record types share no base class
     except (McapError, ValueError, struct.error) as error:
         raise RecordingError(f"'{file}' is damaged: a {kind.__name__} record cannot be read.") from error
     return record

@@ -91,7 +91,7 @@ class JudgePanel:
                 agent.stop(why)
         for judge in self._judges.values():
             judge.fail(f"the run ended by an exception: {why}") if known else judge.interrupt(why)
-        with suppress(Exception):
+        with suppress(Exception):  # a part that failed may be needed here too; the error itself is reported
             return self.finish(t)
         return {}
 

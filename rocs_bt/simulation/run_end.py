@@ -55,10 +55,10 @@ class RunEnd:
                 try:
                     with ExitStack() as stack:
                         yield stack
-                except Exception as error:
+                except Exception as error:  # such as a device that fails to close: the report is still written
                     if self._summary is None:
                         raise
-                    self._failure = self._failure or error  # such as a device that fails to close
+                    self._failure = self._failure or error
                 self._write_report()
         except EndedAtOnce as error:
             if text := self.files.unfinished:

@@ -48,8 +48,11 @@ class TestSetWheelSpeed:
         tickets = [rig.submit(SetWheelSpeed(speeds=[v, v], duration=0.05)) for v in (0.1, 0.2, 0.3)]
         rig.run(4)
         assert [(e.t, e.values[0]) for e in rig.of(ActuatorCommanded)] == [
-            (0.0, 0.1), (0.05, 0.2), (0.1, pytest.approx(0.3)), (pytest.approx(0.15), 0.0),
-        ]  # fmt: skip
+            (0.0, 0.1),
+            (0.05, 0.2),
+            (0.1, pytest.approx(0.3)),
+            (pytest.approx(0.15), 0.0),
+        ]
         assert {t.state for t in tickets} == {SUCCEEDED}
 
     def test_until_is_asked_before_each_command(self, rig):
@@ -282,9 +285,22 @@ class TestTable:
 
     def test_names_are_pinned(self):
         assert sorted(ACTIONS) == [
-            "AvoidCollision", "Dock", "Flinch", "FollowPath", "FollowRobot", "FollowRoute", "GoTo", "GoToOrigin",
-            "SendMessage", "SetWheelSpeed", "Stop", "TurnAngle", "TurnTo", "TurnToOrigin", "TurnToPosition",
-        ]  # fmt: skip
+            "AvoidCollision",
+            "Dock",
+            "Flinch",
+            "FollowPath",
+            "FollowRobot",
+            "FollowRoute",
+            "GoTo",
+            "GoToOrigin",
+            "SendMessage",
+            "SetWheelSpeed",
+            "Stop",
+            "TurnAngle",
+            "TurnTo",
+            "TurnToOrigin",
+            "TurnToPosition",
+        ]
 
     def test_a_users_action_is_added_and_a_clash_is_refused(self):
         class Wave(AtomicAction):

@@ -88,8 +88,11 @@ def test_pushed_aside_it_backs_out_and_tries_again(rig, docked):
     assert docked().state is TicketState.SUCCEEDED
     assert pushed
     assert rig.pose.distance(DOCK) <= 0.05
-    assert any(min(e.parameters["speeds"]) == max(e.parameters["speeds"]) == -0.1 for e in rig.of(AtomicStarted)
-               if e.action == "SetWheelSpeed")  # fmt: skip
+    assert any(
+        min(e.parameters["speeds"]) == max(e.parameters["speeds"]) == -0.1
+        for e in rig.of(AtomicStarted)
+        if e.action == "SetWheelSpeed"
+    )
 
 
 def test_one_that_never_gets_in_tells_by_how_much(rig, docked):

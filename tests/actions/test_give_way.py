@@ -145,9 +145,16 @@ def test_it_keeps_to_the_way_that_it_is_on_where_another_is_as_good():
 
 
 @given(
-    st.floats(0.85, 2.5), st.floats(-math.pi, math.pi), st.floats(0.0, 0.4), st.floats(-math.pi, math.pi),
-    st.floats(0.6, 2.0), st.floats(-math.pi, math.pi), st.floats(0.0, 1.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0),
-)  # fmt: skip
+    st.floats(0.85, 2.5),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.0, 0.4),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.6, 2.0),
+    st.floats(-math.pi, math.pi),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+    st.floats(0.0, 1.0),
+)
 def test_it_never_crowds_its_leader_and_keeps_to_free_ground(
     away, at, speed, heading, other, where, ahead, behind, turned
 ):

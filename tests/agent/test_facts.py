@@ -93,9 +93,9 @@ def test_only_those_who_are_told_know(tmp_path):
         ('node = "store"', 'node = "hall"', r":8:1: node 'hall' exists already"),
         ('pursues = "home"', 'pursues = ["home", "home"]', r":27:1: pursues leads to one node only, found 2"),
         ('yaw = "90 deg"', 'yew = "90 deg"', r":11:1: a pose has no 'yew'. Did you mean 'yaw'"),
-        ('agents = []', "", None),
+        ("agents = []", "", None),
     ],
-)  # fmt: skip
+)
 def test_mistakes_are_told_at_their_place(tmp_path, old, new, message):
     if message is None:
         with pytest.raises(InputError, match="no agent is named 'R7'"):

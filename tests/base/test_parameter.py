@@ -20,7 +20,7 @@ GOOD = [
     (list[int], [1, 2]), (tuple[float, float], (1, 2)), (tuple[float, ...], (1, 2, 3)), (list, [object()]),
     (float | None, None), (float | None, 1.0), (int | str, "a"), (str | None, None),
     (Callable[[float], bool] | None, len), (Callable[[float], bool], print), (object, 3), (np.ndarray, "anything"),
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 WRONG = [
     (float, "0.5 m/s", "a number"), (float, True, "a number"), (float, None, "a number"), (float, [1.0], "a number"),
@@ -34,7 +34,7 @@ WRONG = [
     (tuple[float, float], (1.0,), "a list of 2 values"),
     (tuple[float, str], (1.0, 2.0), "a list in which each is a text"),
     (float | None, "x", "a number"), (int | str, 1.5, "a whole number or a text"),
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize(("kind", "value"), GOOD)

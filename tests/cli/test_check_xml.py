@@ -134,9 +134,18 @@ def test_a_palette_that_declares_nothing_is_refused(rocs_bt, folder):
 
 @pytest.mark.parametrize(
     "kind",
-    ["geometry_msgs::msg::PoseStamped", "std::vector&lt;double&gt;", "nav_msgs::msg::Path const&amp;", "Pose2D", "uint16",
-     "std::uint8_t", "const std::string&amp;", "BT::NodeStatus", "std::shared_ptr&lt;Foo&gt;"],
-)  # fmt: skip
+    [
+        "geometry_msgs::msg::PoseStamped",
+        "std::vector&lt;double&gt;",
+        "nav_msgs::msg::Path const&amp;",
+        "Pose2D",
+        "uint16",
+        "std::uint8_t",
+        "const std::string&amp;",
+        "BT::NodeStatus",
+        "std::shared_ptr&lt;Foo&gt;",
+    ],
+)
 def test_types_of_cpp_are_types_of_ports(rocs_bt, tmp_path, kind):
     model = f'<TreeNodesModel><SubTree ID="Deep"><input_port name="p" type="{kind}" default="1"/></SubTree></TreeNodesModel>'
     (tmp_path / "tree.xml").write_text(DEEP.replace("</root>", f"{model}</root>"))

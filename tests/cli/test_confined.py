@@ -9,15 +9,19 @@ from pathlib import Path
 import pytest
 
 SCENARIO, WORLD = "scenarios/first.toml", "scenarios/worlds/yard.xml"
-STL = b"\0" * 80 + struct.pack("<I", 4) + b"".join(
-    struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0)
-    for a, b, c in (
-        ((0, 0, 0), (0, 1, 0), (1, 0, 0)),
-        ((0, 0, 0), (1, 0, 0), (0, 0, 1)),
-        ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
-        ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+STL = (
+    b"\0" * 80
+    + struct.pack("<I", 4)
+    + b"".join(
+        struct.pack("<12fH", 0, 0, 0, *a, *b, *c, 0)
+        for a, b, c in (
+            ((0, 0, 0), (0, 1, 0), (1, 0, 0)),
+            ((0, 0, 0), (1, 0, 0), (0, 0, 1)),
+            ((0, 0, 0), (0, 0, 1), (0, 1, 0)),
+            ((1, 0, 0), (0, 1, 0), (0, 0, 1)),
+        )
     )
-)  # fmt: skip
+)
 
 
 def refused(told, *patterns: str) -> None:
@@ -91,7 +95,7 @@ def test_a_planner_names_files_of_its_project_alone(project, outside, rocs_bt, n
 LINKS = [
     SCENARIO, WORLD, "robots/rover", "robots/rover/robot.toml", "robots/rover/robot.xml", "rules/keep_clear.toml",
     "planners/missions/patrol.py", "planners/brisk.toml",
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize("path", LINKS)

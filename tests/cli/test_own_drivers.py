@@ -102,7 +102,7 @@ def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
         (("reach =", 'at = ["1 m", "2 s"]\nreach ='), "at must be in m, found '2 s' which is in s."),
         (("reach =", 'at = "1 m"\nreach ='), "at must be a list, found '1 m'."),
     ],
-)  # fmt: skip
+)
 @pytest.mark.parametrize("command", [("check",), ("run", "first")], ids=lambda c: c[0])
 def test_a_wrong_key_is_refused_at_its_line_and_column(beacon, rocs_bt, command, table, message):
     toml = beacon(table=table) / "robot.toml"
@@ -127,7 +127,7 @@ def test_a_needed_key_that_is_missing_is_told_with_those_there_are(beacon, rocs_
         (("reach: PositiveMetres", "reach: Furlongs"), "the parameters of Beacon.__init__ cannot be read"),
         (("class Beacon(MujocoSensor)", "class Beacon"), "the driver 'Beacon' of 'radio' is not a MuJoCo driver. To"),
     ],
-)  # fmt: skip
+)
 def test_a_constructor_of_another_form_is_refused(beacon, rocs_bt, code, message):
     beacon(code)
     for command in (("check",), ("run", "first")):

@@ -336,8 +336,16 @@ class TestWatching:
                     if t >= at - 1e-9:
                         file.write_text(edits.pop(at))
 
-            result = run("first", catalog, out=project / "out", duration=2.0, report=False, sinks=[sink],
-                         progress=progress, **options)  # fmt: skip
+            result = run(
+                "first",
+                catalog,
+                out=project / "out",
+                duration=2.0,
+                report=False,
+                sinks=[sink],
+                progress=progress,
+                **options,
+            )
             return result, [e for e in sink.events if isinstance(e, RulesReplaced)], before
 
         return play, before

@@ -15,8 +15,11 @@ def test_keys_are_made_for_each_member_and_later_ones_join_the_group(tmp_path, c
     assert call(["share", "keys", "R4", "--out", out]) == 0
     for name in ("R2", "R3", "R4"):
         assert {f.name for f in (tmp_path / "keys" / name).iterdir()} == {
-            "authority.pem", "group.key", "member.key", "member.pem",
-        }  # fmt: skip
+            "authority.pem",
+            "group.key",
+            "member.key",
+            "member.pem",
+        }
         assert (tmp_path / "keys" / name / "group.key").read_bytes() == secret
 
 

@@ -44,7 +44,7 @@ def printing(tree: ast.AST) -> list[str]:
     dangerous = {
         "print", "click.echo", "click.secho", "click.style", "click.confirm", "click.prompt", "sys.stdout.write",
         "traceback.print_exc", "traceback.print_exception", "warnings.showwarning", "rich.console", "rich.table",
-    }  # fmt: skip
+    }  # fmt: skip  # a table
     return [name for name in found if name in dangerous]
 
 

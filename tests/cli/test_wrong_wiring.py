@@ -331,7 +331,7 @@ def test_what_is_outside_of_the_world_is_doubtful(project, rocs_bt, old, new, at
         ('x = "-1.5 m"', 'x = "-1500 m"', "[[agent]]", "the start of R1 at x = -1500 m, y = -0.5 m is outside of"),
         ("[[agent]]", MOVER.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[mover]]", "the start of R2 at x = 7 m"),
     ],
-)  # fmt: skip
+)
 def test_a_start_outside_of_the_world_is_refused_by_check_and_run(project, rocs_bt, old, new, at, what):
     edit(project, SCENARIO, old, new)
     for command in (("check", SCENARIO), ("run", "first")):

@@ -18,14 +18,32 @@ from rocs_bt.event import BodyMoved, pack
 from rocs_bt.record import AgentResult, Finding, TrackingError
 
 FINDING = Finding(
-    name="keeps clear", require="always true", verdict="violated", margin=-0.05, unit="m", worst=1.0, violated=1.0,
-    samples=1, unknown=0,
-)  # fmt: skip
+    name="keeps clear",
+    require="always true",
+    verdict="violated",
+    margin=-0.05,
+    unit="m",
+    worst=1.0,
+    violated=1.0,
+    samples=1,
+    unknown=0,
+)
 AGENT = AgentResult(
-    robot="r", mission="m", rules=(), outcome="success", time_to_goal=12.0, path_length=8.0, min_clearance=0.2,
-    collisions=0, time_reactive=1.0, time_deliberative=3.0, route_switches=4, replans=2,
-    tracking_error=TrackingError(cross_rms=0.03), requirements=(FINDING,),
-)  # fmt: skip
+    robot="r",
+    mission="m",
+    rules=(),
+    outcome="success",
+    time_to_goal=12.0,
+    path_length=8.0,
+    min_clearance=0.2,
+    collisions=0,
+    time_reactive=1.0,
+    time_deliberative=3.0,
+    route_switches=4,
+    replans=2,
+    tracking_error=TrackingError(cross_rms=0.03),
+    requirements=(FINDING,),
+)
 
 
 def measured(outcome="success", length=6.0, **changed):

@@ -99,8 +99,10 @@ def test_the_matrices_say_what_the_verdicts_say(comparison, page):
     planners = [row.planner for row in standings(comparison, ("success",))]
     tables = re.findall(r'<table class="matrix">.*?</table>', page, re.S)
     assert [re.search(r"<caption>(.*?)</caption>", t)[1] for t in tables] == [
-        "success [points]", "collision [points]", "time [s]"
-    ]  # fmt: skip
+        "success [points]",
+        "collision [points]",
+        "time [s]",
+    ]
     verdicts = comparison.verdicts(("success", "collision", "time"))
     for table_, name in zip(tables, ("success", "collision", "time"), strict=True):
         rows = re.findall(r'<th scope="row">.*?</tr>', table_, re.S)
@@ -109,8 +111,10 @@ def test_the_matrices_say_what_the_verdicts_say(comparison, page):
         for verdict in (v for v in verdicts if v.metric == name):
             a, b = planners.index(verdict.a), planners.index(verdict.b)
             there, back = {
-                "better": ("better", "worse"), "not better": ("worse", "better"), "inconclusive": ("open", "open")
-            }[verdict.word]  # fmt: skip
+                "better": ("better", "worse"),
+                "not better": ("worse", "better"),
+                "inconclusive": ("open", "open"),
+            }[verdict.word]
             assert (cells[a][b][0], cells[b][a][0]) == (there, back)
             by = f"{100 * verdict.difference:+z.1f} points" if name != "time" else f"{verdict.difference:+.3g} s"
             claim = f"{verdict.a} against {verdict.b} in {name}: {verdict.word}, {by} ("

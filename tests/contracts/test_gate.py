@@ -188,9 +188,14 @@ def assert_held_in_mujoco(limits, robot, mode):
             gate.wrap(lambda device: logs.append(Logged(device, stage.clock)) or logs[-1])
 
     rocs_bt.run(
-        scenario, CATALOG, missions={agent.name: build}, prepare=prepare, sinks=[sink], mode=mode,
+        scenario,
+        CATALOG,
+        missions={agent.name: build},
+        prepare=prepare,
+        sinks=[sink],
+        mode=mode,
         duration=PERIODS[mode] * 0.05,
-    )  # fmt: skip
+    )
     (device,) = logs
     assert device.log[-1][1] is None, "at its end it is in neutral"
     assert_held(device.log, limits, 0.05, mode)
@@ -234,9 +239,12 @@ def test_the_gate_is_what_holds_them_off(monkeypatch):
     spec, logs, clock = CATALOG.load_robot("pioneer_p3dx"), [], SimulatedClock(0.05)
     monkeypatch.setattr(Limits, "apply", lambda self, wanted, last, period: list(wanted))
     agent, _ = mock_agent(
-        spec, Controller(build=build, actions=[Berserk]), Runtime(clock, ListSink()), load=CATALOG.load_class,
+        spec,
+        Controller(build=build, actions=[Berserk]),
+        Runtime(clock, ListSink()),
+        load=CATALOG.load_class,
         prepare=lambda stage: stage.actuators["wheels"].wrap(lambda d: logs.append(Logged(d, clock)) or logs[-1]),
-    )  # fmt: skip
+    )
     for count in range(PERIODS["lockstep"]):
         agent.step(count)
         clock.advance()

@@ -23,9 +23,18 @@ TABLE = {
 
 def test_the_nodes_of_our_own_are_these():
     assert sorted(OWN) == [
-        "Ask", "ComputeRoute", "FinishTask", "Known", "Log", "PlaceGoal", "SelectStrategy", "Speak", "UseStrategy",
-        "WaitForChange", "When",
-    ]  # fmt: skip
+        "Ask",
+        "ComputeRoute",
+        "FinishTask",
+        "Known",
+        "Log",
+        "PlaceGoal",
+        "SelectStrategy",
+        "Speak",
+        "UseStrategy",
+        "WaitForChange",
+        "When",
+    ]
     assert set(EVERY) == {*BUILTIN, *OWN, *ACTIONS}, "no name is used twice"
     assert {"GoTo", "FollowPath", "FollowRobot", "TurnTo", "Dock", "Stop", "AvoidCollision", "GoToOrigin"} <= set(EVERY)
 

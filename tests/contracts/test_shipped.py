@@ -24,7 +24,7 @@ ROBOTS = [e.name for e in CATALOG.list("robot")]
 SCENARIOS = [e.name for e in CATALOG.list("scenario")]
 STANDARD_SIGNALS = {
     "front", "left_gap", "right_gap", "rear", "speed", "turn_rate", "stop_distance", "goal_distance", "pose",
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize("entry", ENTRIES, ids=lambda e: f"{e.kind}-{e.name}")

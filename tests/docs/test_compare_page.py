@@ -16,7 +16,7 @@ PUBLIC = {
     "Block", "Building", "Comparison", "Family", "FamilyScene", "Ground", "Post", "ScenarioScene", "Scene", "Store",
     "SweepOptions", "TaskFamily", "goal_scenario", "length_of", "load_family", "position", "quantity", "scenes_of",
     "shortest_cells", "sweep", "walls_around",
-}  # fmt: skip
+}  # fmt: skip  # a table
 PYTHON = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
 
 

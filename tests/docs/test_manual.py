@@ -24,7 +24,7 @@ PAGES = {
 } - {"index"}
 INTERNAL = {  # modules and packages that the API reference omits
     "arguments", "cli", "confine", "document", "nesting", "python_content", "raised", "toml_text", "version", "words",
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 @pytest.fixture(scope="module")

@@ -38,9 +38,17 @@ def test_its_code_is_taken_from_the_examples(page):
 def test_every_extension_point_has_a_section_with_code():
     text = (DOCS / "extending.md").read_text("utf-8")
     for point in (
-        "Sensor", "Actuator", "Action", "Monitor", "Analyze", "Plan", "ReactiveModel", "WorldModel", "RobotModel",
+        "Sensor",
+        "Actuator",
+        "Action",
+        "Monitor",
+        "Analyze",
+        "Plan",
+        "ReactiveModel",
+        "WorldModel",
+        "RobotModel",
         "StrategyModel",
-    ):  # fmt: skip
+    ):
         (section,) = re.findall(rf"^### {point}\n(.*?)(?=^##|\Z)", text, re.MULTILINE | re.DOTALL)
         assert "```python" in section
 

@@ -25,8 +25,13 @@ def run(example, folder, *launcher):
     environment = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
     done = subprocess.run(
         [sys.executable, "-W", "error", *launcher, str(example)],
-        cwd=folder, env=environment, capture_output=True, text=True, timeout=120, check=False,
-    )  # fmt: skip
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
     return done.stdout
@@ -65,11 +70,18 @@ def test_every_extension_point_of_the_paper_is_filled_by_a_users_class():
     tree = ast.parse((ROOT / "examples" / "t04_extension_points.py").read_text("utf-8"))
     bases = {ast.unparse(b).removeprefix("rocs_bt.") for c in tree.body if isinstance(c, ast.ClassDef) for b in c.bases}
     assert bases == {
-        "Sensor", "Actuator", "AtomicAction", "MacroAction",
-        "Monitor", "Analyze", "Plan",
+        "Sensor",
+        "Actuator",
+        "AtomicAction",
+        "MacroAction",
+        "Monitor",
+        "Analyze",
+        "Plan",
         "ReactiveModel",
-        "WorldModel", "RobotModel", "StrategyModel",
-    }  # fmt: skip
+        "WorldModel",
+        "RobotModel",
+        "StrategyModel",
+    }
 
 
 if __name__ == "__main__":

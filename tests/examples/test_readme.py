@@ -52,7 +52,7 @@ def test_the_command_prints_what_it_says(tmp_path):
 
 def test_the_rule_is_the_shipped_one():
     (quoted,) = re.findall(r"```toml\n(.*?)```", README, re.DOTALL)
-    (name, rule), = tomllib.loads(quoted)["rule"].items()  # fmt: skip
+    ((name, rule),) = tomllib.loads(quoted)["rule"].items()
     shipped = tomllib.loads((ROOT / "rules" / "avoid_collision.toml").read_text("utf-8"))["rule"][name]
     assert {key: shipped[key] for key in rule} == rule
 

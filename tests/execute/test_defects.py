@@ -84,9 +84,15 @@ def test_a_macro_that_yields_the_same_object_twice_is_told_so(bench, do, chain):
 def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
     with pytest.raises(WiringError, match=r"no actuator is named 'wheel'\. Did you mean 'wheels'"):
         RobotBody(
-            knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=bench.clock, period=0.05,
-            actuators={"wheels": wide_gate(bench.wheels, bench.clock)}, wheels="wheel", sink=bench.sink,
-        )  # fmt: skip
+            knowledge=SimpleNamespace(agent="R1"),
+            drive=None,
+            follower=None,
+            clock=bench.clock,
+            period=0.05,
+            actuators={"wheels": wide_gate(bench.wheels, bench.clock)},
+            wheels="wheel",
+            sink=bench.sink,
+        )
 
 
 def test_a_device_error_in_decompose_is_a_refusal_too(bench):

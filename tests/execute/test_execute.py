@@ -124,9 +124,14 @@ def test_a_reflex_stops_what_runs_once_before_it_commands(bench, do, chain):
     bench.run(2)
     bench.pipeline.submit(do("reflex"), HIGH, "rule")
     assert bench.run() == [
-        ("stop", "a"), ("stop", "inner"), ("stop", "outer"), ("close", "inner"), ("close", "outer"),
-        ("act", "reflex"), GO,
-    ]  # fmt: skip
+        ("stop", "a"),
+        ("stop", "inner"),
+        ("stop", "outer"),
+        ("close", "inner"),
+        ("close", "outer"),
+        ("act", "reflex"),
+        GO,
+    ]
     assert (ticket.state, ticket.cancelled_by, ticket.preempted) == (TicketState.CANCELLED, "rule", True)
 
 
@@ -282,10 +287,15 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
     lamp = copy(bench.wheels)
     lamp.name, lamp.log = "lamp", []
     body = RobotBody(
-        knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=bench.clock, period=0.05,
+        knowledge=SimpleNamespace(agent="R1"),
+        drive=None,
+        follower=None,
+        clock=bench.clock,
+        period=0.05,
         actuators={"wheels": wide_gate(bench.wheels, bench.clock), "lamp": wide_gate(lamp, bench.clock)},
-        wheels="wheels", sink=bench.sink,
-    )  # fmt: skip
+        wheels="wheels",
+        sink=bench.sink,
+    )
 
     @dataclass(kw_only=True, eq=False)
     class Shine(AtomicAction):

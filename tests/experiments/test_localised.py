@@ -44,8 +44,10 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
     for name in {a.robot for a in spec.agents}:
         robot, truth = CATALOG.load_robot(name), CATALOG.load_robot(name.removesuffix("_localised"))
         assert (robot.model, robot.drive, robot.actuators[0].parameters) == (
-            truth.model, truth.drive, truth.actuators[0].parameters,
-        )  # fmt: skip
+            truth.model,
+            truth.drive,
+            truth.actuators[0].parameters,
+        )
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])

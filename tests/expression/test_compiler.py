@@ -154,17 +154,30 @@ def test_what_is_invalid_counts_only_where_it_matters():
     x = [math.nan] * SIZE
     x[8], x[9] = 1.0, 2.0
     for text, expected in [
-        ("c > 0 or a[0] > 0", True), ("a[0] > 0 or c > 0", True), ("c < 0 and a[0] > 0", False),
-        ("c > 0 and a[0] > 0", None), ("c < 0 or a[0] > 0", None), ("not a[0] > 0", None),
+        ("c > 0 or a[0] > 0", True),
+        ("a[0] > 0 or c > 0", True),
+        ("c < 0 and a[0] > 0", False),
+        ("c > 0 and a[0] > 0", None),
+        ("c < 0 or a[0] > 0", None),
+        ("not a[0] > 0", None),
         ("a[0] if c > 0 else d", None),
-        ("d if c > 0 else a[0]", 2.0), ("c if a[0] > 0 else c", None), ("c < 0 < a[0]", False), ("min(c, a[0])", None),
-    ]:  # fmt: skip
+        ("d if c > 0 else a[0]", 2.0),
+        ("c if a[0] > 0 else c", None),
+        ("c < 0 < a[0]", False),
+        ("min(c, a[0])", None),
+    ]:
         assert compile_expression(text, ENVIRONMENT)(x) is expected or expected == 2.0, text
     x[:4] = [3.0, math.nan, 1.0, 2.0]
     for text, expected in [
-        ("any(a < 2)", True), ("any(a < 0)", None), ("all(a > 2)", False), ("all(a > 0)", None), ("count(a > 0)", None),
-        ("argmin(a)", None), ("min_valid(a, 3)", 1.0), ("min_valid(a, 4)", None),
-    ]:  # fmt: skip
+        ("any(a < 2)", True),
+        ("any(a < 0)", None),
+        ("all(a > 2)", False),
+        ("all(a > 0)", None),
+        ("count(a > 0)", None),
+        ("argmin(a)", None),
+        ("min_valid(a, 3)", 1.0),
+        ("min_valid(a, 4)", None),
+    ]:
         assert compile_expression(text, ENVIRONMENT)(x) == expected, text
 
 

@@ -193,11 +193,35 @@ def test_no_shape_of_python_beyond_the_language_is_accepted(data):
     """Wraps what is legal in every other kind of Python expression."""
     wrapped = data.draw(
         st.sampled_from(
-            ["{}.real", "({},)", "[{}]", "{{{}}}", "(lambda: {})", "({})()", "f'{{{}}}'", "{} if 1 else 2", "(x:={})",
-             "[{} for i in front]", "{} | 1", "{} // 1", "{} ** 2", "~{}", "{} is 1", "{} in front", "await {}",
-             "getattr({})", "min(*{})", "{}[0]", "{}@1", "({} for i in front)", "{}\n;1", "...", "yield {}"]
+            [
+                "{}.real",
+                "({},)",
+                "[{}]",
+                "{{{}}}",
+                "(lambda: {})",
+                "({})()",
+                "f'{{{}}}'",
+                "{} if 1 else 2",
+                "(x:={})",
+                "[{} for i in front]",
+                "{} | 1",
+                "{} // 1",
+                "{} ** 2",
+                "~{}",
+                "{} is 1",
+                "{} in front",
+                "await {}",
+                "getattr({})",
+                "min(*{})",
+                "{}[0]",
+                "{}@1",
+                "({} for i in front)",
+                "{}\n;1",
+                "...",
+                "yield {}",
+            ]
         )
-    )  # fmt: skip
+    )
     text = wrapped.format(data.draw(st.sampled_from(["speed", "0.5 m", "min(front)", "True"])))
     if text in ("speed[0]", "[0.5 m]"):
         return

@@ -61,8 +61,9 @@ def test_precedence_and_nesting():
         first, second = parse(left, ENVIRONMENT), parse(right, ENVIRONMENT)
         assert all(
             evaluate(first, [a, b, 0, 0, 0]) == evaluate(second, [a, b, 0, 0, 0])
-            for a in (-1, 0.5, 2) for b in (-1, 0.5, 2)
-        ), left  # fmt: skip
+            for a in (-1, 0.5, 2)
+            for b in (-1, 0.5, 2)
+        ), left
 
 
 def test_delays_add_up():

@@ -24,7 +24,7 @@ class Swallows(AtomicAction):
     """Drives, and catches whatever the wheels raise."""
 
     def act(self, body):
-        with contextlib.suppress(Exception):
+        with contextlib.suppress(Exception):  # the fault that is tested
             body.wheels.command([0.2, 0.2])
         return Progress.RUNNING
 
@@ -36,7 +36,7 @@ class Wraps(AtomicAction):
     def act(self, body):
         try:
             body.wheels.command([0.2, 0.2])
-        except Exception as error:
+        except Exception as error:  # the fault that is tested
             raise ValueError("no wheels") from error
         return Progress.RUNNING
 

@@ -79,7 +79,7 @@ FOUND = [
     ("object changed since 12", ["anna", "box3", "felt"]),
     ("place where sqrt(tolerance * tolerance) > 0.35 m", ["d"]),
     ("object where (distance if known(distance) else 9 m) < 1 m", ["felt"]),
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize(("text", "names"), FOUND, ids=[text for text, _ in FOUND])
@@ -133,8 +133,9 @@ def test_what_it_gives(yard: Knowledge) -> None:
 
 def test_parameters(yard: Knowledge) -> None:
     assert yard.ask("object where distance(pose, here) < 1.5 m", here=Pose2(3.0, 0.0)).names == ["box2", "box3"]
-    assert yard.ask("object where distance(pose, way) < reach", way=[(1.0, 1.0), (1.0, -1.0)],
-                    reach=Quantity(0.1, LENGTH)).names == ["box1"]  # fmt: skip
+    assert yard.ask(
+        "object where distance(pose, way) < reach", way=[(1.0, 1.0), (1.0, -1.0)], reach=Quantity(0.1, LENGTH)
+    ).names == ["box1"]
     assert yard.ask("object where object == which", which="box2").names == ["box2"]
     assert yard.ask("object where moves and flag", flag=False).names == []
     assert yard.ask("object where distance(object, spot) < 1 m", spot="box3").names == ["box3"]

@@ -309,9 +309,13 @@ _KEYS = [
     *((kind, name) for kind in sorted(_SCOPE.kinds) for name in sorted(SCHEMA.kinds[kind].attributes)),
 ]
 _SIMPLE = st.one_of(
-    st.none(), st.booleans(), st.integers(-(2**63), 2**64 - 1), st.floats(), st.text(max_size=4),
+    st.none(),
+    st.booleans(),
+    st.integers(-(2**63), 2**64 - 1),
+    st.floats(),
+    st.text(max_size=4),
     st.lists(st.one_of(st.floats(), st.integers(-(2**63), 2**64 - 1).map(float)), max_size=40),
-)  # fmt: skip
+)
 _VALUES = st.one_of(_SIMPLE, st.dictionaries(st.sampled_from(["distance", "x"]), _SIMPLE, max_size=2))
 
 

@@ -51,9 +51,16 @@ def test_the_run_with_the_median_number_of_switches_is_drawn(runs, seed, among):
 def test_an_end_that_nobody_knows_is_null_for_a_script():
     def follower(error: float | None) -> Summary:
         following = Following(
-            leader="R2", periods=1, mean_distance=1.0, distance_error=error, in_band=1.0, too_far=0.0,
-            least_distance=1.0, least_driving=None, safe=True,
-        )  # fmt: skip
+            leader="R2",
+            periods=1,
+            mean_distance=1.0,
+            distance_error=error,
+            in_band=1.0,
+            too_far=0.0,
+            least_distance=1.0,
+            least_driving=None,
+            safe=True,
+        )
         times = {"time_reactive": 1.0, "time_deliberative": 3.0}
         return summary({"R3": result(GOOD, 2, collisions=0, struck=1, following=following, **times)})
 

@@ -59,9 +59,15 @@ class Robot:
         self.clock, self.sink, self.wheels = SimulatedClock(0.05), ListSink(), Wheels()
         self.pipeline = Pipeline(self.clock, self.sink)
         body = RobotBody(
-            knowledge=SimpleNamespace(agent="R1"), drive=None, follower=None, clock=self.clock, period=0.05,
-            actuators={"wheels": wide_gate(self.wheels, self.clock)}, wheels="wheels", sink=self.sink,
-        )  # fmt: skip
+            knowledge=SimpleNamespace(agent="R1"),
+            drive=None,
+            follower=None,
+            clock=self.clock,
+            period=0.05,
+            actuators={"wheels": wide_gate(self.wheels, self.clock)},
+            wheels="wheels",
+            sink=self.sink,
+        )
         self.execute = Execute(self.pipeline, body)
 
     def run(self, periods):

@@ -128,8 +128,11 @@ def test_py_trees_own_nodes_are_told_too(logged):
     )
     document, _, changes = logged(py_trees.decorators.Inverter("not", stock), 1)
     assert [(node.tag, node.get("name"), node.get("_uid")) for node in document.find("BehaviorTree").iter()][1:] == [
-        ("Inverter", "not", "1"), ("Fallback", "either", "2"), ("AlwaysFailure", "no", "3"), ("Scripted", "ours", "4"),
-    ]  # fmt: skip
+        ("Inverter", "not", "1"),
+        ("Fallback", "either", "2"),
+        ("AlwaysFailure", "no", "3"),
+        ("Scripted", "ours", "4"),
+    ]
     assert {uid: status for _, uid, status in changes} == {1: 3, 2: 2, 3: 3, 4: 2}
 
 

@@ -242,16 +242,24 @@ class TestPaths:
     @pytest.mark.parametrize(
         ("node", "output", "wanted"),
         [
-            ("<TruncatePath input_path='{way}' output_path='{out}' distance='0.5'/>", "out", [(0, 0), (2, 0), (2, 0.5)]),
+            (
+                "<TruncatePath input_path='{way}' output_path='{out}' distance='0.5'/>",
+                "out",
+                [(0, 0), (2, 0), (2, 0.5)],
+            ),
             ("<TruncatePath input_path='{way}' output_path='{out}' distance='1.5'/>", "out", [(0, 0), (1.5, 0)]),
             ("<TruncatePath input_path='{way}' output_path='{out}' distance='9'/>", "out", [(0, 0)]),
-            ("<ConcatenatePaths input_path1='{way}' input_path2='{more}' output_path='{out}'/>", "out", [(0, 0), (2, 0), (2, 1), (3, 1)]),
+            (
+                "<ConcatenatePaths input_path1='{way}' input_path2='{more}' output_path='{out}'/>",
+                "out",
+                [(0, 0), (2, 0), (2, 1), (3, 1)],
+            ),
             ("<GetPoseFromPath path='{way}' index='-1' pose='{out}'/>", "out", (2, 1, math.pi / 2)),
             ("<PlannerSelector default_planner='x' selected_planner='{out}'/>", "out", "x"),
             ("<GoalCheckerSelector default_goal_checker='x' selected_goal_checker='{out}'/>", "out", "x"),
             ("<RemovePassedGoals input_goals='here;goal' output_goals='{out}' radius='0.5'/>", "out", ["goal"]),
         ],
-    )  # fmt: skip
+    )
     def test_paths_are_edited(self, mind, tree, node, output, wanted):
         mind.mission.knowledge.world.place("here", Pose2(0.1, 0.0, 0.0))
         made = tree(node)

@@ -91,8 +91,10 @@ class TestWhen:
 
     def test_a_run_does_not_begin_with_a_wrong_one_and_all_are_told_with_their_place(self, mind, grow):
         with pytest.raises(InputError) as caught:
-            TreePlan(grow('<Sequence><When expression="frnt > 1 m"/><When expression="front"/></Sequence>').root,
-                     mind.mission)  # fmt: skip
+            TreePlan(
+                grow('<Sequence><When expression="frnt > 1 m"/><When expression="front"/></Sequence>').root,
+                mind.mission,
+            )
         first, second = caught.value.faults
         assert "Did you mean 'front'" in first.hint
         assert "not true or false" in second.message
@@ -202,8 +204,10 @@ class TestFinishTask:
         tree = grow('<FinishTask goal="a"/>')
         assert tree.tick() is SUCCESS
         assert {task: graph.get(task, "state") for task in graph.nodes("task")} == {
-            "one": "done", "two": "done", "three": "open"
-        }  # fmt: skip
+            "one": "done",
+            "two": "done",
+            "three": "open",
+        }
         assert tree.tick() is FAILURE
         assert tree.root.feedback_message == "no open task serves 'a'"
 
@@ -252,8 +256,10 @@ class TestSay:
         tree.board["n"] = 3
         assert tree.tick() is SUCCESS
         assert [(e.text, e.aloud) for e in mind.rig.of(Said)] == [
-            ("hello", True), ("tries left: 3", False), ("3", False),
-        ]  # fmt: skip
+            ("hello", True),
+            ("tries left: 3", False),
+            ("3", False),
+        ]
 
 
 class TestComputeRoute:

@@ -95,8 +95,12 @@ def test_who_stands_on_a_road_that_closed_leaves_it():
     for a, b in (("a", "b"), ("b", "a")):
         knowledge.graph.relate(a, "connects", b, open=False)
     assert route(ASTAR, knowledge, start=(1.0, 0.0), goal=(4.0, 0.0)) == [
-        (1.0, 0.0), (0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)
-    ]  # fmt: skip
+        (1.0, 0.0),
+        (0.0, 0.0),
+        (0.0, 4.0),
+        (4.0, 4.0),
+        (4.0, 0.0),
+    ]
 
 
 def test_nobody_is_led_onto_a_road_that_is_closed():
@@ -123,10 +127,15 @@ def test_without_roads_it_says_what_to_do():
 
 roads = st.lists(
     st.tuples(
-        st.integers(0, 6), st.integers(0, 6), st.floats(1.0, 5.0), st.floats(0.25, 4.0), st.booleans(),
+        st.integers(0, 6),
+        st.integers(0, 6),
+        st.floats(1.0, 5.0),
+        st.floats(0.25, 4.0),
+        st.booleans(),
     ).filter(lambda r: r[0] != r[1]),
-    min_size=1, max_size=16,
-)  # fmt: skip
+    min_size=1,
+    max_size=16,
+)
 
 
 @settings(max_examples=120, deadline=None)

@@ -182,9 +182,13 @@ def test_who_watches_goes_on_hearing_with_the_new_numbers():
     told.clear()
     tree.tick()
     assert told == [
-        ("d", "SUCCESS"), ("e", "SUCCESS"), ("group", "SUCCESS"), ("c", "SUCCESS"), ("top", "SUCCESS"),
+        ("d", "SUCCESS"),
+        ("e", "SUCCESS"),
+        ("group", "SUCCESS"),
+        ("c", "SUCCESS"),
+        ("top", "SUCCESS"),
         ("a", "INVALID"),
-    ]  # fmt: skip
+    ]
 
 
 # --- of a mission
@@ -209,9 +213,13 @@ def test_a_mission_swaps_a_leaf_whose_action_runs(mind):
     assert plan.tree.board["kept"] == 5
     tickets = [(e.parameters["goal"], e.state) for e in mind.rig.sink.events if isinstance(e, TicketChanged)]
     assert tickets == [
-        ("far", "QUEUED"), ("far", "RUNNING"), ("far", "CANCELLED"), ("near", "QUEUED"), ("near", "RUNNING"),
+        ("far", "QUEUED"),
+        ("far", "RUNNING"),
+        ("far", "CANCELLED"),
+        ("near", "QUEUED"),
+        ("near", "RUNNING"),
         ("near", "SUCCEEDED"),
-    ]  # fmt: skip
+    ]
 
 
 def test_a_recording_hears_of_it(mind):
@@ -222,8 +230,10 @@ def test_a_recording_hears_of_it(mind):
     (event,) = swaps(mind)
     assert (event.node, event.by) == ("mission/group", "mission/short")
     assert event.nodes == (
-        ("mission", "Sequence", ""), ("mission/short", "Wait", "mission"), ("mission/last", "Wait", "mission"),
-    )  # fmt: skip
+        ("mission", "Sequence", ""),
+        ("mission/short", "Wait", "mission"),
+        ("mission/last", "Wait", "mission"),
+    )
     assert [o.path for o in plan.outline] == [path for path, _, _ in event.nodes]
     ticked = [(e.node, e.status) for e in mind.rig.sink.events if isinstance(e, NodeTicked)]
     assert ticked[-2:] == [("mission/group/long", "INVALID"), ("mission/group", "INVALID")]

@@ -107,8 +107,12 @@ def test_what_has_no_place_or_no_size_is_in_nobodys_way():
 
 boxes = st.builds(
     lambda x, y, yaw, length, width: (Pose2(x, y, yaw), {"length": length, "width": width}),
-    st.floats(-2.0, 2.0), st.floats(-1.5, 1.5), st.floats(0.0, 3.0), st.floats(0.2, 1.5), st.floats(0.2, 1.5),
-)  # fmt: skip
+    st.floats(-2.0, 2.0),
+    st.floats(-1.5, 1.5),
+    st.floats(0.0, 3.0),
+    st.floats(0.2, 1.5),
+    st.floats(0.2, 1.5),
+)
 
 
 def grown_corners(pose, size, margin):

@@ -1,7 +1,5 @@
 """Writing trees: what is written is loaded as the same tree, and the palette tells what the classes declare."""
 
-# ruff: noqa: E501 - a document stands in one line
-
 import importlib.util
 import sys
 import xml.etree.ElementTree as Et
@@ -21,9 +19,9 @@ from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
 from rocs_bt.units import SPEED
 
 NODES = mission_nodes(action_table())
-TEXTS = st.text(st.characters(codec="utf-8", exclude_categories=("Cs",), exclude_characters="\ufffe\uffff"), max_size=9).filter(
-    lambda text: not any(ord(c) < 32 and c not in "\n\t\r" for c in text)
-)  # fmt: skip
+TEXTS = st.text(
+    st.characters(codec="utf-8", exclude_categories=("Cs",), exclude_characters="\ufffe\uffff"), max_size=9
+).filter(lambda text: not any(ord(c) < 32 and c not in "\n\t\r" for c in text))
 
 
 def shape(node):
@@ -169,9 +167,13 @@ def test_a_tree_made_in_python_of_py_trees_own_nodes_is_written_as_what_it_means
     loaded = again(root)
     assert [type(n).__name__ for n in loaded.iterate()][-1] == "ReactiveFallback"
     assert {n.tag: n.name for n in loaded.iterate()} == {
-        "ReactiveFallback": "ways", "Sequence": "first", "Inverter": "not", "AlwaysFailure": "no",
-        "Repeat": "twice", "AlwaysSuccess": "yes",
-    }  # fmt: skip
+        "ReactiveFallback": "ways",
+        "Sequence": "first",
+        "Inverter": "not",
+        "AlwaysFailure": "no",
+        "Repeat": "twice",
+        "AlwaysSuccess": "yes",
+    }
 
 
 def test_a_mission_in_python_is_written_with_its_actions(mind):

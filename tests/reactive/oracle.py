@@ -39,7 +39,7 @@ def spread(node, values):
 SIGNS = {
     "<": lambda a, b: a < b, "<=": lambda a, b: a <= b, ">": lambda a, b: a > b, ">=": lambda a, b: a >= b,
     "==": lambda a, b: a == b, "!=": lambda a, b: a != b,
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 def single(node, v):

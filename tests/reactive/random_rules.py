@@ -79,42 +79,67 @@ class Writer:
             return self.any_of("front", "rear", "rear[0:4]", "[0.5 m, 1 m, 1.5 m, inf m]")
         a, s = self.group(depth - 1), self.length(depth - 2)
         return self.any_of(
-            a, f"({a} {self.any_of('+', '-')} {s})", f"({a} * {self.plain(depth - 2)})", f"abs({a})", f"(-{a})",
+            a,
+            f"({a} {self.any_of('+', '-')} {s})",
+            f"({a} * {self.plain(depth - 2)})",
+            f"abs({a})",
+            f"(-{a})",
             f"({a} if {self.truth(depth - 2)} else {self.group(depth - 1)})",
             f"clip({a}, {s}, {self.length(depth - 2)})",
-            f"({a} + {self.group(depth - 1)})", f"({a} / {self.plain(depth - 2)})",
-        )  # fmt: skip
+            f"({a} + {self.group(depth - 1)})",
+            f"({a} / {self.plain(depth - 2)})",
+        )
 
     def length(self, depth):
         if depth <= 0:
             return self.any_of("goal", "front[1]", "0.5 m", "1 m", "0 m", "inf m", "rear[-1]", "-1 m", "1e300 m")
         a, b, g = self.length(depth - 1), self.length(depth - 2), self.group(depth - 1)
         return self.any_of(
-            a, f"({a} + {b})", f"({a} - {b})", f"min({g})", f"max({g}, {a})", f"mean({g})", f"sum({g})", f"abs({a})",
-            f"({a} * {self.plain(depth - 2)})", f"({a} / {self.plain(depth - 2)})", f"hypot({a}, {b})",
-            f"sqrt({a} * {b})", f"clip({a}, {b}, 1 m)", f"({a} if {self.truth(depth - 1)} else {b})", f"(-{a})",
-            f"min_valid({g}, {self.any_of(1, 2, 4)})", f"dot({g}, [1, -0.5, 0, 2])",
-            f"(rate({a}, {self.window()}) * 1 s)", f"min({a}, {b}, {g})",
-        )  # fmt: skip
+            a,
+            f"({a} + {b})",
+            f"({a} - {b})",
+            f"min({g})",
+            f"max({g}, {a})",
+            f"mean({g})",
+            f"sum({g})",
+            f"abs({a})",
+            f"({a} * {self.plain(depth - 2)})",
+            f"({a} / {self.plain(depth - 2)})",
+            f"hypot({a}, {b})",
+            f"sqrt({a} * {b})",
+            f"clip({a}, {b}, 1 m)",
+            f"({a} if {self.truth(depth - 1)} else {b})",
+            f"(-{a})",
+            f"min_valid({g}, {self.any_of(1, 2, 4)})",
+            f"dot({g}, [1, -0.5, 0, 2])",
+            f"(rate({a}, {self.window()}) * 1 s)",
+            f"min({a}, {b}, {g})",
+        )
 
     def plain(self, depth):
         if depth <= 0:
             return self.any_of("n[0]", "n[1]", "0", "2", "-0.5", "inf", "(goal / 1 m)", "(speed / drift)")
         a = self.length(depth - 1)
         return self.any_of(
-            f"count({self.tests(depth - 1)})", f"argmin({self.group(depth - 1)})", f"sign({a})", f"side({a})",
-            f"({a} / {self.length(depth - 2)})", f"(time_since({self.truth(depth - 1)}) / 1 s)",
-            f"(atan2({a}, {self.length(depth - 2)}) / 1 rad)", f"(wrap_angle({a} * 1 rad / 1 m) / 1 rad)",
+            f"count({self.tests(depth - 1)})",
+            f"argmin({self.group(depth - 1)})",
+            f"sign({a})",
+            f"side({a})",
+            f"({a} / {self.length(depth - 2)})",
+            f"(time_since({self.truth(depth - 1)}) / 1 s)",
+            f"(atan2({a}, {self.length(depth - 2)}) / 1 rad)",
+            f"(wrap_angle({a} * 1 rad / 1 m) / 1 rad)",
             f"(rate(speed, {self.window()}) / 1 m/s2)",
-        )  # fmt: skip
+        )
 
     def tests(self, depth):
         """Four comparisons."""
         g = self.group(depth)
         return self.any_of(
-            f"{g} {self.sign()} {self.length(depth - 1)}", f"{g} {self.sign()} {self.group(depth - 1)}",
+            f"{g} {self.sign()} {self.length(depth - 1)}",
+            f"{g} {self.sign()} {self.group(depth - 1)}",
             f"{self.length(depth - 1)} {self.sign()} {g} {self.sign()} {self.length(depth - 1)}",
-        )  # fmt: skip
+        )
 
     def sign(self):
         return self.any_of("<", "<=", ">", ">=", "==", "!=")
@@ -129,11 +154,19 @@ class Writer:
         return self.any_of(
             f"({self.length(depth - 1)} {self.sign()} {self.length(depth - 1)})",
             f"({self.length(depth - 1)} {self.sign()} goal {self.sign()} {self.length(depth - 2)})",
-            f"({self.plain(depth - 1)} {self.sign()} {self.plain(depth - 2)})", f"any({self.tests(depth - 1)})",
-            f"all({self.tests(depth - 1)})", f"({a} and {b})", f"({a} or {b})", f"(not {a})", f"({a} implies {b})",
-            f"({a} if {b} else {self.truth(depth - 1)})", f"held({a}, {self.window()})", f"once({a}, {self.window()})",
-            f"since({a}, {b}, {self.window()})", f"({a} and {self.truth(depth - 1)} or {b})",
-        )  # fmt: skip
+            f"({self.plain(depth - 1)} {self.sign()} {self.plain(depth - 2)})",
+            f"any({self.tests(depth - 1)})",
+            f"all({self.tests(depth - 1)})",
+            f"({a} and {b})",
+            f"({a} or {b})",
+            f"(not {a})",
+            f"({a} implies {b})",
+            f"({a} if {b} else {self.truth(depth - 1)})",
+            f"held({a}, {self.window()})",
+            f"once({a}, {self.window()})",
+            f"since({a}, {b}, {self.window()})",
+            f"({a} and {self.truth(depth - 1)} or {b})",
+        )
 
 
 def _rule(draw, i):

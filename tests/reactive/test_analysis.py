@@ -305,8 +305,13 @@ def test_all_faults_of_a_file_are_told_at_once(tmp_path):
     )
     found = [(at(fault), fault.warning) for fault in faults_of(tmp_path, text)]
     assert sorted(found) == [
-        ("10:9", True), ("13:1", True), ("18:10", True), ("21:1", False), ("3:1", True), ("5:13", False)
-    ]  # fmt: skip
+        ("10:9", True),
+        ("13:1", True),
+        ("18:10", True),
+        ("21:1", False),
+        ("3:1", True),
+        ("5:13", False),
+    ]
 
 
 def test_rules_that_are_wrong_themselves_are_not_examined(tmp_path):

@@ -58,20 +58,40 @@ class Writer:
         a, b = self.number(depth - 1), self.number(depth - 1)
         k = self.draw.randrange(-20, 20) / 10
         return self.one(
-            f"min({a}, {b})", f"max({a}, {b})", f"({a} + {b})", f"({a} - {b})", f"{k} * {a}", f"-({a})", f"abs({a})",
-            f"clip({a}, 0.5 m, 2 m)", f"({a} if {self.truth(depth - 2)} else {b})", "mean(front)", "sum(rear)",
-            f"max(front, {a})", "dot(front, [1, -0.5, 2])", f"({a}) / 2", f"{a} * side({b})", f"sign({a}) * {b}",
-            f"count(front < {self.metres()}) * {a}", "min_valid(front, 2)", "mean(clip(front, 0 m, 1 m))",
-            "speed * 2 s", "speed * speed * 1 s2/m",
-        )  # fmt: skip
+            f"min({a}, {b})",
+            f"max({a}, {b})",
+            f"({a} + {b})",
+            f"({a} - {b})",
+            f"{k} * {a}",
+            f"-({a})",
+            f"abs({a})",
+            f"clip({a}, 0.5 m, 2 m)",
+            f"({a} if {self.truth(depth - 2)} else {b})",
+            "mean(front)",
+            "sum(rear)",
+            f"max(front, {a})",
+            "dot(front, [1, -0.5, 2])",
+            f"({a}) / 2",
+            f"{a} * side({b})",
+            f"sign({a}) * {b}",
+            f"count(front < {self.metres()}) * {a}",
+            "min_valid(front, 2)",
+            "mean(clip(front, 0 m, 1 m))",
+            "speed * 2 s",
+            "speed * speed * 1 s2/m",
+        )
 
     def truth(self, depth):
         if depth <= 0 or self.draw.random() < 0.4:
             a, b, sign = self.number(min(depth, 1)), self.metres(), self.one("<", "<=", ">", ">=", "<", ">", "==", "!=")
             return self.one(
-                f"{a} {sign} {b}", f"{a} {sign} {self.number(0)}", f"any(front {sign} {b})", f"all(front {sign} {b})",
-                f"speed {sign} {self.draw.randrange(-12, 17) / 10} m/s", f"{self.metres()} < {a} < {b}",
-            )  # fmt: skip
+                f"{a} {sign} {b}",
+                f"{a} {sign} {self.number(0)}",
+                f"any(front {sign} {b})",
+                f"all(front {sign} {b})",
+                f"speed {sign} {self.draw.randrange(-12, 17) / 10} m/s",
+                f"{self.metres()} < {a} < {b}",
+            )
         a, b = self.truth(depth - 1), self.truth(depth - 1)
         return self.one(f"({a} and {b})", f"({a} or {b})", f"not ({a})", f"({a} if {b} else {self.truth(0)})", a)
 

@@ -158,9 +158,15 @@ def test_each_event_has_the_refirings_of_its_activation():
     bench.step("a")
     told = [(e.phase, e.refirings) for e in bench.sink.events if isinstance(e, RuleChanged)]
     assert told == [
-        ("latched", 0), ("fired", 0), ("fired again", 1), ("fired again", 2), ("released", 2), ("ended", 2),
-        ("latched", 0), ("fired", 0),
-    ]  # fmt: skip
+        ("latched", 0),
+        ("fired", 0),
+        ("fired again", 1),
+        ("fired again", 2),
+        ("released", 2),
+        ("ended", 2),
+        ("latched", 0),
+        ("fired", 0),
+    ]
 
 
 def test_level_is_cancelled_on_release_and_edge_is_not():

@@ -48,7 +48,7 @@ GUARDS = [
     ("side(mean(left_gap) - mean(right_gap)) * turn_rate > 1.9 rad/s and mean(left_gap) < mean(right_gap)"
      " and turn_rate > -1.8 rad/s", False),
     ("min_valid(front, 3) < 0.4 m and max(min(front), min(rear)) > 1.5 m and any(rear < 1.6 m)", True),
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize("beams", [16, 24])
@@ -80,29 +80,49 @@ class Writer:
 
     def number(self):
         a, b = self.group(), self.group()
-        return self.draw.choice([
-            f"min({a})", f"min({a}, {b})", f"max({a})", f"mean({a})", f"mean(clip({a}, 0 m, {self.metres(0.5)}))",
-            f"max(min({a}), min({b}))", f"min({a}, goal_distance)", f"sum(clip({a}, 0 m, 1 m)) / 4",
-        ])  # fmt: skip
+        return self.draw.choice(
+            [
+                f"min({a})",
+                f"min({a}, {b})",
+                f"max({a})",
+                f"mean({a})",
+                f"mean(clip({a}, 0 m, {self.metres(0.5)}))",
+                f"max(min({a}), min({b}))",
+                f"min({a}, goal_distance)",
+                f"sum(clip({a}, 0 m, 1 m)) / 4",
+            ]
+        )
 
     def limit(self):
-        return self.draw.choice([
-            self.metres(), self.metres(), f"min({self.metres()}, max(goal_distance - 0.07 m, 0.05 m))",
-            f"stop_distance + {self.metres(0.05, 0.4)}", f"max({self.metres()}, abs(speed) * 1 s)",
-            f"goal_distance - {self.metres(0.05, 0.2)}",
-        ])  # fmt: skip
+        return self.draw.choice(
+            [
+                self.metres(),
+                self.metres(),
+                f"min({self.metres()}, max(goal_distance - 0.07 m, 0.05 m))",
+                f"stop_distance + {self.metres(0.05, 0.4)}",
+                f"max({self.metres()}, abs(speed) * 1 s)",
+                f"goal_distance - {self.metres(0.05, 0.2)}",
+            ]
+        )
 
     def comparison(self):
         a, b, m = self.group(), self.group(), self.metres()
-        return self.draw.choice([
-            f"{self.number()} < {self.limit()}", f"{self.number()} > {self.limit()}", f"any({a} < {m})",
-            f"all({a} > {m})", f"count({a} < {m}) >= {self.draw.randrange(1, 6)}",
-            f"speed > {self.draw.uniform(0, 1):.2f} m/s", f"abs(speed) < {self.draw.uniform(0, 1):.2f} m/s",
-            f"mean(clip({a}, 0 m, 1 m)) - mean(clip({b}, 0 m, 1 m)) > {self.metres(0.05, 0.8)}",
-            f"abs(min({a}) - min({b})) > {self.metres(0.05, 1.0)}", f"speed * 1 s > {self.number()} - {m}",
-            f"min_valid({a}, 3) < {m}",
-            f"side(mean({a}) - mean({b})) * turn_rate > {self.draw.uniform(0, 2):.1f} rad/s",
-        ])  # fmt: skip
+        return self.draw.choice(
+            [
+                f"{self.number()} < {self.limit()}",
+                f"{self.number()} > {self.limit()}",
+                f"any({a} < {m})",
+                f"all({a} > {m})",
+                f"count({a} < {m}) >= {self.draw.randrange(1, 6)}",
+                f"speed > {self.draw.uniform(0, 1):.2f} m/s",
+                f"abs(speed) < {self.draw.uniform(0, 1):.2f} m/s",
+                f"mean(clip({a}, 0 m, 1 m)) - mean(clip({b}, 0 m, 1 m)) > {self.metres(0.05, 0.8)}",
+                f"abs(min({a}) - min({b})) > {self.metres(0.05, 1.0)}",
+                f"speed * 1 s > {self.number()} - {m}",
+                f"min_valid({a}, 3) < {m}",
+                f"side(mean({a}) - mean({b})) * turn_rate > {self.draw.uniform(0, 2):.1f} rad/s",
+            ]
+        )
 
     def guard(self):
         text = self.comparison()

@@ -181,7 +181,7 @@ MISTAKES = [
     ("gap = ", "not = ", 5, 1, "'not' cannot be an alias"),
     ("[alias]", "[alias", 4, 7, "not valid TOML"),
     ("[rule.Turn]", "[rule.Turn]\n[rule.Turn]", 8, 11, "not valid TOML"),
-]  # fmt: skip
+]  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize(("old", "new", "line", "column", "message"), MISTAKES)
@@ -239,7 +239,7 @@ speeds = ["0 m/s", "0.1 m/s"]
         ('["0.1 m/s", "0.1 m/s *', '["inf m/s", "0.1 m/s *', 25, "speeds of SetWheelSpeed must be finite, found inf"),
         ('["0 m/s", "0.1', '["0 m/s", "-inf', 27, "speeds of SetWheelSpeed must be finite, found -inf m/s."),
     ],
-)  # fmt: skip
+)
 def test_what_an_action_cannot_do_is_refused_where_it_stands(tmp_path, old, new, line, message):
     assert load_rules(write(tmp_path, SANE), ENVIRONMENT, SHIPPED_ACTIONS).rules
     assert SANE.count(old) == 1

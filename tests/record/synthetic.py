@@ -19,7 +19,7 @@ from rocs_bt.event import (
     SignalsWritten,
     TicketChanged,
     pack,
-)  # fmt: skip
+)
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
 from rocs_bt.record.summary import Summary
@@ -32,10 +32,15 @@ BOX = Pose2(-0.5, 1.0)
 
 def header(seed: int = 7) -> RunHeader:
     beams = tuple(
-        Beam(x=0.16 * math.cos(math.radians(a)), y=0.14 * math.sin(math.radians(a)), yaw=math.radians(a), reach=1.0,
-             cone=math.radians(30))
+        Beam(
+            x=0.16 * math.cos(math.radians(a)),
+            y=0.14 * math.sin(math.radians(a)),
+            yaw=math.radians(a),
+            reach=1.0,
+            cone=math.radians(30),
+        )
         for a in ANGLES
-    )  # fmt: skip
+    )
     walls = [
         ((2.5, 0.0), (0.05, 5.0)),
         ((-2.475, 0.0), (0.05, 5.0)),
@@ -44,17 +49,29 @@ def header(seed: int = 7) -> RunHeader:
     ]
     outlines = [Outline.box(f"wall {i}", Pose2(*at), size, 0.5) for i, (at, size) in enumerate(walls)]
     return RunHeader(
-        scenario="exp1", seed=seed, command=f"rocs-bt run exp1 --seed {seed}",
-        versions={"rocs_bt": "0.1.0", "mujoco": "4.0.1", "python": "3.11"}, content_hash="0f" * 32,
+        scenario="exp1",
+        seed=seed,
+        command=f"rocs-bt run exp1 --seed {seed}",
+        versions={"rocs_bt": "0.1.0", "mujoco": "4.0.1", "python": "3.11"},
+        content_hash="0f" * 32,
         rates={"control": 20.0, "plan": 10.0, "physics": 200.0},
-        agents=(AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to", rules=("avoid_collision",), nodes=(
-            TreeNode(path="go to", type="Sequence", children=("go to/goal known", "go to/GoTo")),
-            TreeNode(path="go to/goal known", type="Known"), TreeNode(path="go to/GoTo", type="Act"),
-        )),),
+        agents=(
+            AgentInfo(
+                name="R2",
+                robot="pioneer_p3dx",
+                mission="go_to",
+                rules=("avoid_collision",),
+                nodes=(
+                    TreeNode(path="go to", type="Sequence", children=("go to/goal known", "go to/GoTo")),
+                    TreeNode(path="go to/goal known", type="Known"),
+                    TreeNode(path="go to/GoTo", type="Act"),
+                ),
+            ),
+        ),
         bodies=(BodyInfo(name="R2", hull=HULL, beams={"sonar": beams}), BodyInfo(name="R1", hull=HULL)),
         outlines=(*outlines, Outline.box("box", BOX, (0.5, 0.5), 0.5), Outline.circle("post", (1.4, -1.2), 0.15, 0.5)),
         places=(Place(name="origin", x=0.0, y=0.0, radius=0.1),),
-    )  # fmt: skip
+    )
 
 
 def ray(x: float, y: float, yaw: float) -> float:
@@ -114,8 +131,14 @@ def events(seconds: float = 20.0) -> list[Event]:
         if blocked and reflex is None:
             ask("GoTo", "CANCELLED", "NORMAL", "avoid_collision/AvoidCollision")
             ticket, reflex = ticket + 1, t
-            say(RuleChanged, rule="avoid_collision/AvoidCollision", phase="fired", priority=10,
-                reading=f"min(front) = {front:.2f} m", parameters={"turn": 1.047})  # fmt: skip
+            say(
+                RuleChanged,
+                rule="avoid_collision/AvoidCollision",
+                phase="fired",
+                priority=10,
+                reading=f"min(front) = {front:.2f} m",
+                parameters={"turn": 1.047},
+            )
             ask("AvoidCollision", "RUNNING", "HIGH", "avoid_collision/AvoidCollision", turn=1.047)
             say(
                 AtomicStarted,
@@ -164,17 +187,37 @@ def events(seconds: float = 20.0) -> list[Event]:
 
 def summary(seed: int = 7) -> Summary:
     plain = {
-        "scenario": "exp1", "seed": seed, "mode": "lockstep", "sim_time": 20.0, "wall_time": 0.31,
+        "scenario": "exp1",
+        "seed": seed,
+        "mode": "lockstep",
+        "sim_time": 20.0,
+        "wall_time": 0.31,
         "real_time_factor": 64.5,
-        "versions": {"rocs_bt": "0.1.0"}, "content_hash": "0f" * 32, "trajectory_hash": "ab" * 32,
-        "agents": {"R2": {
-            "robot": "pioneer_p3dx", "mission": "go_to", "rules": ["avoid_collision"], "outcome": "success",
-            "reason": "the mission succeeded, and R2 stands 0.08 m from origin", "time_to_goal": 12.3,
-            "goals_reached": 1, "path_length": 3.1, "min_clearance": 0.11, "collisions": 0, "struck": 0,
-            "reflex_activations": 2,
-            "route_switches": 4, "time_reactive": 2.4, "time_deliberative": 9.9, "replans": 2,
-            "actions": {"GoTo": {"SUCCEEDED": 1, "CANCELLED": 2}, "AvoidCollision": {"SUCCEEDED": 2}},
-            "tracking_error": {"cross_rms": 0.007, "cross_max": 0.02}, "solve_time": {"median": 6e-5, "p99": 1.2e-4},
-        }},
-    }  # fmt: skip
+        "versions": {"rocs_bt": "0.1.0"},
+        "content_hash": "0f" * 32,
+        "trajectory_hash": "ab" * 32,
+        "agents": {
+            "R2": {
+                "robot": "pioneer_p3dx",
+                "mission": "go_to",
+                "rules": ["avoid_collision"],
+                "outcome": "success",
+                "reason": "the mission succeeded, and R2 stands 0.08 m from origin",
+                "time_to_goal": 12.3,
+                "goals_reached": 1,
+                "path_length": 3.1,
+                "min_clearance": 0.11,
+                "collisions": 0,
+                "struck": 0,
+                "reflex_activations": 2,
+                "route_switches": 4,
+                "time_reactive": 2.4,
+                "time_deliberative": 9.9,
+                "replans": 2,
+                "actions": {"GoTo": {"SUCCEEDED": 1, "CANCELLED": 2}, "AvoidCollision": {"SUCCEEDED": 2}},
+                "tracking_error": {"cross_rms": 0.007, "cross_max": 0.02},
+                "solve_time": {"median": 6e-5, "p99": 1.2e-4},
+            }
+        },
+    }
     return msgspec.convert(plain, Summary)

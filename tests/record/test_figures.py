@@ -36,8 +36,12 @@ def test_history_knows_routes_switches_and_reflexes(run):
     assert len(agent.reflexes(run.end)) == 2
     assert all(0.5 < s.end - s.begin < 5.0 for s in agent.reflexes(run.end))
     assert [s.name for s in agent.runs(run.end)] == [
-        "GoTo #1", "AvoidCollision #2", "GoTo #3", "AvoidCollision #4", "GoTo #5",
-    ]  # fmt: skip
+        "GoTo #1",
+        "AvoidCollision #2",
+        "GoTo #3",
+        "AvoidCollision #4",
+        "GoTo #5",
+    ]
 
 
 def test_the_arena_shows_paths_by_route_actions_and_switches(run):

@@ -133,9 +133,15 @@ def test_same_events_same_bytes(run, tmp_path):
 
 def test_numbers_of_numpy_are_recorded_as_numbers(tmp_path):
     event = TicketChanged(
-        t=0.0, agent="R2", ticket=1, action="GoTo", priority="NORMAL", state="QUEUED", by="root",
+        t=0.0,
+        agent="R2",
+        ticket=1,
+        action="GoTo",
+        priority="NORMAL",
+        state="QUEUED",
+        by="root",
         parameters={"speed": np.float64(0.1) + np.float32(0), "n": np.int64(3), "gap": np.float64(math.inf)},
-    )  # fmt: skip
+    )
     (back,) = Recording.open(write(tmp_path / "run.mcap", [event])).events()
     assert back.parameters == {"speed": 0.1, "n": 3, "gap": math.inf}
 
@@ -252,7 +258,7 @@ def test_a_writer_killed_at_any_moment_leaves_all_but_the_last_half_second(tmp_p
 def test_an_event_that_is_not_data_is_told_at_the_end_and_the_rest_is_kept(tmp_path):
     good, bad = synthetic.events(0.5), TicketChanged(
         t=0.1, agent="R2", ticket=1, action="A", priority="HIGH", state="QUEUED", by="x", parameters={"p": object()}
-    )  # fmt: skip
+    )  # fmt: skip  # a table
     recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
     for event in [bad, *good, SensorRead(t=math.nan, sensor="s", stamp=0.0, data=b"")]:
         recorder.emit(event)

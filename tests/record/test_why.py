@@ -94,8 +94,9 @@ def test_the_graph_is_as_it_was(tmp_path):
     run = Recording.open(recorder.path)
     lines = str(explain(run, 0.25)).splitlines()
     assert [line.strip() for line in lines if "kind=" in line] == [
-        "R2: kind=robot, near -> box", "box: kind=object, width=0.500",
-    ]  # fmt: skip
+        "R2: kind=robot, near -> box",
+        "box: kind=object, width=0.500",
+    ]
     assert explain(run, 0.35).graph.related("R2", "near") == []
     assert explain(run, 0.4).graph.nodes() == ["R2"]
 

@@ -67,8 +67,12 @@ def test_exp1_to_exp2_changes_these_settings_and_no_other():
 def test_what_only_exp2_is_made_of_is_chosen_by_robot_toml_and_by_the_scenarios_parameters():
     code = by_kind(between("exp1", "exp2").code)
     assert {room for room, share in code.items() if not share.same} <= {
-        "actions", "analyze", "control", "drivers", "monitor",
-    }  # fmt: skip
+        "actions",
+        "analyze",
+        "control",
+        "drivers",
+        "monitor",
+    }
     assert not any(share.first for share in code.values()), "what EXP1 is made of, EXP2 is made of too"
     assert code["actions"].second in ((), ("TurnTo",))  # `facing`
     assert set(code["analyze"].second) <= named_by_robot("summit_xl")

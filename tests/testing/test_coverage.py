@@ -31,9 +31,12 @@ def test_it_counts_over_runs(coverage):
     assert coverage.leaves() == (2, 3)
     assert coverage.branches() == (4, 9)
     assert coverage.missing() == [
-        "mission: top never FAILURE", "mission: top/way never FAILURE", "mission: top/way/clear never FAILURE",
-        "mission: top/way/go never FAILURE", "mission: top/Speak never ticked",
-    ]  # fmt: skip
+        "mission: top never FAILURE",
+        "mission: top/way never FAILURE",
+        "mission: top/way/clear never FAILURE",
+        "mission: top/way/go never FAILURE",
+        "mission: top/Speak never ticked",
+    ]
     run("F")
     run("S", front="0 m")
     assert coverage.leaves() == (3, 3)
@@ -59,13 +62,16 @@ def test_the_table_marks_what_is_missing(coverage):
 
 def test_py_trees_own_nodes_are_counted_too(coverage):
     def build(mission):
-        return py_trees.composites.Selector("any", memory=False, children=[py_trees.behaviours.Failure("no"),
-                                                                           mission.act("GoTo", goal="g")])  # fmt: skip
+        return py_trees.composites.Selector(
+            "any", memory=False, children=[py_trees.behaviours.Failure("no"), mission.act("GoTo", goal="g")]
+        )
 
     play(build, leaves={"GoTo": "S"}, coverage=coverage, catalog=CATALOG)
     assert coverage.missing() == [
-        "build: any never FAILURE", "build: any/no never SUCCESS", "build: any/GoTo g never FAILURE",
-    ]  # fmt: skip
+        "build: any never FAILURE",
+        "build: any/no never SUCCESS",
+        "build: any/GoTo g never FAILURE",
+    ]
 
 
 def test_what_was_broken_on_purpose_counts_as_the_node_that_it_was(coverage):

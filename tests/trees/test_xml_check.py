@@ -71,7 +71,12 @@ SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
         ('<Script code="a := (1 + "/>', 25, "wrong", "in the script"),
         ('<AlwaysSuccess _skipIf="a &lt;&lt; 1"/>', 31, "wrong", "in the script"),
         ("<Script code=\"a := 'b' * 2\"/>", 24, "wrong", "this script always fails"),
-        ("<Sequence><Drive goal='a' rounds='{n}'/><Script code=\"n := 'x'\"/></Sequence>", 57, "wrong", "the key 'n' is a number"),
+        (
+            "<Sequence><Drive goal='a' rounds='{n}'/><Script code=\"n := 'x'\"/></Sequence>",
+            57,
+            "wrong",
+            "the key 'n' is a number",
+        ),
         # keys
         ('<Drive goal="{place}"/>', 8, "warning", "the key 'place' is read, but no node writes it"),
         ('<SubTree ID="S" goal="{there}"/>', 29, "warning", r"the key 'goal' \('there' there\) is read"),
@@ -85,12 +90,22 @@ SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
         ('<Precondition if="1" else="FAILURE"><AlwaysSuccess/></Precondition>', 15, "warning", "is always true"),
         ("<Fallback><AlwaysSuccess/><AlwaysFailure/></Fallback>", 27, "warning", "is never ticked: a node before it"),
         ("<Sequence><AlwaysFailure/><AlwaysSuccess/></Sequence>", 27, "warning", "in 'Sequence' never succeeds"),
-        ('<Sequence><Repeat num_cycles="-1"><Sleep msec="1"/></Repeat><AlwaysSuccess/></Sequence>', 61, "warning", "never ticked"),
-        ("<IfThenElse><AlwaysSuccess/><AlwaysSuccess/><AlwaysFailure/></IfThenElse>", 45, "warning", "the condition 'AlwaysSuccess' never fails"),
+        (
+            '<Sequence><Repeat num_cycles="-1"><Sleep msec="1"/></Repeat><AlwaysSuccess/></Sequence>',
+            61,
+            "warning",
+            "never ticked",
+        ),
+        (
+            "<IfThenElse><AlwaysSuccess/><AlwaysSuccess/><AlwaysFailure/></IfThenElse>",
+            45,
+            "warning",
+            "the condition 'AlwaysSuccess' never fails",
+        ),
         # documents
         ('<Drive goal="a&b"/>', 15, "warning", "'&' in the value of 'goal' is not well-formed XML. Write &amp;"),
     ],
-)  # fmt: skip
+)
 def test_each_thing_is_told_at_its_place(line, column, weight, message):
     told = found(line, tail=SUB if 'ID="S"' in line else "")
     at = 5 if column == 29 else 3  # in the subtree
@@ -104,14 +119,14 @@ def test_each_thing_is_told_at_its_place(line, column, weight, message):
         '<Sequence><Drive goal="a" pose="{p}"/><Drive goal="{p}"/></Sequence>',
         "<Sequence><Script code=\"g := 'a'; n := 1; n += 2\"/><Drive goal='{g}' rounds='{n}'/></Sequence>",
         "<Sequence><Script code=\"@g := 'a'\"/><SubTree ID='S' goal='{g}'/></Sequence>",
-        '<Fallback><AlwaysFailure/><ForceFailure><AlwaysSuccess/></ForceFailure><AlwaysSuccess/></Fallback>',
+        "<Fallback><AlwaysFailure/><ForceFailure><AlwaysSuccess/></ForceFailure><AlwaysSuccess/></Fallback>",
         '<Sequence><SetBlackboard value="3" output_key="n"/><Repeat num_cycles="{n}"><AlwaysSuccess/></Repeat><AlwaysSuccess/></Sequence>',
         '<Sequence><AlwaysSuccess _skipIf="a == 1"/><Script code="a := 1"/></Sequence>',
         '<LoopInt queue="1;2" value="{i}"><ScriptCondition code="i > 0"/></LoopInt>',
         '<Switch2 variable="{undefined}" case_1="1" case_2="2"><AlwaysSuccess/><AlwaysSuccess/><AlwaysSuccess/></Switch2>',
         '<SubTree ID="S" goal="home"/>',
     ],
-)  # fmt: skip
+)
 def test_what_is_fine_is_not_told(line):
     assert found(line, tail=SUB if "ID='S'" in line or 'ID="S"' in line else "") == []
 

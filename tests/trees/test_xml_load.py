@@ -102,30 +102,60 @@ SAY = '<Say message="{{{}}}"/>'.format
         (document('<Sequence><Think text="="/><Say message="{text}"/></Sequence>'), "the answer is 42;"),
         (document('<Sequence><Script code="message := \'b\'"/><Say message="{=}"/></Sequence>'), "b;"),
         # subtrees: boards of their own, remapping, literals, autoremap, private keys, the global board
-        (document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' in='{t}'/></Sequence>", SAY("in")), "the answer is 42;"),
+        (
+            document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' in='{t}'/></Sequence>", SAY("in")),
+            "the answer is 42;",
+        ),
         (document(sub('in="c"'), SAY("in")), "c;"),
-        (document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' t='{=}'/></Sequence>", SAY("t")), "the answer is 42;"),
-        (document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' _autoremap='1'/></Sequence>", SAY("t")), "the answer is 42;"),
+        (
+            document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' t='{=}'/></Sequence>", SAY("t")),
+            "the answer is 42;",
+        ),
+        (
+            document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' _autoremap='1'/></Sequence>", SAY("t")),
+            "the answer is 42;",
+        ),
         (document("<Sequence><Think text='{t}'/><SubTree ID='Sub1' /></Sequence>", SAY("@t")), "the answer is 42;"),
-        (document("<Sequence><SubTree ID='Sub1' out='{t}'/><Say message='{t}'/></Sequence>", '<Think text="{out}"/>'), "the answer is 42;"),
-        (document("<Sequence><SubTree ID='Sub1' /><Say message='{g}'/></Sequence>", '<Script code="@g := \'d\'"/>'), "d;"),
+        (
+            document(
+                "<Sequence><SubTree ID='Sub1' out='{t}'/><Say message='{t}'/></Sequence>", '<Think text="{out}"/>'
+            ),
+            "the answer is 42;",
+        ),
+        (
+            document("<Sequence><SubTree ID='Sub1' /><Say message='{g}'/></Sequence>", "<Script code=\"@g := 'd'\"/>"),
+            "d;",
+        ),
         (document("<Sequence><SubTree ID='Sub1' a='1'/><SubTree ID='Sub1' a='2'/></Sequence>", SAY("a")), "1;2;"),
         # a model's defaults
         (document(sub(""), SAY("in"), model='<SubTree ID="Sub1"><input_port name="in" default="e"/></SubTree>'), "e;"),
-        (document(sub('in="f"'), SAY("in"), model='<SubTree ID="Sub1"><input_port name="in" default="e"/></SubTree>'), "f;"),
+        (
+            document(
+                sub('in="f"'), SAY("in"), model='<SubTree ID="Sub1"><input_port name="in" default="e"/></SubTree>'
+            ),
+            "f;",
+        ),
         # conditions, ill-formed attributes, comments, CDATA
-        (document('<Sequence><Say message="a" _skipIf="1 < 2 && true"/><Say message="b" _while="1 &lt; 2"/></Sequence>'), "b;"),
+        (
+            document(
+                '<Sequence><Say message="a" _skipIf="1 < 2 && true"/><Say message="b" _while="1 &lt; 2"/></Sequence>'
+            ),
+            "b;",
+        ),
         (document('<Say message="a" _onSuccess="said = said .. \'post\'"/>'), "a;post"),
         (document("<!-- a --><Sequence><!-- <Say/> --><Say message='b'/><![CDATA[<Say/>]]></Sequence>"), "b;"),
         (document('<Say message="a&#10;&quot;b&quot;"/>'), 'a\n"b";'),
         # attributes of editors, unknown children of root
-        (document('<Say _description="what it says" _uid="3"/>').replace("<root", "<?xml version='1.0'?>\n<root"), "hello;"),
+        (
+            document('<Say _description="what it says" _uid="3"/>').replace("<root", "<?xml version='1.0'?>\n<root"),
+            "hello;",
+        ),
         (document("<Say/>", attributes='main_tree_to_execute="Main"'), "hello;"),
         ('<root BTCPP_format="4"><BehaviorTree><Say/></BehaviorTree></root>', "hello;"),
         (document("<Say/>", attributes='BTCPP_format="4" project_name="x"'), "hello;"),
         ('<root BTCPP_format="4"><BehaviorTree ID="a b.c"><Say/></BehaviorTree></root>', "hello;"),
     ],
-)  # fmt: skip
+)
 def test_each_feature(text, expected):
     assert said(text) == ("SUCCESS", expected)
 
@@ -289,7 +319,7 @@ TUTORIALS = {
     "t13 a literal beside a key": (document('<Sequence><SubTree ID="Sub1" a="1" b="{x}" _autoremap="true"/></Sequence>', '<Sequence><Say message="{a}"/><Script code="b := \'two\'"/><Say message="{x}"/></Sequence>'), "1;two;"),
     "t14 a subtree's model with a default that is a key": (document('<Sequence><Script code="goal := \'dock\'"/><SubTree ID="Sub1"/><SubTree ID="Sub1" goal="gate"/></Sequence>', SAY("goal"), model='<SubTree ID="Sub1"><input_port name="goal" default="{goal}">where to</input_port></SubTree>'), "dock;gate;"),
     "t15 loops over a queue": (document('<LoopString queue="a;b;c" value="{item}"><Say message="{item}"/></LoopString>'), "a;b;c;"),
-}  # fmt: skip
+}  # fmt: skip  # a table
 
 
 @pytest.mark.parametrize("name", TUTORIALS)

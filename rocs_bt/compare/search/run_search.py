@@ -115,9 +115,14 @@ def search(
         shrinking = Shrinking(player, *found, Footprint(robot.length, robot.width))
         shrinking.run()
     return SearchResult(
-        sampled[found[0]], *found, shrinking.draft, shrinking.record,
-        searched, player.count - searched, player.count < options.budget,
-    )  # fmt: skip
+        sampled[found[0]],
+        *found,
+        shrinking.draft,
+        shrinking.record,
+        searched,
+        player.count - searched,
+        player.count < options.budget,
+    )
 
 
 def default_name(planner: PlannerSpec, space: SearchSpace) -> str:

@@ -157,10 +157,13 @@ def _nodes(state: State) -> Iterator[dict[str, Any]]:
         t, revision = state.stamp(name)
         written = sorted(state.written(name).items())
         yield {
-            "name": name, "kind": state.kind(name), "t": t, "revision": revision,
+            "name": name,
+            "kind": state.kind(name),
+            "t": t,
+            "revision": revision,
             "attributes": {a: to_json(state.get(name, a)) for a, _ in written},
             "stamps": {a: list(stamp) for a, stamp in written},
-        }  # fmt: skip
+        }
 
 
 def _edges(state: State) -> Iterator[dict[str, Any]]:
@@ -168,9 +171,13 @@ def _edges(state: State) -> Iterator[dict[str, Any]]:
         row = state.targets(source, relation)[target]
         known = state.edge(source, relation, target) or {}
         yield {
-            "source": source, "relation": relation, "target": target, "t": row["t"], "revision": row["revision"],
+            "source": source,
+            "relation": relation,
+            "target": target,
+            "t": row["t"],
+            "revision": row["revision"],
             "attributes": {a: to_json(value) for a, value in sorted(known.items())},
-        }  # fmt: skip
+        }
 
 
 def _text(value: Any) -> str:

@@ -124,12 +124,19 @@ def _insert(connection: sqlite3.Connection, stretch: int, changes: Iterable[tupl
         "INSERT INTO change VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
         [
             (
-                stretch, place, c.revision, c.t, _NUMBER[c.what], dump(c.subject), dump(c.name), dump(to_json(c.value)),
+                stretch,
+                place,
+                c.revision,
+                c.t,
+                _NUMBER[c.what],
+                dump(c.subject),
+                dump(c.name),
+                dump(to_json(c.value)),
                 dump({name: to_json(value) for name, value in c.attributes.items()}) if c.attributes else None,
             )
             for place, c in changes
         ],
-    )  # fmt: skip
+    )
 
 
 def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) -> None:
@@ -227,10 +234,19 @@ def _read(
         (stretch,),
     ):
         held = {} if attributes is None else {n: from_json(v) for n, v in load(attributes).items()}
-        yield place, KnowledgeChanged(
-            t=float(t), agent=agent, what=_WHAT[what], subject=_name(subject), name=_name(name),
-            value=from_json(load(value)), revision=int(revision), attributes=held,
-        )  # fmt: skip
+        yield (
+            place,
+            KnowledgeChanged(
+                t=float(t),
+                agent=agent,
+                what=_WHAT[what],
+                subject=_name(subject),
+                name=_name(name),
+                value=from_json(load(value)),
+                revision=int(revision),
+                attributes=held,
+            ),
+        )
 
 
 @lru_cache(4096)

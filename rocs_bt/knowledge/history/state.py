@@ -188,9 +188,15 @@ class State(Readable):
         self, what: str, subject: str, name: str, value: Any, stamp: Stamp, attributes: Mapping[str, Value] = {}
     ) -> KnowledgeChanged:
         return KnowledgeChanged(
-            t=stamp.t, agent=self.agent, what=what, subject=subject, name=name, value=plain(value),
-            revision=stamp.revision, attributes=attributes,
-        )  # fmt: skip
+            t=stamp.t,
+            agent=self.agent,
+            what=what,
+            subject=subject,
+            name=name,
+            value=plain(value),
+            revision=stamp.revision,
+            attributes=attributes,
+        )
 
     def _relate(self, source: str, relation: str, target: str, row: Row) -> None:
         self._own_edges()

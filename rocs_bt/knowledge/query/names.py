@@ -136,9 +136,16 @@ class Names:
             return None
         attribute = declared[name]
         meaning = Meaning(
-            _SORTS[attribute.type], f"{row}[{name!r}]", variables, links, attribute.dimensions[0], attribute.size,
-            owner, name, whole=attribute.type is int,
-        )  # fmt: skip
+            _SORTS[attribute.type],
+            f"{row}[{name!r}]",
+            variables,
+            links,
+            attribute.dimensions[0],
+            attribute.size,
+            owner,
+            name,
+            whole=attribute.type is int,
+        )
         return self._component(meaning, rest[1:])
 
     def _component(self, meaning: Meaning, rest: list[str]) -> Meaning | None:

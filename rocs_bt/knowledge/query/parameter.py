@@ -136,4 +136,4 @@ def _path_distance(x: float, y: float, path: Path) -> float:
 
 HELPERS: dict[str, Any] = {
     "number": number, "equal": equal, "apart": apart, "direction": direction, "nan": math.nan,
-}  # fmt: skip
+}  # fmt: skip  # a table

@@ -144,7 +144,7 @@ class FollowPath(_Move):
     base = 100
     codes: ClassVar[dict[Reason, int]] = {
         Reason.LOST_POSE: 2, Reason.CANNOT: 3, Reason.TIMEOUT: 7, Reason.STUCK: 5, Reason.BLOCKED: 6
-    }  # fmt: skip
+    }  # fmt: skip  # a table
 
     path = Input(list, "{path}", "corners, (x, y) in the world frame [m]")
     controller_id = Input(str, "", "name of a controller in Nav2; here the follower drives")

@@ -27,11 +27,12 @@ def check_times(case: Case, rule: Rule) -> None:
     """Report a cooldown that ends before the guard could fire again."""
     if 0.0 < rule.cooldown <= rule.hold + _SLACK:
         case.warn(
-            rule, "cooldown",
+            rule,
+            "cooldown",
             f"the cooldown of {short(rule)}, {rule.cooldown:g} s, has no effect, because the guard must hold for "
             f"{rule.hold:g} s anyway: released at 0 s, the rule cannot fire before {rule.hold:g} s.",
             "Make the cooldown longer than for, or omit it.",
-        )  # fmt: skip
+        )
 
 
 def check_period(case: Case, rule: Rule, period: float) -> None:
@@ -47,23 +48,27 @@ def check_period(case: Case, rule: Rule, period: float) -> None:
         for node, column in nodes_with_columns(guard.node) if guard is not None else ():
             if node.op in TEMPORAL_OPS and 0.0 < node.value < period - _SLACK:
                 case.warn(
-                    rule, key,
+                    rule,
+                    key,
                     f"in the {key} of {short(rule)} the window of '{node.text}' is {node.value:g} s, shorter than the "
                     f"control period of {period:g} s: at 1 s it contains only the sample of 1 s.",
                     f"Make it several periods long, such as {3 * period:g} s.",
-                    node, column,
-                )  # fmt: skip
+                    node,
+                    column,
+                )
             for name in case.signals_of(node) if node.op == "read" else ():
                 age = case.environment.signals[name].max_age
                 if age < period - _SLACK and name not in reported:
                     reported.add(name)
                     case.warn(
-                        rule, key,
+                        rule,
+                        key,
                         f"{short(rule)} reads {name} with a max_age of {age:g} s, less than the control period of "
                         f"{period:g} s: written at 0 s it is invalid at {period:g} s.",
                         f"Give its sensor a max_age of several periods, such as {3 * period:g} s, in robot.toml.",
-                        node, column,
-                    )  # fmt: skip
+                        node,
+                        column,
+                    )
 
 
 def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
@@ -78,11 +83,12 @@ def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
         if mode not in modes:
             rest = [other for other in rule.modes if other in modes]
             case.warn(
-                rule, "modes",
+                rule,
+                "modes",
                 f"{short(rule)} is active in the mode '{mode}', which the mission never sets"
                 + (f"; of its modes, the mission sets only {', '.join(rest)}." if rest else ", so it never acts."),
                 "Let the mission set the mode, or name a mode that it sets.",
-            )  # fmt: skip
+            )
 
 
 _PASSING = frozenset({"since", "time_since", "rate", "delay"})  # operations that change while all signals are constant
@@ -118,12 +124,13 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
         return
     example = case.shown(case.prover.example(rule.when.node), [rule.when.node])
     case.warn(
-        rule, "action",
+        rule,
+        "action",
         f"{short(rule)} can hold the robot for ever: {rule.action} does not move it, and a standstill does not "
         f"release the rule. It latches, for example, with {example}.",
         "Choose an action that moves the robot, or an until that holds at standstill. A robot that a reflex holds for "
         "15 s without progress is stuck.",
-    )  # fmt: skip
+    )
 
 
 def _sensed(value: object) -> bool:
@@ -175,11 +182,12 @@ def _never(case: Case, rule: Rule) -> bool:
     if answer.never and rule.on_invalid is OnInvalid.CLEAR:
         example = _also(case, negation(node), "it does not hold")
         case.warn(
-            rule, "when",
+            rule,
+            "when",
             f"the guard of {short(rule)} never holds{_since(case, node)}{example}.",
             "Correct its numbers or its signs, or remove the rule.",
             node,
-        )  # fmt: skip
+        )
     return answer.never
 
 
@@ -191,11 +199,12 @@ def _always(case: Case, rule: Rule) -> bool:
     if answer.never:
         example = _also(case, node, "it holds")
         case.warn(
-            rule, "when",
+            rule,
+            "when",
             f"the guard of {short(rule)} always holds{_since(case, node)}{example}.",
             "Correct its numbers or its signs. A permanent activity belongs in the mission.",
             node,
-        )  # fmt: skip
+        )
     return answer.never
 
 
@@ -208,11 +217,13 @@ def _parts(case: Case, rule: Rule, key: str, guard: Node) -> None:
             if case.prover.decide(claim).never:
                 example = _also(case, negation(claim), "it does not" if claim is node else "it does")
                 case.warn(
-                    rule, key,
+                    rule,
+                    key,
                     f"in the {key} of {short(rule)} '{node.text}' {words}{_since(case, node)}{example}.",
                     "Compare with a value within the bounds, or remove the comparison.",
-                    node, column,
-                )  # fmt: skip
+                    node,
+                    column,
+                )
 
 
 def _release(case: Case, rule: Rule, until: Node) -> None:
@@ -223,11 +234,12 @@ def _release(case: Case, rule: Rule, until: Node) -> None:
     if answer.never:
         example = _also(case, negation(until), "it does not")
         case.warn(
-            rule, "until",
+            rule,
+            "until",
             f"the until of {short(rule)} never holds{_since(case, until)}{example}: a latched rule is never released.",
             "Correct its numbers or its signs.",
             until,
-        )  # fmt: skip
+        )
         return
     both = conjunction([rule.when.node, until])
     answer = case.prover.decide(both)
@@ -235,13 +247,14 @@ def _release(case: Case, rule: Rule, until: Node) -> None:
         case.undecided(rule, "until", f"whether when and until of {short(rule)} can hold at once", answer.unknown)
     if answer.example is not None:
         case.warn(
-            rule, "until",
+            rule,
+            "until",
             f"when and until of {short(rule)} hold at once, so it latches and releases alternately: for example with "
             f"{case.shown(case.prover.example(both), [rule.when.node, until])}.",
             "The hysteresis is inverted: until must hold only where when does not, such as "
-            "when = \"a < 0.4 m\" and until = \"a > 0.5 m\".",
+            'when = "a < 0.4 m" and until = "a > 0.5 m".',
             until,
-        )  # fmt: skip
+        )
         return
     _parts(case, rule, "until", until)
 
@@ -258,12 +271,13 @@ def _chatter(case: Case, rule: Rule) -> None:
     on, off = (case.prover.example(node) for node in (guard, negation(guard)))
     on, off, at = _edge(lambda x: case.prover.confirmed(guard, x), on, off, sorted(guard.reads()))
     case.warn(
-        rule, "when",
+        rule,
+        "when",
         f"{short(rule)} chatters with noise, because it is released as soon as its guard does not hold: with "
         f"{case.shown(on, [guard])} it is on, with {case.value_at(off, at)} off.",
         "Add an until at some distance from when, a for or a cooldown; if this is intended, write it as an until.",
         guard,
-    )  # fmt: skip
+    )
 
 
 def _measured(comparison: Node) -> bool:
@@ -312,11 +326,12 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
                 elif answer.example is not None:
                     shown = case.shown(case.prover.example(both), [while_latched, part.node])
                     case.warn(
-                        rule, key,
+                        rule,
+                        key,
                         f"{name} of {rule.action} must be {declared[name].bounds}, but in {short(rule)} "
                         f"'{part.text}' can be out of these bounds, for example with {shown}.",
                         "Limit it with clip, min or max.",
-                    )  # fmt: skip
+                    )
                 else:
                     continue
                 break
@@ -404,12 +419,13 @@ def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
         if covered.never and outlived.never:
             example = case.shown(case.prover.example(guard), [guard, above.when.node])
             case.warn(
-                rule, "when",
+                rule,
+                "when",
                 f"{short(rule)} never acts: whenever it is latched, so is {short(above)}, with a priority of "
                 f"{above.priority}, higher than {rule.priority}; both hold, for example, with {example}.",
                 f"Give {short(rule)} the higher priority, or a guard that is not covered by that of {short(above)}.",
                 guard,
-            )  # fmt: skip
+            )
             return
         if (unknown := covered.unknown or outlived.unknown) and covered.example is None and outlived.example is None:
             why = why or f"whether {short(rule)} ever acts beside {short(above)}|{unknown}"
@@ -437,9 +453,10 @@ def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
             both = conjunction(guards)
             if case.prover.decide(both).example is not None:
                 case.error(
-                    rule, "priority",
+                    rule,
+                    "priority",
                     f"{tie(rule, [case.rules[i] for i in others])} {short(first)} and {short(rule)} both hold, for "
                     f"example, with {case.shown(case.prover.example(both), guards)}.",
                     "Give each of them its own priority.",
-                )  # fmt: skip
+                )
                 break

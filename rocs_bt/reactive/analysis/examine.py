@@ -29,7 +29,8 @@ def unused_names(document: Document) -> list[Fault]:
     return [
         Fault(
             f"the {kind} '{name}' is not used in this file.",
-            root.file, *table.position(name),
+            root.file,
+            *table.position(name),
             hint="Remove it, or use it in a rule.",
             warning=True,
         )
@@ -37,7 +38,7 @@ def unused_names(document: Document) -> list[Fault]:
         for table in [Table(root.file, {}, (kind,), root.positions)]
         for name in (root.data[kind] if isinstance(root.data.get(kind), dict) else ())
         if name not in used
-    ]  # fmt: skip
+    ]
 
 
 def words(text: str) -> set[str]:

@@ -90,7 +90,7 @@ def _least_valid(group: Array, least: Array) -> Array:
 
 _SIGNS: Mapping[str, Callable[[Any, Any], Any]] = {
     "<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal, "!=": np.not_equal,
-}  # fmt: skip
+}  # fmt: skip  # a table
 _REDUCTIONS: Mapping[str, Callable[..., Array]] = {
     "min": lambda *g: _stacked(*g).min(axis=1),
     "max": lambda *g: _stacked(*g).max(axis=1),

@@ -55,9 +55,27 @@ MAX_ACCEPTED = 16_384
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 
 NODE_ATTRIBUTES = frozenset(
-    ["id", "name", "status", "parent", "children", "decorated", "current_child", "feedback_message", "logger",
-     "iterator", "blackboards", "given", "conditions", "other", "runtime", "visits", "memory", "policy"]
-)  # fmt: skip
+    [
+        "id",
+        "name",
+        "status",
+        "parent",
+        "children",
+        "decorated",
+        "current_child",
+        "feedback_message",
+        "logger",
+        "iterator",
+        "blackboards",
+        "given",
+        "conditions",
+        "other",
+        "runtime",
+        "visits",
+        "memory",
+        "policy",
+    ]
+)
 """Instance attributes of nodes, which are not available as port names."""
 
 

@@ -56,7 +56,7 @@ def _close(left: float, right: float) -> bool:
 
 _UNLESS: Mapping[str, _Pair] = {
     "==": _apart, "!=": _close, "<": operator.ge, ">": operator.le, "<=": operator.gt, ">=": operator.lt,
-}  # fmt: skip
+}  # fmt: skip  # a table
 """Negated comparisons of numbers, as in the C++ source; the negation matters for NaN."""
 
 _TEXT_UNLESS: Mapping[str, _Pair] = {**_UNLESS, "==": operator.ne, "!=": operator.eq}

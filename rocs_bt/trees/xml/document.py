@@ -18,8 +18,14 @@ _RENAMED = {
     "SubTreePlus": "SubTree",
     "RetryUntilSuccesful": "RetryUntilSuccessful",  # spelling of version 3
 }
-_ONLY_3 = ("SequenceStar", "SubTreePlus", "BlackboardCheckInt", "BlackboardCheckDouble", "BlackboardCheckString",
-           "BlackboardCheckBool")  # fmt: skip
+_ONLY_3 = (
+    "SequenceStar",
+    "SubTreePlus",
+    "BlackboardCheckInt",
+    "BlackboardCheckDouble",
+    "BlackboardCheckString",
+    "BlackboardCheckBool",
+)
 _ONLY_3_ATTRIBUTES = ("__shared_blackboard", "__autoremap")
 _CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the child.'
 

@@ -105,8 +105,11 @@ class _Maker:
 
     def inside(self, name: str) -> bool:
         """Whether a tree would contain itself; used in lenient mode, as otherwise `verify` has rejected recursion."""
-        return self.lenient and any(f.element.tag == "SubTree" and f.element.attributes["ID"] == name
-                                    for f in self.frames if "ID" in f.element.attributes)  # fmt: skip
+        return self.lenient and any(
+            f.element.tag == "SubTree" and f.element.attributes["ID"] == name
+            for f in self.frames
+            if "ID" in f.element.attributes
+        )
 
     def elsewhere(self, element: Element, name: str) -> list[Behaviour]:
         try:

@@ -191,8 +191,11 @@ ENTRY = st.dictionaries(FIELDS, JSON | st.sampled_from(["place", "home", "near",
 
 
 @settings(max_examples=100, deadline=None)
-@given(nodes=st.lists(ENTRY | JSON, max_size=3), edges=st.lists(ENTRY | JSON, max_size=3), head=st.dictionaries(
-    st.sampled_from(["agent", "t", "revision", "format"]), JSON, max_size=2))  # fmt: skip
+@given(
+    nodes=st.lists(ENTRY | JSON, max_size=3),
+    edges=st.lists(ENTRY | JSON, max_size=3),
+    head=st.dictionaries(st.sampled_from(["agent", "t", "revision", "format"]), JSON, max_size=2),
+)
 def test_no_document_raises_anything_but_its_faults(nodes: list[Any], edges: list[Any], head: dict[str, Any]) -> None:
     document = {"format": "knowledge/1", "agent": "R2", "t": 0, "revision": 0, "nodes": nodes, "edges": edges, **head}
     try:

@@ -196,8 +196,11 @@ def test_two_agents_share_a_file_and_runs_follow_each_other(tmp_path: Path) -> N
                 journal.attach(graph)
             graphs[1].set("box", radius=len(label) + (label == "two"))
     assert [(e.number, e.agent, e.label) for e in History.runs(path)] == [
-        (1, "R2", "one"), (1, "R3", "one"), (2, "R2", "two"), (2, "R3", "two"),
-    ]  # fmt: skip
+        (1, "R2", "one"),
+        (1, "R3", "one"),
+        (2, "R2", "two"),
+        (2, "R3", "two"),
+    ]
     with History(path, "R3") as history:
         assert history.as_of().get("box", "radius") == 4.0
     with History(path, "R3", run=1) as history:
