@@ -43,12 +43,7 @@ class Agent:
     Attributes:
         name: Name of the agent and of its robot's node in Knowledge.
         knowledge: K of MAPE-K.
-        monitors: M of MAPE-K, in the order of robot.toml.
-        analyzes: A of MAPE-K, in the order of robot.toml.
-        plan: P of MAPE-K.
-        execute: E of MAPE-K.
-        arc: Reflex arc over all ReactiveModels.
-        pipeline: Queue of actions between Plan, the reflex arc and Execute.
+        monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
         rule_files: Active rule files, which can be reloaded.
         sharing: Knowledge sharing with other agents; None without sharing.
         failure: First block failure; None if no block failed.
