@@ -1,6 +1,6 @@
 """Reflex route: rules, reactive models in Python, and the reflex arc that runs their actions (paper, 4.2).
 
-Imported by `agent` and the layers above; other blocks never import it.
+Only `agent` and the packages above it import this package.
 """
 
 from .arguments import rule_misfits

@@ -1,4 +1,4 @@
-"""Expressions and action parameters of a rule file, with faults at their line and column."""
+"""Readers of the expressions and action parameters of a rule file; each fault has its line and column."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from .rule import Argument, Position, Rule
 
 
 class ExpressionReader:
-    """Parser of the expressions of one document.
+    """Parser of the expressions of one rule file.
 
     Args:
-        root: Root table of the document.
-        environment: Names and their types; extended by the document's aliases.
-        lines: Lines of the document; empty if its text is not available.
+        root: Root table of the file.
+        environment: Names that expressions can use, with their types; the file's aliases are added while it is read.
+        lines: Lines of the file; empty if its text is not available.
 
     Attributes:
-        never: Expression that is always false, for rules without a valid guard.
+        never: Expression that is always false; it replaces the guard of a rule whose own guard is invalid.
     """
 
     def __init__(self, root: Table, environment: Environment, lines: list[str]) -> None:
@@ -51,7 +51,14 @@ class ExpressionReader:
         return compile_node(node)
 
     def number(self, table: Table, key: str, text: str, dimension: Dimension) -> Expression | None:
-        """The expression of one number of a dimension; None, with a fault, if it is not one."""
+        """Parse an expression that must have one number as its value; if it does not, record a fault and return None.
+
+        Args:
+            table: Table that contains the key, for the fault's position.
+            key: Key of the expression.
+            text: Expression.
+            dimension: Required dimension.
+        """
         node = self.node(table, key, text)
         if node is None:
             return None
@@ -62,7 +69,7 @@ class ExpressionReader:
         return compile_node(node) if node.temporal else self._numbers.setdefault(node, compile_node(node))
 
     def node(self, table: Table, key: str, text: str) -> Node | None:
-        """Typed tree of a text at a key; None, with faults, if it cannot be parsed."""
+        """Parse the expression at a key to its typed tree; if it is invalid, record its faults and return None."""
         try:
             return self._parsed(text)
         except InputError as error:
@@ -71,7 +78,7 @@ class ExpressionReader:
             return None
 
     def position(self, table: Table, key: str, text: str = "") -> Position:
-        """Position of a key, or of the first character of its expression if `text` is given."""
+        """Position of a key, or of the first character of its value if this expression is given as `text`."""
         line, column = table.position(key)
         if text and 0 < line <= len(self._lines):
             written = self._lines[line - 1]
@@ -82,7 +89,7 @@ class ExpressionReader:
         return Position(table.file, line, column)
 
     def duration(self, table: Table, key: str) -> float:
-        """Duration at a key [s]: a quantity or the name of a threshold; 0 if missing."""
+        """Duration at a key [s], written as a quantity or as the name of a threshold; 0 if the key is missing."""
         named = self.environment.aliases.get(table.raw(key)) if key in table and type(table.raw(key)) is str else None
         if named is None or named.op != "number":
             return table.quantity(key, TIME, 0.0, low=0.0)
@@ -93,7 +100,7 @@ class ExpressionReader:
         return float(named.value)
 
     def _parsed(self, text: str) -> Node:
-        """Typed tree of a text, cached because rules of a file often share expressions."""
+        """Typed tree of an expression, cached because rules of a file often share expressions."""
         if self._parsed_with is not self.environment:
             self._parsed_with, self._trees = self.environment, {}
         if text not in self._trees:
@@ -114,10 +121,10 @@ _PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
 def read_arguments(
     reader: ExpressionReader, table: Table, actions: Mapping[str, type[Action]]
 ) -> tuple[str, dict[str, Argument]]:
-    """Name and arguments of a rule's action; faults are added to the table.
+    """Read the name and the arguments of a rule's action; faults are recorded in `table`.
 
     Args:
-        reader: Expressions of the document.
+        reader: Parser of the file's expressions.
         table: `action` table of the rule.
         actions: Actions of the agent, keyed by name.
     """
@@ -168,7 +175,7 @@ def _argument(reader: ExpressionReader, table: Table, fallbacks: Table, paramete
 
 
 def _value(reader: ExpressionReader, table: Table, parameter: Parameter, dimension: Dimension) -> Any:
-    """Number of a parameter, its expression, or a list of either."""
+    """Value of a parameter: a number, an expression, or a list of numbers and expressions."""
     value = table.raw(parameter.name)
     if parameter.type is float:
         return _number(reader, table, parameter.name, value, dimension)
@@ -182,7 +189,7 @@ def _value(reader: ExpressionReader, table: Table, parameter: Parameter, dimensi
 
 
 def _hold(table: Table, parameter: Parameter, value: Any, action: str) -> None:
-    """Report constants out of bounds; values that depend on signals are checked when the action is made."""
+    """Record faults of constants out of bounds. Values that depend on signals are checked when the rule fires."""
     parts = value if isinstance(value, (list, tuple)) else [value]
     for part in parts:
         if part is None or isinstance(part, Expression):
@@ -235,7 +242,7 @@ def _plain(table: Table, parameter: Parameter) -> Any:
 
 
 def rule_misfits(rules: Iterable[Rule], actions: Mapping[str, type[Action]], knowledge: Knowledge) -> Iterator[Fault]:
-    """Faults of constant action parameters that do not fit the robot.
+    """Faults of constant action parameters that do not fit the robot, such as a speed above its maximum.
 
     Args:
         rules: Rules without other faults.
@@ -251,7 +258,7 @@ def rule_misfits(rules: Iterable[Rule], actions: Mapping[str, type[Action]], kno
 
 
 def _known(argument: Argument) -> Any:
-    """Value of an argument, with NaN for list items that depend on signals."""
+    """Value of an argument; NaN replaces list items that depend on signals."""
     value = argument.value
     if isinstance(value, tuple):
         return [math.nan if isinstance(part, Expression) else part for part in value]

@@ -1,7 +1,7 @@
-"""Interfaces of the back ends that run a RuleTable. Their results are bit-identical, as specified in `rule_table`.
+"""Interfaces of the back ends that run a RuleTable.
 
-A Machine runs the rules of one robot step by step. The batch methods are for recordings (one robot over time) and
-fleets (many robots at one time).
+All back ends give bit-identical results, as specified in `rule_table`. A Machine runs the rules of one robot step by
+step. The batch methods are for recordings (one robot over time) and fleets (many robots at one time).
 """
 
 from __future__ import annotations
@@ -20,12 +20,13 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Steps:
-    """Results of n steps.
+    """Results of n evaluations of a rule table.
 
     Attributes:
-        winner: Index of the winner in the table, -1 for none, int32, shape (n,).
+        winner: Index of the latched rule with the highest priority, -1 for none, int32, shape (n,).
         mask: Whether each rule was latched, bool, shape (n, R).
-        margin: Margins of the guards, NaN if unknown, float64, shape (n, R); (n, 0) from a table without margins.
+        margin: Robustness margins of the guards, NaN if invalid, float64, shape (n, R); (n, 0) from a table without
+            margins.
     """
 
     winner: NDArray[np.int32]
@@ -34,7 +35,7 @@ class Steps:
 
 
 class Machine(Protocol):
-    """Rules of one robot, run step by step. Results are those of the last step, valid until the next one."""
+    """Rules of one robot, run step by step. The properties give the results of the last step, until the next one."""
 
     @property
     def table(self) -> RuleTable:
@@ -43,17 +44,17 @@ class Machine(Protocol):
 
     @property
     def mask(self) -> Sequence[float]:
-        """Latches of the rules, nonzero if latched, shape (R,)."""
+        """Nonzero for each rule that is latched, shape (R,)."""
         ...
 
     @property
     def blind(self) -> Sequence[float]:
-        """Nonzero for rules with an invalid guard or release, shape (R,)."""
+        """Nonzero for each rule whose guard or release condition is invalid, shape (R,)."""
         ...
 
     @property
     def margins(self) -> Sequence[float]:
-        """Margins of the guards, NaN if unknown, shape (R,); empty without margins."""
+        """Robustness margins of the guards, NaN if invalid, shape (R,); empty if the table has no margins."""
         ...
 
     def step(self, x: Floats, t: float) -> int:
@@ -64,29 +65,38 @@ class Machine(Protocol):
             t: Time of the snapshot, finite [s].
 
         Returns:
-            Index of the winner in the table; -1 for none.
+            Index of the latched rule with the highest priority; -1 for none.
         """
         ...
 
     def register(self, index: int) -> float:
-        """Value of a register of the program; truth values are 1.0 or 0.0, invalid ones NaN."""
+        """Value of a register of the table's program; truth values are 1.0 or 0.0, invalid values NaN."""
         ...
 
     def values(self) -> Floats:
-        """Copy of the state, shape (width,)."""
+        """Copy of the state of all rules, shape (width,); `rule_table` describes its layout."""
         ...
 
     def restore(self, values: Floats) -> None:
-        """Continue from a state, shape (width,)."""
+        """Replace the state of all rules.
+
+        Args:
+            values: State, as returned by `values`, shape (width,).
+        """
         ...
 
     def enable(self, rule: int, on: bool) -> None:
-        """Enable or disable a rule from the next step on."""
+        """Enable or disable a rule from the next step on.
+
+        Args:
+            rule: Index of the rule in the table.
+            on: Whether the rule is enabled.
+        """
         ...
 
 
 class Backend(Protocol):
-    """Implementation that evaluates rule tables (`RuleTable`)."""
+    """Interface of an implementation that evaluates rule tables (`RuleTable`)."""
 
     @property
     def name(self) -> str:
@@ -94,11 +104,11 @@ class Backend(Protocol):
         ...
 
     def machine(self, table: RuleTable) -> Machine:
-        """Machine in the initial state."""
+        """Create a machine for a table, in the initial state."""
         ...
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """Run the rules of one robot over time.
+        """Run the rules of one robot on a sequence of n snapshots.
 
         Args:
             table: Table of the rules.
@@ -109,7 +119,7 @@ class Backend(Protocol):
         ...
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Run the rules of many robots at one time.
+        """Run one step of the rules of n robots, all at the same time.
 
         Args:
             table: Table of the rules.
@@ -121,14 +131,14 @@ class Backend(Protocol):
 
 
 class SequentialBatch:
-    """Batch methods that step a machine row by row, for back ends without faster ones."""
+    """Base of a back end without fast batch methods: they step a machine once for each snapshot."""
 
     def machine(self, table: RuleTable) -> Machine:
-        """Machine in the initial state."""
+        """Create a machine for a table, in the initial state."""
         raise NotImplementedError
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """One robot over time; see Backend."""
+        """Run the rules of one robot on a sequence of snapshots; see Backend."""
         machine = self.machine(table)
         machine.restore(values)
         rows = [_row(machine, *row) for row in zip(x, t.tolist(), strict=True)]
@@ -136,7 +146,7 @@ class SequentialBatch:
         return _steps(table, rows)
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Many robots at one time; see Backend."""
+        """Run one step of the rules of many robots; see Backend."""
         machine, rows = self.machine(table), []
         for lane, state in zip(x, values, strict=True):
             machine.restore(state)

@@ -1,4 +1,4 @@
-"""Choice of the back end for rules."""
+"""Choice of the back end that evaluates rules."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from .python_backend import PythonBackend
 
 
 def choose_backend(name: str = "auto") -> Backend:
-    """Back end by name; `auto` is the fastest that is installed.
+    """Create a back end by its name: `kernel`, `python`, or `auto` for the faster one that is installed.
 
     Raises:
-        InputError: No such back end, or the kernel is not installed.
+        InputError: The name is unknown, or the kernel is not installed.
     """
     if name not in ("auto", "kernel", "python"):
         raise InputError(unknown("back end", name, ["auto", "kernel", "python"]))

@@ -14,10 +14,10 @@ MAX_FILES = 50
 
 @dataclass(frozen=True)
 class Document:
-    """One of the files of a rule set.
+    """One file of a rule set, as read.
 
     Attributes:
-        table: Root table.
+        table: Root table of the file.
         lines: Lines of the file; empty if its text is not available.
     """
 
@@ -26,13 +26,13 @@ class Document:
 
 
 def read_documents(file: Path | Table) -> list[Document]:
-    """A rule file and its included files, each once, included files first.
+    """Read a rule file and its included files, each once; included files come first.
 
-    Paths are relative to the including file and must lie in the same project. Faults of an `include` are added to the
-    table that contains it.
+    Paths in `include` are relative to the including file and must lie in the same project. Faults of an `include` are
+    recorded in the table that contains it.
 
     Raises:
-        InputError: The file itself cannot be read.
+        InputError: `file` itself cannot be read.
     """
     top = file if isinstance(file, Table) else read_toml(file)
     found: dict[Path, Document] = {}
@@ -41,7 +41,7 @@ def read_documents(file: Path | Table) -> list[Document]:
 
 
 def included_files(file: Path) -> list[Path]:
-    """Files that a rule file includes, directly or indirectly, as far as they can be read."""
+    """Paths of the files that a rule file includes, directly or indirectly; files that cannot be read are left out."""
     try:
         documents = read_documents(file)
     except InputError:
@@ -50,7 +50,7 @@ def included_files(file: Path) -> list[Path]:
 
 
 def project_of(file: Path) -> Path:
-    """Folder that contains all includable files: the project if the file is in its `rules/`, else the file's folder."""
+    """Folder in which all included files must lie: PROJECT for a file in `PROJECT/rules/`, else the file's folder."""
     folder = file.resolve().parent
     return folder.parent if folder.name == "rules" else folder
 

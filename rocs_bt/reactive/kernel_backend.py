@@ -1,4 +1,4 @@
-"""Back end with the compiled table machine `_kernel.c`: as fast as hand-written C; batches release the GIL."""
+"""Back end with the compiled kernel `_kernel.c`, which interprets rule tables in C."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class KernelBackend:
         return KernelMachine(table, self._compiled(table))
 
     def batch_time(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
-        """Evaluate the rules for one robot over a series of control periods; see Backend. Releases the GIL."""
+        """Run the rules of one robot on a sequence of snapshots; see Backend. Releases the GIL."""
         return self._batch(table, x, t, values[np.newaxis])
 
     def batch_lanes(self, table: RuleTable, x: Floats, t: float, values: Floats) -> Steps:
-        """Evaluate the rules for many robots in one control period; see Backend. Releases the GIL."""
+        """Run one step of the rules of many robots; see Backend. Releases the GIL."""
         return self._batch(table, x, np.full(len(x), t, float), values)
 
     def _batch(self, table: RuleTable, x: Floats, t: Floats, values: Floats) -> Steps:
@@ -64,7 +64,7 @@ class KernelBackend:
         return steps
 
     def _compiled(self, table: RuleTable) -> Table:
-        """Kernel table, cached."""
+        """The kernel's copy of a table, cached."""
         found = self._tables.get(table)
         if found is None:
             found = self._tables[table] = compiled(table)
@@ -72,7 +72,7 @@ class KernelBackend:
 
 
 def compiled(table: RuleTable) -> Table:
-    """Check a table and copy it into the kernel.
+    """Copy a table into the kernel, which checks it.
 
     Raises:
         ValueError: The table is malformed, or refers to a register, cell or column that does not exist.
@@ -96,7 +96,10 @@ def compiled(table: RuleTable) -> Table:
 
 
 class KernelMachine:
-    """Rules of one robot in the kernel; see Machine. The kernel updates the state in place; columns are views of it."""
+    """Rules of one robot in the kernel; see Machine.
+
+    The kernel updates the state array in place. `mask`, `blind` and `margins` are read-only views of this array.
+    """
 
     def __init__(self, table: RuleTable, handle: Table) -> None:
         self.table = table
@@ -109,16 +112,16 @@ class KernelMachine:
         self.margins = self._column("margin")
 
     def values(self) -> Floats:
-        """Copy of the state."""
+        """Copy of the state; see Machine."""
         return self._values.copy()
 
     def restore(self, values: Floats) -> None:
-        """Continue from a state."""
+        """Replace the state; see Machine."""
         self._values[:] = values
         self._machine.wake()
 
     def enable(self, rule: int, on: bool) -> None:
-        """Enable or disable a rule."""
+        """Enable or disable a rule; see Machine."""
         self._values[self.table.part("enabled")][rule] = on
 
     def _column(self, name: str) -> Sequence[float]:

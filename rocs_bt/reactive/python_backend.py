@@ -1,4 +1,7 @@
-"""Back end with one generated Python function: always available and readable (`rocs-bt show RULES --compiled`)."""
+"""Back end that generates one Python function for all rules, for machines on which the kernel is not compiled.
+
+`rocs-bt show RULES --compiled` prints the function.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ _CLEAR, _TRIP, _HOLD = 0, 1, 2
 
 
 class PythonBackend(SequentialBatch):
-    """Back end that generates Python code for a table."""
+    """Back end that runs tables as generated Python code; always available."""
 
     name = "python"
 
@@ -26,7 +29,10 @@ class PythonBackend(SequentialBatch):
 
 
 class PythonMachine:
-    """Rules of one robot; see Machine. The state is stored in plain lists, the fastest for generated code."""
+    """Rules of one robot as generated Python code; see Machine.
+
+    The state is stored in lists, because generated code reads and writes them faster than arrays.
+    """
 
     def __init__(self, table: RuleTable) -> None:
         self.table = table
@@ -34,7 +40,7 @@ class PythonMachine:
         self.mask: list[bool] = [False] * count
         self.blind: list[bool] = [False] * count
         self.margins: list[float] = []
-        self._busy = [False] * count  # whether a rule must be advanced although its guard is false
+        self._busy = [False] * count  # whether a rule must be advanced even if its guard is false
         self._risen = [math.inf] * count
         self._ready = [-math.inf] * count
         self._unknown = [math.inf] * count
@@ -67,28 +73,28 @@ class PythonMachine:
         return min(self._latched, key=lambda rule: (-self._latched[rule], rule))
 
     def register(self, index: int) -> float:
-        """Value of a register of the program; only registers of temporal nodes are available."""
+        """Value of a register of the program, NaN if invalid; only results of temporal operators are available."""
         value = self._registers.get(index, math.nan)
         return math.nan if value is None else float(value)
 
     def values(self) -> Floats:
-        """Copy of the state."""
+        """Copy of the state; see Machine."""
         columns = [self._columns[name] for name in COLUMNS]
         return np.array([self._time, *self._cells, *(v for column in columns for v in column), *self.margins], float)
 
     def restore(self, values: Floats) -> None:
-        """Continue from a state."""
+        """Replace the state; see Machine."""
         self._enabled[:] = map(bool, values[self.table.part("enabled")].tolist())
         self._begin(values)
         self._time = float(values[0])
 
     def enable(self, rule: int, on: bool) -> None:
-        """Enable or disable a rule."""
+        """Enable or disable a rule; see Machine."""
         self._enabled[rule] = on
         self._busy[rule] = True
 
     def _begin(self, values: Floats) -> None:
-        """Set the state, except `enabled` and the time."""
+        """Set the state from a state array, except `enabled` and the time."""
         part = self.table.part
         for name in COLUMNS:
             if name != "enabled":
@@ -101,7 +107,14 @@ class PythonMachine:
         self._busy[:] = [True] * len(self._busy)
 
     def _advance(self, i: int, guard: bool | None, until: bool | None, t: float) -> None:
-        """Advance one rule; `until` is used only if the rule has one and is latched."""
+        """Advance one rule, as specified in `rule_table`.
+
+        Args:
+            i: Index of the rule.
+            guard: Value of `when`; None if invalid.
+            until: Value of `until`, used only if the rule has one and is latched; None if invalid.
+            t: Time of the snapshot [s].
+        """
         latched = self.mask[i]
         if not self._enabled[i]:
             self._risen[i] = self._unknown[i] = math.inf
@@ -131,7 +144,11 @@ class PythonMachine:
         self._busy[i] = self.mask[i] or self.blind[i] or self._risen[i] != math.inf or self._unknown[i] != math.inf
 
     def _policy(self, i: int, latched: bool, t: float) -> bool | None:
-        """Decision for an invalid guard or release; None keeps the state of the rule."""
+        """Decide for a rule whose guard or release condition is invalid, by its `on_invalid`.
+
+        Returns:
+            Whether the rule latches, or, if it is latched, whether it is released. None if it keeps its state.
+        """
         if self._unknown[i] == math.inf:
             self._unknown[i] = t
         meaning = self._on_invalid[i]
@@ -156,9 +173,10 @@ class PythonMachine:
 
 
 def python_source(table: RuleTable) -> str:
-    """Generated source of a table: `step(x, t, cells)`, and `careful` for snapshots with NaN.
+    """Generate the Python source of a table.
 
-    `advance(rule, guard, until, t)` updates the state of a rule; it is also called with a false guard if `busy[rule]`.
+    The source has two functions: `step(x, t, cells)` is fast and calls `careful(x, t, cells)` for a snapshot with NaN.
+    Both call `advance(rule, guard, until, t)` for each rule whose guard is not false or which is in `busy`.
     """
     program = table.program
     lines = ["def step(x, t, cells):"]

@@ -22,13 +22,13 @@ class Reflex:
         rule: Name of the rule, unique in the agent, such as `avoid_collision/Flinch`.
         priority: Priority; a strictly higher one pre-empts.
         action: Name of the action in the agent's action table.
-        parameters: Parameters of the action, SI units, from this snapshot.
+        parameters: Parameters of the action for this snapshot, SI units.
         level: Whether the action is cancelled when the rule is released; otherwise it runs to its own end.
-        latched: Whether the rule is latched; False reports its release with the releasing `reading`. A rule that is not
-            returned is released, too.
-        reading: Guard values, such as `min(front) = 0.21 m`, or a function that builds this text, called only for
-            events.
-        broken: Whether the model raised, and Stop replaces its action until it no longer raises.
+        latched: Whether the rule is latched. A model may report a release with False, so that the event shows the
+            `reading` that caused it. A rule that is no longer returned is released, too.
+        reading: Text of the guard values, such as `min(front) = 0.21 m`, or a function that builds this text and is
+            called only for events.
+        broken: Whether the model raised an exception. Stop then replaces `action`, until the model no longer raises.
     """
 
     rule: str
@@ -55,9 +55,9 @@ class Reflex:
 
 
 class ReactiveModel(ABC):
-    """One aspect of reactive behaviour, such as fall prevention; an agent may have several models.
+    """Base class of reactive models, one for each aspect of reactive behaviour, such as fall prevention.
 
-    A user's model implements one method. It reads the snapshot, or Knowledge if its constructor takes it:
+    A user's model implements `react`. It reads the snapshot, or Knowledge if its constructor takes this argument:
 
         class DoNotFall(ReactiveModel):
             def react(self, x, t):
@@ -68,7 +68,7 @@ class ReactiveModel(ABC):
 
     @property
     def name(self) -> str:
-        """Name in reports."""
+        """Name of the model in reports."""
         return type(self).__name__
 
     @abstractmethod

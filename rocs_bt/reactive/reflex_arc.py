@@ -1,8 +1,9 @@
-"""Reflex arc: the single reflex slot of an agent (docs/architecture.md; paper, 4.3).
+"""Reflex arc: chooses the one active reflex of an agent (docs/architecture.md; paper, 4.3).
 
-A reflex is active from firing until its action has ended and its latch is clear. While a reflex is active, NORMAL
-actions wait. A rule with strictly higher priority takes over the slot; every other rule waits and starts only if it is
-still latched when the slot is free.
+The arc has a single slot for the active reflex. A reflex is active from firing until its action has ended and its rule
+is released. Meanwhile, actions of priority NORMAL, which are those of the plan, wait. A rule with strictly higher
+priority takes over the slot. Every other latched rule waits, and starts only if it is still latched when the slot is
+free.
 """
 
 from __future__ import annotations
@@ -26,14 +27,14 @@ from ..raised import Raised, from_actuator
 from .reactive_model import ReactiveModel, Reflex
 from .rule_model import RuleModel
 
-OVERTAKEN = 0.5  # [s]; a snapshot older than the last one by up to this is skipped (threads); older: time was reset
-MATERIAL = 0.05  # relative change of a parameter below which no event is emitted
+OVERTAKEN = 0.5  # [s]; a snapshot up to this much older than the last is late (threads), else time was reset
+MATERIAL = 0.05  # minimum relative change of a parameter for which an event is emitted
 
 
 class _Active:
-    """Active reflex, which occupies the only slot of the arc.
+    """Active reflex, which occupies the slot of the arc.
 
-    `stopping` is set if its action raised an exception: Stop then replaces the action until the rule is released.
+    `stopping` is True if the action raised an exception: Stop then replaces the action until the rule is released.
     """
 
     __slots__ = ("reflex", "reported", "stopping", "ticket")
@@ -50,19 +51,19 @@ class ReflexArc:
 
     Args:
         models: Reactive models.
-        pipeline: Pipeline that takes HIGH actions and holds NORMAL ones during a reflex.
+        pipeline: Pipeline that executes the actions; it holds back NORMAL actions while a reflex is active.
         actions: Actions of the agent, keyed by name.
-        sink: Sink of the RuleChanged events.
+        sink: Sink that receives the RuleChanged events.
         agent: Name of the agent, for the events.
         clock: Clock of the events.
 
     Attributes:
-        on_end: Called with the last rule's name when the slot becomes free, outside the arc's lock, so that the plan
-            continues from the present state.
-        on_exception: Handler of exceptions of reactive models and of reflexes' actions; None to raise them.
+        on_end: Called with the name of the last active rule when the slot becomes free, outside the arc's lock. The
+            agent uses it to continue the plan from the present state.
+        on_exception: Handler of exceptions that reactive models and actions of reflexes raise; None to raise them.
         activations: Number of activations of each rule, without re-firings.
-        refirings: Number of times that each rule fired again because its action ended while the rule was latched.
-        switches: Number of switches between the deliberative and the reactive route.
+        refirings: Number of times that each rule fired again because its action had ended while the rule was latched.
+        switches: Number of switches between the deliberative route (plan) and the reactive route (reflexes).
     """
 
     def __init__(
@@ -90,13 +91,13 @@ class ReflexArc:
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
         self._readings: dict[str, str] = {}
-        self._ranks: dict[str, int] = {}  # highest priority requested by each model in Python
+        self._ranks: dict[str, int] = {}  # highest priority that each model in Python has requested
         self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
         self._t = -math.inf
 
     @property
     def active(self) -> str | None:
-        """Name of the rule in the slot; None while the deliberative route is active."""
+        """Name of the active rule; None while no reflex is active."""
         slot = self._slot
         return slot.reflex.rule if slot else None
 
@@ -105,7 +106,7 @@ class ReflexArc:
         return self._readings.get(rule, "")
 
     def run(self, x: NDArray[np.float64], t: float) -> None:
-        """Evaluate all models on a new snapshot and update the slot.
+        """Evaluate all models on a new snapshot, then choose and update the active reflex.
 
         Args:
             x: Snapshot of all signals, SI units, shape (size,).
@@ -124,7 +125,7 @@ class ReflexArc:
             self.on_end(ended)
 
     def _react(self, model: ReactiveModel, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
-        """Reflexes of a model; while a model in Python raises, a Stop with the model's highest priority."""
+        """Reflexes of a model; if a user's model raises an exception, Stop with the model's highest priority so far."""
         if isinstance(model, RuleModel):  # engine code: its exception ends the run
             return model.react(x, t)
         try:
@@ -145,7 +146,7 @@ class ReflexArc:
         return reflexes
 
     def _latch(self, reflexes: Sequence[Reflex]) -> None:
-        """Update the latched rules and emit what was latched or released."""
+        """Update the set of latched rules and emit an event for each rule that was latched or released."""
         before, self._wanted = self._wanted, {r.rule: r for r in reflexes if r.latched}
         readings = {r.rule: r for r in reflexes if not r.latched}
         for rule, reflex in before.items():
@@ -159,7 +160,11 @@ class ReflexArc:
                 self._emit(reflex, "latched")
 
     def _settle(self) -> str | None:
-        """Choose the active reflex; return the name of the previous rule if no reflex is active any more, else None."""
+        """Choose the active reflex.
+
+        Returns:
+            Name of the rule that was active before, if now none is; else None.
+        """
         before = self.active
         self._arbitrate()
         for rule, reflex in self._wanted.items():
@@ -193,19 +198,24 @@ class ReflexArc:
                 self._start(best)
 
     def _start(self, reflex: Reflex) -> None:
-        """Give the slot to a rule, also from another one."""
+        """Make a reflex the active one, possibly in place of another."""
         self._pipeline.hold(True)
         self._waiting.discard(reflex.rule)
         self.activations[reflex.rule] += 1
         self._slot = self._fire(reflex, "fired")
 
     def _end(self, reflex: Reflex) -> None:
-        """Report the end of an activation."""
+        """Emit the end of a rule's activation."""
         self._emit(reflex, "ended", reading=False)
         del self._again[reflex.rule]
 
     def _continue(self, slot: _Active, own: Reflex) -> None:
-        """Continue the rule in the slot, which is still latched: update or re-fire its action."""
+        """Continue the active rule, which is still latched: update its action, or fire again if the action has ended.
+
+        Args:
+            slot: Active reflex.
+            own: New request of the same rule.
+        """
         if slot.stopping:
             return
         if (failure := slot.ticket.failure) is not None and failure.reason is Reason.RAISED:
@@ -238,7 +248,7 @@ class ReflexArc:
         action: Action
         try:
             action = make_action(self._actions, reflex.action, reflex.parameters)
-        except InputError as error:  # an invalid action must stop the robot, not the arc
+        except InputError as error:  # an invalid action must stop the robot; the arc continues
             action = InvalidAction(reflex.action, reflex.parameters, error)
         except BaseException as error:  # content may raise anything
             if interrupts(error):
@@ -248,7 +258,7 @@ class ReflexArc:
         return _Active(reflex, self._pipeline.submit(action, Priority.HIGH, by=reflex.rule))
 
     def _stop(self, reflex: Reflex) -> _Active:
-        """Submit Stop instead of an action that raised, because a new one would raise in every period."""
+        """Submit Stop in place of an action that raised. A new instance of the action would raise in every period."""
         self._emit(reflex, "stopped")
         return _Active(reflex, self._pipeline.submit(Stop(), Priority.HIGH, by=reflex.rule), stopping=True)
 
@@ -257,7 +267,7 @@ class ReflexArc:
         self._pipeline.wake()
 
     def _raised(self, action: Action | type[Action], error: BaseException) -> Failure:
-        """Report the exception of a reflex's action."""
+        """Report an exception of a reflex's action to `on_exception`; raise it if there is no handler."""
         if self.on_exception is None:
             raise error
         name = action.__name__ if isinstance(action, type) else action.name
@@ -281,14 +291,18 @@ class ReflexArc:
 
 
 def _checked(reflex: Any) -> Reflex:
-    """An item that a model in Python returned; raises if it is no Reflex."""
+    """Check that an item returned by a user's model is a Reflex.
+
+    Raises:
+        TypeError: It is not.
+    """
     if not isinstance(reflex, Reflex):
         raise TypeError(f"react must return a list of Reflex, found an item {reflex!r:.60}")
     return reflex
 
 
 def _material(before: Mapping[str, Value], now: Mapping[str, Value]) -> bool:
-    """Whether a parameter changed enough for an event."""
+    """Whether any parameter changed by enough for an event."""
     return any(_differs(before.get(name), value) for name, value in now.items())
 
 

@@ -17,7 +17,7 @@ class Position:
     """Position in a source file.
 
     Attributes:
-        file: File.
+        file: Path of the file.
         line: Line, 1-based; 0 if unknown.
         column: Column, 1-based, of the key or of the first character of an expression; 0 if unknown.
     """
@@ -32,10 +32,10 @@ class Expected:
     """State of a rule that a test expects after one of its samples.
 
     Attributes:
-        sample: Index of the sample.
+        sample: Index of the sample in `RuleTest.samples`.
         fires: Whether the rule must be latched; None for either.
         parameters: Expected parameters of the action, numbers in SI units; others are not checked.
-        position: Position in the file.
+        position: Position of the expectation in its file.
     """
 
     sample: int
@@ -50,10 +50,10 @@ class RuleTest:
 
     Attributes:
         name: Name of the test, used in messages.
-        samples: Time [s] of each snapshot, and the values of all signals in it, SI units.
+        samples: Time [s] and signal values (SI units, NaN if invalid) of each snapshot.
         expected: Expected states of the rule.
         mode: Mode of the agent during the test.
-        position: Position in the file.
+        position: Position of the test in its file.
     """
 
     name: str
@@ -73,12 +73,13 @@ class OnInvalid(Enum):
 
 @dataclass(frozen=True)
 class Argument:
-    """Parameter of a rule's action.
+    """Value of one parameter of a rule's action.
 
     Attributes:
-        value: Expression, tuple of expressions and numbers for a list, or constant.
-        fallback: Value that replaces an invalid one; None if the value cannot be invalid.
-        blind: Whether the fallback is also used while the guard is invalid; true if the file declares it.
+        value: Expression, or tuple of expressions and numbers for a list with expressions, or constant.
+        fallback: Constant that replaces an invalid value; None if the value cannot be invalid.
+        blind: Whether the fallback is also used while the rule's guard is invalid. True if the rule file declares the
+            fallback; False if the fallback is the parameter's default.
     """
 
     value: Expression | tuple[Expression | float, ...] | Any
@@ -88,27 +89,27 @@ class Argument:
 
 @dataclass(frozen=True)
 class Rule:
-    """Reflex rule.
+    """Reflex rule: a guard on signals, and the action that the robot executes while or when the guard holds.
 
     Attributes:
         name: Name, as `file/Rule`.
-        doc: One sentence for people.
+        doc: Description in one sentence.
         when: Guard; the rule latches once it has held for `hold`.
-        until: Release condition of a latched rule; None to release as soon as the guard does not hold.
+        until: Release condition of a latched rule; None to release the rule as soon as its guard does not hold.
         hold: Time for which the guard must hold, by the snapshots' time stamps [s].
-        cooldown: Minimum time from firing (edge) or release (level) to the next latch [s].
+        cooldown: Minimum time from latching (edge) or release (level) to the next latching [s].
         level: Whether the action is cancelled on release; otherwise (edge) it runs to its own end.
         priority: Priority; a strictly higher one pre-empts.
         on_invalid: Behaviour while the guard is invalid.
-        max_hold: Maximum duration of HOLD [s].
+        max_hold: Maximum duration of `OnInvalid.HOLD` [s].
         action: Name of the action.
         arguments: Parameters of the action, keyed by name.
-        keep: Names of parameters that keep their values while the rule is latched: those when it latched, or when its
-            guard was first valid.
+        keep: Names of parameters whose values are fixed when the rule latches, or when its guard is first valid after
+            that, until the rule is released.
         tags: Tags such as `safety`.
         modes: Modes of the agent in which the rule is active; empty for all.
         tests: Tests of the rule.
-        positions: Positions of its keys, such as `when`; the rule itself at the empty key.
+        positions: Positions of the rule's keys in its file, such as `when`; the empty key is the rule itself.
     """
 
     name: str
@@ -130,7 +131,7 @@ class Rule:
     positions: Mapping[str, Position] = field(default_factory=dict, compare=False)
 
     def nodes(self) -> Iterator[Node]:
-        """Typed trees of all its expressions: the guards, then the action's parameters."""
+        """Typed trees of all expressions of the rule: `when`, `until`, then the action's parameters."""
         yield self.when.node
         if self.until is not None:
             yield self.until.node
@@ -140,18 +141,18 @@ class Rule:
                     yield part.node
 
     def prepare(self) -> None:
-        """Compile the action's parameters in advance, not in the control period in which the rule fires."""
+        """Compile the expressions of the action's parameters now, so that the first firing is not delayed."""
         for argument in self.arguments.values():
             for part in argument.value if isinstance(argument.value, tuple) else (argument.value,):
                 if isinstance(part, Expression):
                     part.prepare()
 
     def parameters(self, x: Sequence[float], blind: bool) -> dict[str, Any]:
-        """Parameters of the action for a snapshot, SI units.
+        """Values of the action's parameters for a snapshot, SI units.
 
         Args:
-            x: Snapshot.
-            blind: Whether the guard is invalid, so that the file's fallbacks are used.
+            x: Values of the snapshot, SI units.
+            blind: Whether the guard is invalid, so that the fallbacks that the rule file declares are used.
         """
         return {name: _value(argument, x, blind) for name, argument in self.arguments.items()}
 
@@ -164,8 +165,8 @@ class RuleSet:
         name: Name of the file without suffix.
         doc: Documentation text of the file.
         rules: Rules in the order of the file, those of included files first.
-        files: Files that it was read from, the including one last.
-        thresholds: Effective values of its named thresholds, SI units.
+        files: Files from which the rules were read; the including file is last.
+        thresholds: Values of the named thresholds after overrides by the robot, SI units.
     """
 
     name: str
@@ -179,10 +180,10 @@ MOST_TIES = 4  # maximum number of reported ties per rule
 
 
 def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
-    """Find rules with equal priority, different actions and a common mode, of which an arbitrary one would act.
+    """Find ties: rules with equal priority, different actions and a common mode. Which one acts would be arbitrary.
 
     Args:
-        rules: Rules.
+        rules: Rules in their order.
 
     Yields:
         Index of a rule that is tied with earlier ones, and indices of at most MOST_TIES of these.
@@ -198,7 +199,12 @@ def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
 
 
 def tie(rule: Rule, others: Sequence[Rule]) -> str:
-    """Message about a rule and the rules that it is tied with."""
+    """Text of the message about a tie.
+
+    Args:
+        rule: Rule.
+        others: Rules with which it is tied.
+    """
     names = [other.name.rpartition("/")[2] for other in others[: MOST_TIES - 1]]
     names += ["others"] * (len(others) >= MOST_TIES)
     listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
@@ -211,7 +217,7 @@ def _exclusive(a: Rule, b: Rule) -> bool:
 
 
 def _effect(rule: Rule) -> Hashable:
-    """Action and parameters of a rule, for comparison."""
+    """Hashable key of a rule's action and parameters; rules with equal keys act alike."""
     values = [(name, _fixed(a.value), _fixed(a.fallback), a.blind) for name, a in rule.arguments.items()]
     return rule.action, frozenset(values), frozenset(rule.keep)
 

@@ -1,4 +1,4 @@
-"""Reader of rule files: from TOML to a RuleSet, with the position of every fault.
+"""Reader of rule files: converts TOML to a RuleSet and reports every fault with its position.
 
 ::
 
@@ -42,7 +42,7 @@ from .threshold import NAME, Override, override, read_thresholds, usable
 
 FORMAT = "reflex/1"
 MAX_PRIORITY = 1_000_000
-MAX_RULES = 5000  # with included files
+MAX_RULES = 5000  # including those of included files
 _KEYS = ("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "action")
 
 
@@ -56,11 +56,12 @@ def load_rules(
     """Load the rules of a file and check them against a robot.
 
     Args:
-        file: File, or its table if it is already parsed (columns then refer to keys, not into expressions).
+        file: Path of the file, or its root table if the file is already parsed. With a table, a fault in an expression
+            has the column of its key.
         environment: Signals of the robot.
         actions: Actions of the agent, keyed by name.
         name: Name of the rule set; by default the name of the file without suffix.
-        overrides: The robot's own values of thresholds, keyed by name.
+        overrides: Values of thresholds that the robot declares, keyed by name.
 
     Raises:
         InputError: All faults of the file, each with line and column.
@@ -77,7 +78,7 @@ def check_rules(
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
 ) -> list[Fault]:
-    """Errors and warnings of a rule file; arguments as in `load_rules`, raises nothing."""
+    """Errors and warnings of a rule file. Arguments as in `load_rules`. Faults are returned, never raised."""
     try:
         return read_rules(file, environment, actions, "", overrides or {})[1]
     except InputError as error:
@@ -91,7 +92,7 @@ def read_rules(
     name: str,
     overrides: Mapping[str, Override],
 ) -> tuple[RuleSet, list[Fault]]:
-    """The valid rules of a file, and its errors and warnings; arguments as in `load_rules`.
+    """Read the valid rules of a file, and the file's errors and warnings; arguments as in `load_rules`.
 
     Raises:
         InputError: The file itself cannot be read.
@@ -134,7 +135,7 @@ def _read_document(
     actions: Mapping[str, type[Action]],
     rules: list[tuple[Rule | None, Table]],
 ) -> Environment:
-    """Add the rules of a document; return the environment with its aliases."""
+    """Append the rules of one file to `rules`; return the environment with the aliases of the file."""
     table, reader = document.table, ExpressionReader(document.table, environment, document.lines)
     _aliases(reader)
     before = {rule.name for rule, _ in rules if rule is not None}
@@ -159,7 +160,7 @@ def _aliases(reader: ExpressionReader) -> None:
 
 
 def _rule(reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]) -> Rule | None:
-    """A rule; None without a valid guard."""
+    """Read one rule; None if its guard is invalid."""
     short = name.rpartition("/")[2]
     if not NAME.fullmatch(short):
         table.fault(None, f"'{short}' cannot be a rule's name.", hint="Use letters, digits and '_'.")
@@ -257,7 +258,7 @@ def _on_invalid(reader: ExpressionReader, table: Table, name: str, tags: tuple[s
 
 
 def _refuse_ties(rules: list[tuple[Rule | None, Table]]) -> None:
-    """Report ties: rules of equal priority must have equal actions or no common mode."""
+    """Record a fault for each tie: rules of equal priority must have equal actions or no common mode."""
     ranked = [(rule, table) for rule, table in rules if rule is not None and "priority" in table]
     for k, others in ties([rule for rule, _ in ranked]):
         rule, table = ranked[k]

@@ -1,12 +1,13 @@
 """RuleModel: a rule file as a ReactiveModel.
 
 States of a rule: an *inactive* rule latches when its guard has held for `for` and no cooldown is running; it then
-requests its action. A *latched* rule is released by `until` alone (hysteresis). All rules advance on every snapshot,
-also those that do not act. Parameters in `keep` have their values of the time of latching. Time is that of the
-snapshots; if it goes backwards, all states are reset.
+requests its action. A *latched* rule with `until` is released by `until` alone (hysteresis), a rule without it as soon
+as its guard does not hold. All rules are evaluated on every snapshot, also those that do not act. Parameters in `keep`
+keep their values from the time of latching. Time is that of the snapshots; if it goes backwards, all rules are reset.
 
-Parameters of actions and guard values for people are evaluated outside the table, and only when needed. Their temporal
-operations are updated by the table in every step, and their values are appended to the snapshot's.
+The parameters of actions and the texts of guard values are evaluated outside the rule table, and only when needed.
+Temporal operators in them need every snapshot, so the table updates these operators in every step; their values are
+appended to those of the snapshot (extended snapshot).
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from .rule_table import RuleTable, carry, lower_rules
 
 
 def stateless_rule(rule: Rule, indices: Mapping[Node, int]) -> Rule:
-    """A rule with its temporal operations replaced by reads from an extended snapshot.
+    """Copy of a rule in which reads from an extended snapshot replace the temporal operators.
 
     Args:
-        rule: Rule.
-        indices: Index of each temporal operation's value in the extended snapshot.
+        rule: Rule to copy.
+        indices: Index in the extended snapshot for the value of each temporal operator.
     """
     if not any(node.temporal for node in rule.nodes()):
         return rule
@@ -68,7 +69,13 @@ def _read(node: Node, indices: Mapping[Node, int]) -> Node:
 
 
 def describe(rule: Rule, latched: bool, values: Sequence[float]) -> Callable[[], str]:
-    """Function that builds the text of a rule's guard values."""
+    """Function that builds the text of a rule's guard values, such as `min(front) = 0.21 m`.
+
+    Args:
+        rule: Rule.
+        latched: Whether the text is about `when`; otherwise about `until`, if the rule has one.
+        values: Values of the snapshot.
+    """
     node = rule.when.node if latched or rule.until is None else rule.until.node
     return lambda: reading(node, values)
 
@@ -79,9 +86,10 @@ class _Prepared:
 
     Attributes:
         rules: Rule set.
-        table: Table of the rules.
+        table: Rule table of the set.
         machine: Machine that runs the table.
-        stateless: Rules that read temporal values after the first `size` values of a snapshot.
+        stateless: Copies of the rules that read the values of temporal operators from an extended snapshot, after its
+            first `size` values.
         size: Number of values of a snapshot that the rules read.
     """
 
@@ -93,7 +101,7 @@ class _Prepared:
 
 
 class RuleModel(ReactiveModel):
-    """Reflexes of one rule file.
+    """Reactive model that evaluates the rules of one file.
 
     Args:
         rules: Rule set from `load_rules`.
@@ -115,7 +123,7 @@ class RuleModel(ReactiveModel):
 
     @property
     def mode(self) -> str:
-        """Mode of the agent; rules with `modes` are active only in these."""
+        """Present mode of the agent; a rule with `modes` is active only in these modes."""
         return self._mode
 
     @property
@@ -135,9 +143,9 @@ class RuleModel(ReactiveModel):
     def replace(self, rules: RuleSet) -> None:
         """Replace the rules from the next snapshot on; thread-safe.
 
-        Rules of the same name keep their latch and timers; windows of temporal operations are reset.
+        Rules of the same name keep their latch and timers; the time windows of temporal operators are reset.
         """
-        self._next = self._prepared(rules)  # compiled here, so that no reflex waits for it
+        self._next = self._prepared(rules)  # compiled here, so that no reflex waits for the compilation
 
     def react(self, x: NDArray[np.float64], t: float) -> Sequence[Reflex]:
         if (prepared := self._next) is not None:

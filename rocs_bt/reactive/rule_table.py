@@ -1,17 +1,17 @@
-"""Lowered table of a rule set: a register program, and parameters and state of the rules as columns of numbers.
+"""Rule table: a rule set compiled to a register program and to columns of numbers for all rules.
 
 All back ends run this table and give bit-identical winners, masks, margins and states.
 
-**State** of one robot: one float64 array `values` of shape (width,), so N robots are an array (N, width), and the part
-of a rule can be copied to another table by its name. With C cells and R rules it contains, in this order:
+**State** of one robot: one float64 array `values` of shape (width,); that of N robots has the shape (N, width). With C
+cells and R rules it contains, in this order:
 
 ==============  ======  ========================================================================================
 `time`          1       time of the last step; -inf before the first
-`cells`         C       state of the temporal operations, see expression/program.py
+`cells`         C       state of the temporal operators, see expression/program.py
 `latched`       R       1.0 while the rule is latched; the mask
 `risen`         R       time since which the guard of an inactive rule holds; +inf: it does not hold
 `ready`         R       end of the cooldown; -inf at first
-`unknown`       R       time since which the deciding expression is invalid; +inf: it is valid
+`unknown`       R       time since which the deciding expression (step 2) is invalid; +inf: it is valid
 `enabled`       R       1.0 if the rule is active in the agent's mode; written from outside, never by a step
 `blind`         R       result: 1.0 if the guard or the deciding expression was invalid in this step
 `margin`        R       result: robustness margin of the guard, NaN if invalid; R = 0 in a table without margins
@@ -34,7 +34,7 @@ of a rule can be copied to another table by its name. With C cells and R rules i
    t >= ready - 1e-9.
 6. margin = r[margins[i]] of every rule.
 
-The winner is the latched rule with the highest priority, the first of them in the table; -1 if none is latched.
+The winner is the latched rule with the highest priority; of several, the first one in the table; -1 if none is latched.
 """
 
 from __future__ import annotations
@@ -56,19 +56,20 @@ _FIRST = {"latched": 0.0, "risen": np.inf, "ready": -np.inf, "unknown": np.inf, 
 
 @dataclass(frozen=True, eq=False)
 class RuleTable:
-    """Lowered rule set; see the module.
+    """Rule set compiled to a register program and to columns of numbers; the module describes state and steps.
 
     Attributes:
         names: Names of the R rules.
-        program: Register program of the guards; `program.temporal` are the values for parameters and readings.
+        program: Register program of the guards. `program.temporal` maps each temporal operator to its register, for
+            parameters and guard texts.
         when: Registers of the guards, int32, shape (R,).
-        until: Registers of the releases, int32, shape (R,); -1: release as soon as the guard does not hold.
-        margins: Registers of the margins, int32, shape (R,), or (0,) without margins.
+        until: Registers of the release conditions, int32, shape (R,); -1: release as soon as the guard does not hold.
+        margins: Registers of the robustness margins, int32, shape (R,), or (0,) without margins.
         hold: Times for which the guards must hold, minus the tolerance [s], float64, shape (R,).
         cooldown: Cooldowns [s], float64, shape (R,).
         max_hold: Maximum durations of HOLD, minus the tolerance [s], float64, shape (R,).
         level: 1 for level rules, 0 for edge rules, uint8, shape (R,).
-        on_invalid: 0 CLEAR, 1 TRIP, 2 HOLD, uint8, shape (R,).
+        on_invalid: 0 for CLEAR, 1 for TRIP, 2 for HOLD, uint8, shape (R,).
         priority: Priorities, int64, shape (R,).
         initial: Initial state, float64, shape (width,).
     """
@@ -92,7 +93,7 @@ class RuleTable:
         return self.initial.size
 
     def part(self, name: str) -> slice:
-        """Slice of the state that holds one of its fields: `time`, `cells`, `latched` ... `margin`."""
+        """Slice of the state array for one of its fields: `time`, `cells`, `latched` ... `margin`."""
         cells, rules = self.program.cells.size, len(self.names)
         if name == "time":
             return slice(0, 1)
@@ -109,7 +110,7 @@ class RuleTable:
 
 
 def lower_rules(rules: Sequence[Rule], margins: bool = False) -> RuleTable:
-    """Lower rules to a table.
+    """Compile rules to a table.
 
     Args:
         rules: Rules, in the order of the table.
@@ -140,9 +141,9 @@ def lower_rules(rules: Sequence[Rule], margins: bool = False) -> RuleTable:
 
 
 def carry(values: NDArray[np.float64], old: RuleTable, new: RuleTable) -> NDArray[np.float64]:
-    """Transfer the state to a new table, such as that of a changed rule file; rules of the same name keep theirs.
+    """Transfer the state to a new table, such as that of a changed rule file; rules of the same name keep their state.
 
-    Temporal operations are reset, so their windows must fill again.
+    Temporal operators are reset, so their time windows must fill again.
 
     Args:
         values: State of the old table, shape (width,).

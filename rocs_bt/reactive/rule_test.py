@@ -37,13 +37,13 @@ _KEY = re.compile(r"(\w+)(?:\[(-?\d+)?(:)?(-?\d+)?\])?")
 
 
 def read_tests(table: Table, rule: str, environment: Environment, action: type[Action] | None) -> tuple[RuleTest, ...]:
-    """Read the `[[rule.X.test]]` tables of a rule; faults are added to the tables.
+    """Read the `[[rule.X.test]]` tables of a rule; faults are recorded in the tables.
 
     Args:
         table: Table of the rule.
-        rule: Name of the rule.
+        rule: Name of the rule, from which default names of its tests are made.
         environment: Signals of the robot.
-        action: Class of its action, or None.
+        action: Class of the rule's action, or None if unknown.
     """
     tests = []
     for i, written in enumerate(table.tables("test")):
@@ -72,7 +72,7 @@ def add_test_files(
     """Add the tests in `tests/NAME.toml` beside each file of a rule set.
 
     Args:
-        rules: Rules, as read from their files.
+        rules: Rules, as read from their rule files.
         environment: Signals of the robot.
         actions: Actions of the agent, keyed by name.
 
@@ -146,7 +146,14 @@ def _parameter(table: Table, parameter: Parameter, value: Any) -> Any:
 
 
 def _give(table: Table, known: Sequence[str], row: list[float], environment: Environment) -> None:
-    """Write the signal values of a table into a snapshot."""
+    """Write the signal values of a table into a snapshot.
+
+    Args:
+        table: Values, keyed by signal or by indexed signal, such as `front[2]`.
+        known: Keys of the table that are no signals.
+        row: Values of the snapshot, SI units; changed in place.
+        environment: Signals of the robot.
+    """
     for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         if key in known:
             continue
@@ -163,7 +170,7 @@ def _give(table: Table, known: Sequence[str], row: list[float], environment: Env
 
 
 def _indices(key: str, environment: Environment) -> tuple[range, Signal]:
-    """Indices and signal of a key such as `front[1:3]`."""
+    """Indices within the signal, and the signal, for a key such as `front[1:3]`."""
     match = _KEY.fullmatch(key)
     if match is None or match[1] not in environment.signals:
         raise InputError(unknown("signal", key if match is None else match[1], environment.signals))
@@ -195,12 +202,12 @@ _SAME = 1e-6  # relative tolerance of expected parameters
 
 @dataclass(frozen=True)
 class RuleTestResult:
-    """Result of a rule's test.
+    """Result of one test of a rule.
 
     Attributes:
         rule: Name of the rule.
         test: Name of the test.
-        message: Difference from the expectation; empty if the test passed.
+        message: Description of the first difference from an expectation; empty if the test passed.
         position: Position of the test, or of the expectation that failed.
     """
 
@@ -216,7 +223,7 @@ class RuleTestResult:
 
 
 def run_tests(rules: RuleSet) -> list[RuleTestResult]:
-    """Run all tests of a rule set, each with its rule alone, in the initial state."""
+    """Run all tests of a rule set. Each test runs its rule alone, from the initial state."""
     return [_run(rule, test) for rule in rules.rules for test in rule.tests]
 
 
@@ -233,7 +240,14 @@ def _run(rule: Rule, test: RuleTest) -> RuleTestResult:
 
 
 def _difference(rule: Rule, expected: Expected, reflexes: Sequence[Reflex], x: Sequence[float]) -> str:
-    """Difference between the reflexes of a rule and an expectation; empty if there is none."""
+    """Describe the difference between the reflexes of a rule and an expectation; empty if there is none.
+
+    Args:
+        rule: Rule.
+        expected: Expectation.
+        reflexes: Reflexes for the sample: one if the rule is latched, else none.
+        x: Values of the sample.
+    """
     fires = bool(reflexes)
     if expected.fires is not None and fires is not expected.fires:
         words = {True: "the rule fires", False: "the rule does not fire"}

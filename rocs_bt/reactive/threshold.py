@@ -30,8 +30,8 @@ class Override:
     """Value that overrides a threshold of a rule file.
 
     Attributes:
-        value: Value as written, such as `0.5 m`.
-        file: File of the value.
+        value: Value as written in the file, such as `0.5 m`.
+        file: File that declares the value.
         line: Line, 1-based; 0 if unknown.
         column: Column, 1-based; 0 if unknown.
     """
@@ -43,7 +43,12 @@ class Override:
 
 
 def usable(name: str, taken: Collection[str]) -> bool:
-    """Whether a word can be a new name in expressions."""
+    """Whether a word can be a new name in expressions.
+
+    Args:
+        name: Word.
+        taken: Names that are already used.
+    """
     words = {*FUNCTIONS, *unit_names(), *keyword.kwlist, *WORDS, *taken}
     return NAME.fullmatch(name) is not None and name not in words
 
@@ -54,7 +59,7 @@ def read_thresholds(table: Table, known: Mapping[str, Node], signals: Collection
     Args:
         table: Root table of the document.
         known: Thresholds of included files, which the file may override.
-        signals: Names that are already used.
+        signals: Names of signals, which a threshold cannot have.
     """
     thresholds = dict(known)
     written = table.table("threshold")
@@ -74,11 +79,11 @@ def read_thresholds(table: Table, known: Mapping[str, Node], signals: Collection
 def override(
     thresholds: Mapping[str, Node], given: Mapping[str, Override], rules: str
 ) -> tuple[dict[str, Node], list[Fault]]:
-    """Thresholds with a robot's own values, and the faults of these.
+    """Replace thresholds by the values that a robot declares; returns the thresholds and the faults of the values.
 
     Args:
         thresholds: Thresholds of the rule file.
-        given: Values of the robot, keyed by threshold.
+        given: Values that the robot declares, keyed by threshold.
         rules: Name of the rule file.
     """
     result, faults = dict(thresholds), list[Fault]()
@@ -96,7 +101,13 @@ def override(
 
 
 def _node(name: str, value: Any, before: Node | None) -> Node:
-    """Node of a threshold; its dimension must be that of the overridden one."""
+    """Expression node of a threshold.
+
+    Args:
+        name: Name of the threshold.
+        value: Value as written.
+        before: Node of the overridden threshold, whose dimension the value must have; None for a new threshold.
+    """
     if before is not None and before.kind.dimension is not None:
         number = convert(value, before.kind.dimension, what=f"'{name}'")
         quantity = Quantity(number, before.kind.dimension)

@@ -1,4 +1,4 @@
-"""Common state of the checks of a rule set: rules, prover and findings."""
+"""State shared by the checks of a rule set: rules, prover and findings."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from .sample import Array
 
 
 class Case:
-    """A rule set under analysis.
+    """Rule set under analysis, with the findings so far.
 
     Args:
-        rules: Rules.
+        rules: Rules of the set.
         environment: Signals of the robot.
 
     Attributes:
-        faults: Findings.
+        faults: Findings so far: warnings, errors and notes.
     """
 
     def __init__(self, rules: Sequence[Rule], environment: Environment) -> None:
@@ -48,16 +48,16 @@ class Case:
         column: int = 0,
         note: bool = False,
     ) -> None:
-        """Add a warning.
+        """Add a warning at the position of a rule's key.
 
         Args:
-            rule: Rule.
-            key: Key of the rule; its position is that of the rule if the key is missing.
-            message: Finding, with an example.
-            hint: Advice.
-            node: Part of the key's expression that is meant.
-            column: Column of that part in the expression, 1-based; by default the column of the node.
-            note: Whether it is only a note: nothing is known to be wrong.
+            rule: Rule that the finding is about.
+            key: Key of the rule, such as `when`; if the rule omits it, the finding is at the rule's position.
+            message: Text of the finding, with an example.
+            hint: Text that says how to correct the rule.
+            node: Subexpression of the key's expression at which the finding is placed.
+            column: Column of this subexpression in the expression, 1-based; by default `node.column`.
+            note: Whether the finding is only a note, because nothing is known to be wrong.
         """
         position = rule.positions.get(key) or rule.positions.get("")
         found = Fault(message, hint=hint, warning=True, note=note)
@@ -67,7 +67,7 @@ class Case:
         self.faults.append(found)
 
     def error(self, rule: Rule, key: str, message: str, hint: str) -> None:
-        """Add an error, which prevents the rules from being loaded."""
+        """Add an error. Rules with errors cannot be loaded."""
         self.warn(rule, key, message, hint)
         self.faults[-1] = replace(self.faults[-1], warning=False)
 
@@ -80,7 +80,12 @@ class Case:
         self.warn(rule, key, f"cannot decide {question}: {why}.", "", note=True)
 
     def shown(self, x: Array, nodes: Iterable[Node]) -> str:
-        """Text of the signals that expressions read and their values: `front[2] = 0.3 m, each other front = 1 m`."""
+        """Text with the values of all signals that expressions read: `front[2] = 0.3 m, each other front = 1 m`.
+
+        Args:
+            x: Snapshot, shape (size,).
+            nodes: Expressions.
+        """
         indices: dict[str, list[int]] = {}
         for index in sorted(set().union(*(node.reads() for node in nodes))):
             name, i = self._owner(index)
@@ -88,14 +93,19 @@ class Case:
         return ", ".join(self._signal(name, x, read) for name, read in indices.items()) or "every snapshot"
 
     def value_at(self, x: Array, index: int) -> str:
-        """Text of one value of a snapshot: `front[2] = 0.3 m`."""
+        """Text with the name and value of one signal value: `front[2] = 0.3 m`.
+
+        Args:
+            x: Snapshot, shape (size,).
+            index: Index of the value in the snapshot.
+        """
         name, i = self._owner(index)
         signal = self.environment.signals[name]
         which = name if signal.size == 1 else f"{name}[{i}]"
         return f"{which} = {_quantity(float(x[index]), signal.dimension or signal.dimensions[i])}"
 
     def bounds(self, nodes: Iterable[Node]) -> str:
-        """Text of the bounds of the signals that expressions read."""
+        """Text with the bounds of all signals that expressions read: `front is between 0 m and 3 m`."""
         shown = []
         for name in dict.fromkeys(name for node in nodes for name in self.signals_of(node)):
             signal = self.environment.signals[name]
@@ -121,12 +131,15 @@ class Case:
 
 
 def short(rule: Rule) -> str:
-    """Name of a rule without the name of its file."""
+    """Name of a rule without its file: `Rule` for `file/Rule`."""
     return rule.name.rpartition("/")[2]
 
 
 def nodes_with_columns(node: Node, column: int = 0) -> Iterator[tuple[Node, int]]:
-    """Nodes of an expression tree with their columns in the text; inside an alias, that of the alias."""
+    """All nodes of an expression tree, each with its column in the text of the guard.
+
+    Nodes inside an alias get the column of the alias, because their own text is not in the guard.
+    """
     here = column or node.column
     yield node, here
     inside = here if column or (node.op != "read" and node.text.isidentifier()) else 0
@@ -144,5 +157,5 @@ def _quantity(value: float, dimension: Dimension | None) -> str:
 
 
 def _in_expression(column: int, key: str) -> bool:
-    """Whether a column points into the expression after a key; for a text of several lines it points to the key."""
+    """Whether a column lies inside the expression of a key; it is the key's own for an expression of several lines."""
     return key in ("when", "until") and column > len(key) + 3

@@ -1,4 +1,4 @@
-"""Checks of rules: guards, parameters, pairs of rules, and their fit to the agent."""
+"""Checks of rules: guards, action parameters, pairs of rules, and the fit to the agent's period and modes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _SLACK = 1e-9  # [s]
 
 
 def check_times(case: Case, rule: Rule) -> None:
-    """Report a cooldown that ends before the guard could fire again."""
+    """Report a cooldown without effect: it is not longer than the time for which the guard must hold."""
     if 0.0 < rule.cooldown <= rule.hold + _SLACK:
         case.warn(
             rule,
@@ -36,7 +36,7 @@ def check_times(case: Case, rule: Rule) -> None:
 
 
 def check_period(case: Case, rule: Rule, period: float) -> None:
-    """Report signals that expire within a control period, and windows with a single sample.
+    """Report signals with a maximum age, and time windows with a length, below one control period.
 
     Args:
         case: Rule set.
@@ -72,7 +72,7 @@ def check_period(case: Case, rule: Rule, period: float) -> None:
 
 
 def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
-    """Report modes of a rule that the agent never enters.
+    """Report modes of a rule that the mission never sets.
 
     Args:
         case: Rule set.
@@ -91,20 +91,20 @@ def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
             )
 
 
-_PASSING = frozenset({"since", "time_since", "rate", "delay"})  # operations that change while all signals are constant
+_PASSING = frozenset({"since", "time_since", "rate", "delay"})  # can change while all signals are constant
 _OF_MOTION = ("stop_distance",)  # signals that depend on the speed, although their unit does not show it
 _TIME = TIME.exponents.index(1)
 
 
 def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
-    """Report a rule with an action that cannot cause its release.
+    """Report a rule that can hold the robot for ever, because its action cannot cause its release.
 
-    An action that does not move the robot changes only its speeds. The finding is proved: if the guard holds, the
-    release does not hold after the speeds have become 0 with all other signals unchanged.
+    An action that does not move the robot changes only the speed signals, which become 0. The rule is reported if it
+    is proved that its release condition is then false whenever its guard was true.
 
     Args:
         case: Rule set.
-        rule: Rule of the set; its guard can hold while all signals are valid.
+        rule: Rule of the set. Its guard must be known to be satisfiable while all signals are valid.
         action: Action of the rule.
     """
     if any(argument.value is None for argument in rule.arguments.values()):
@@ -140,7 +140,7 @@ def _sensed(value: object) -> bool:
 
 
 def _at_rest(case: Case, node: Node) -> Node | None:
-    """The expression with all speeds and rates set to 0; None if it also reads signals that can still change then."""
+    """Expression with 0 for each speed and rate, as at standstill; None if it can still change at standstill."""
     if node.op in _PASSING:
         return None
     if node.op == "read":
@@ -163,7 +163,7 @@ _JUMPS = ("==", "!=")
 
 def check_guards(case: Case, rule: Rule, action: type[Action] | None) -> None:
     """Check a rule's `when` and `until`, and whether its action, if known, can cause its release."""
-    never = _never(case, rule)  # no fault of a rule that fires only on invalid signals
+    never = _never(case, rule)  # may be intended: a rule that fires only on invalid signals
     always = _always(case, rule)
     if not never and not always:
         _parts(case, rule, "when", rule.when.node)
@@ -209,7 +209,7 @@ def _always(case: Case, rule: Rule) -> bool:
 
 
 def _parts(case: Case, rule: Rule, key: str, guard: Node) -> None:
-    """Report comparisons in a guard that never change, for example with thresholds beyond the bounds."""
+    """Report comparisons in a guard that are always true or always false, such as with a threshold out of bounds."""
     for node, column in nodes_with_columns(guard):
         if node is guard or node.kind != TRUTH or node.op not in ("compare", "any", "all") or node.constant:
             continue
@@ -227,7 +227,7 @@ def _parts(case: Case, rule: Rule, key: str, guard: Node) -> None:
 
 
 def _release(case: Case, rule: Rule, until: Node) -> None:
-    """Report an `until` that never holds, or that holds together with `when`."""
+    """Report an `until` that never holds, or that can hold together with `when`."""
     answer = case.prover.decide(until)
     if answer.unknown:
         case.undecided(rule, "until", f"whether {short(rule)} is ever released", answer.unknown)
@@ -260,7 +260,7 @@ def _release(case: Case, rule: Rule, until: Node) -> None:
 
 
 def _chatter(case: Case, rule: Rule) -> None:
-    """Report a level rule without hysteresis, which chatters with noise."""
+    """Report a level rule without hysteresis: sensor noise makes it latch and release in quick succession."""
     guard = rule.when.node
     if not rule.level or rule.until is not None or rule.hold or rule.cooldown or guard.temporal:
         return
@@ -285,7 +285,17 @@ def _measured(comparison: Node) -> bool:
 
 
 def _edge(holds: Callable[[Array], bool], on: Array, off: Array, read: Sequence[int]) -> tuple[Array, Array, int]:
-    """Two snapshots on both sides of the guard's boundary that differ slightly in one value, and its index."""
+    """Find two snapshots that differ slightly in one value, with the guard true on the first and false on the second.
+
+    Args:
+        holds: Function that evaluates the guard on a snapshot.
+        on: Snapshot on which the guard is true, shape (size,).
+        off: Snapshot on which the guard is false, shape (size,).
+        read: Indices of the values that the guard reads.
+
+    Returns:
+        The two snapshots, and the index of the value in which they differ.
+    """
     off = np.where(np.isin(np.arange(len(on)), read), off, on)
     for at in read:
         step = on.copy()
@@ -338,7 +348,12 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
 
 
 def _outside(node: Node, parameter: Parameter) -> Iterator[Node]:
-    """Conditions under which a parameter's expression is out of its bounds."""
+    """Conditions, as expressions, under which an action parameter is out of its declared bounds.
+
+    Args:
+        node: Expression of the parameter's value.
+        parameter: Declaration of the parameter.
+    """
     if not math.isinf(parameter.bounds.low):
         yield _compared(node, "<=" if parameter.bounds.above else "<", parameter.bounds.low)
     if not parameter.bounds.infinite:
@@ -366,11 +381,11 @@ def _also(case: Case, node: Node, words: str) -> str:
     return f"; with {case.shown(case.prover.example(node), [node])}, for example, {words}"
 
 
-TRIED = 6  # maximum number of candidates for which shadowing of a rule is tested
+TRIED = 6  # maximum number of rules of higher priority that are tested for shadowing one rule
 
 
 def check_pairs(case: Case) -> None:
-    """Report rules that are tied, or shadowed by a rule of higher priority."""
+    """Report ties, and rules that never act because a rule of higher priority always acts instead (shadowing)."""
     rules = case.rules
     if len(rules) < 2:
         return
@@ -389,8 +404,17 @@ def check_pairs(case: Case) -> None:
 def _covering(
     rules: Sequence[Rule], truths: NDArray[np.float32], alive: NDArray[np.bool_]
 ) -> Iterator[tuple[int, list[int]]]:
-    """For each rule, rules of higher priority with guards that held on all samples on which its own held."""
-    uncovered = truths @ (1.0 - truths).T  # (R, R): number of samples on which the one held and the other did not
+    """Find candidates for shadowing: rules of higher priority that held on all samples on which a rule held.
+
+    Args:
+        rules: The R rules.
+        truths: 1 for each rule and sample on which the guard held, else 0; shape (R, samples).
+        alive: Whether a snapshot is known on which each guard holds, shape (R,).
+
+    Yields:
+        Index of a rule, and the indices of at most TRIED candidates.
+    """
+    uncovered = truths @ (1.0 - truths).T  # [i, k]: number of samples on which i held and k did not
     priority = np.array([rule.priority for rule in rules])
     for i, rule in enumerate(rules):
         if alive[i]:
@@ -401,7 +425,7 @@ def _covering(
 
 
 def _hides(above: Rule, rule: Rule) -> bool:
-    """Whether one rule always acts instead of another, provided that its guard covers the other's."""
+    """Whether `above` always acts instead of `rule`, if the guard of `above` holds whenever that of `rule` does."""
     everywhere = not above.modes or bool(rule.modes and set(rule.modes) <= set(above.modes))
     at_once = above.hold <= rule.hold and not above.cooldown
     invalid = rule.on_invalid is OnInvalid.CLEAR or (
@@ -411,7 +435,13 @@ def _hides(above: Rule, rule: Rule) -> bool:
 
 
 def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
-    """Report the first rule that is proved to be latched whenever this one is."""
+    """Report that a rule never acts, if one of the candidates is proved to be latched whenever the rule is.
+
+    Args:
+        case: Rule set.
+        rule: Rule of the set.
+        others: Candidates, of higher priority.
+    """
     guard, why = rule.when.node, ""
     for above in others:
         covered = case.prover.decide(conjunction([guard, negation(above.when.node)]))
@@ -445,7 +475,12 @@ def _kept(rule: Rule) -> Node:
 
 
 def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Report rules of equal priority whose guards can hold at once, with example values of the signals."""
+    """Report rules of equal priority whose guards can hold at once, with example values of the signals.
+
+    Args:
+        case: Rule set.
+        alive: Whether a snapshot is known on which each guard holds, shape (R,).
+    """
     for k, others in ties(case.rules):
         rule = case.rules[k]
         for first in (case.rules[i] for i in others if alive[i] and alive[k]):

@@ -1,4 +1,4 @@
-"""Analysis of a rule file: reads it and runs all checks."""
+"""Analysis of a rule file: reads the file and runs all checks on its rules."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def words(text: str) -> set[str]:
 
 
 def _texts(value: Any, key: str = "") -> Iterator[str]:
-    """Expressions in a table, without texts for people."""
+    """Texts of a table that may be expressions; the texts of documentation, names and options are skipped."""
     if isinstance(value, Mapping):
         for inner, part in value.items():
             if inner not in _PROSE or isinstance(part, Mapping):
@@ -60,12 +60,15 @@ def _texts(value: Any, key: str = "") -> Iterator[str]:
 
 
 def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapping[str, type[Action]]) -> list[Fault]:
-    """Find rules that cannot be intended; warnings, and notes about undecided questions.
+    """Find probable mistakes in rules, such as a guard that never holds or a rule that never acts.
 
     Args:
         rules: Rules of one file.
         environment: Signals of the robot, with their bounds.
         actions: Actions of the agent, keyed by name.
+
+    Returns:
+        Warnings, errors about ties, and notes about questions that could not be decided.
     """
     case = Case(rules, environment)
     for rule in rules:
@@ -80,7 +83,7 @@ def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapp
 def analyse_fit(
     rules: Sequence[Rule], environment: Environment, period: float, modes: Collection[str] | None = None
 ) -> list[Fault]:
-    """Find rules that do not fit the agent's control period or modes; warnings.
+    """Warnings about rules that do not fit the agent's control period or the modes of its mission.
 
     Args:
         rules: Rules of one file.
@@ -102,9 +105,9 @@ def examine_rules(
     actions: Mapping[str, type[Action]],
     overrides: Mapping[str, Override] | None = None,
 ) -> list[Fault]:
-    """Errors and warnings of a rule file: those of `check_rules` and of `analyse_rules`.
+    """Errors and warnings of a rule file, as found by `check_rules` and `analyse_rules`.
 
-    Rules with errors are not analysed. Arguments as in `load_rules`; raises nothing.
+    Rules with errors are not analysed. Arguments as in `load_rules`. Faults are returned, never raised.
     """
     try:
         found, faults = read_rules(file, environment, actions, "", overrides or {})
@@ -125,7 +128,7 @@ def examine_fit(
     period: float,
     modes: Collection[str] | None,
 ) -> list[Fault]:
-    """Errors and warnings of `check_rules` and of `analyse_fit`, for the agent's period and modes."""
+    """Errors and warnings of a rule file, as found by `check_rules` and `analyse_fit`, with their arguments."""
     try:
         found, faults = read_rules(file, environment, actions, "", overrides or {})
     except InputError as error:
@@ -134,13 +137,13 @@ def examine_fit(
 
 
 def _lines(rule: Rule) -> set[tuple[Path | None, int]]:
-    """Lines of a rule on which an error prevents its analysis; errors of priority and action do not."""
+    """Lines of a rule's keys except `priority` and `action`. An error on one of these lines prevents its analysis."""
     exempt = ("priority", "action")
     return {(p.file, p.line) for key, p in rule.positions.items() if not key.startswith(exempt)}
 
 
 def _without_duplicates(faults: list[Fault]) -> list[Fault]:
-    """Faults without repeated ones, and without those that a longer message at the same position contains."""
+    """Faults without duplicates, and without those whose message begins another one at the same position."""
     return [
         fault
         for i, fault in enumerate(faults)

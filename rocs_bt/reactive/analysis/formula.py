@@ -1,7 +1,8 @@
-"""Decidable form of a guard: comparisons of linear sums with 0, joined by and, or.
+"""Formulas that the solver can decide: comparisons of linear sums with 0, joined by `and` and `or`.
 
-A variable is an index of the snapshot, or a number that represents a part of an expression. An unknown truth value is a
-variable, too: at least 1 (true), or at most 0 (false). Numbers are exact fractions, so no decision depends on rounding.
+A variable is an integer: the index of a value in the snapshot, or a number that is assigned to a subexpression. An
+undetermined truth value is also a variable; it is true if at least 1 and false if at most 0. Coefficients are exact
+fractions, so no answer depends on rounding.
 """
 
 from __future__ import annotations
@@ -16,11 +17,11 @@ from typing import TypeAlias
 
 
 class Undecided(Exception):
-    """A question cannot be decided; the message is the reason, for people."""
+    """Raised if a question cannot be decided; the message is the reason, as shown to the user."""
 
 
 class Exhausted(Undecided):
-    """The step budget is exhausted."""
+    """Raised if the step budget is exhausted."""
 
 
 class Effort:
@@ -55,12 +56,12 @@ class Effort:
 
 @dataclass(frozen=True)
 class Bound:
-    """Bound of a variable.
+    """Formula `variable <= value` or `variable >= value`; `<` or `>` if `strict`.
 
     Attributes:
-        var: Variable.
+        var: Variable that is bounded.
         upper: Whether it is an upper bound; otherwise a lower one.
-        value: Bound; a float only if infinite.
+        value: Value of the bound; a float only if infinite.
         strict: Whether equality is excluded.
     """
 
@@ -71,7 +72,7 @@ class Bound:
 
     @property
     def vars(self) -> int:
-        """Bit set of the variables."""
+        """Bit set of the variables in the formula."""
         return 1 << self.var
 
 
@@ -83,7 +84,7 @@ class Row:
         terms: Coefficients of the variables, nonzero integers without a common divisor.
         constant: Constant term.
         strict: Whether equality is excluded.
-        why: Bit set of the search decisions from which it follows.
+        why: Bit set of the search decisions from which this inequality follows.
     """
 
     terms: Mapping[int, int]
@@ -93,7 +94,7 @@ class Row:
 
     @cached_property
     def vars(self) -> int:
-        """Bit set of the variables."""
+        """Bit set of the variables in the formula."""
         return sum(1 << var for var in self.terms)
 
 
@@ -103,8 +104,8 @@ class Join:
 
     Attributes:
         every: Whether it is a conjunction; otherwise a disjunction.
-        parts: Formulas.
-        defines: Variable that all of them bound; -1 for none.
+        parts: Formulas that are joined.
+        defines: Variable that is bounded by each alternative of a disjunction; -1 for none.
     """
 
     every: bool
@@ -113,7 +114,7 @@ class Join:
 
     @cached_property
     def vars(self) -> int:
-        """Bit set of the variables."""
+        """Bit set of the variables in the formula."""
         return reduce(or_, (part.vars for part in self.parts), 0)
 
 
@@ -122,7 +123,7 @@ TRUE, FALSE = Join(True, ()), Join(False, ())
 
 
 def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
-    """Conjunction of formulas if `every`, else their disjunction; simplified."""
+    """Simplified conjunction of formulas if `every` is True, else their simplified disjunction."""
     neutral, decided = (TRUE, FALSE) if every else (FALSE, TRUE)
     flat: list[Formula] = []
     for part in parts:
@@ -138,13 +139,13 @@ def join(every: bool, parts: Iterable[Formula], defines: int = -1) -> Formula:
 def below_zero(
     terms: Mapping[int, Fraction], constant: Fraction | float, strict: bool, finite: Callable[[int], bool]
 ) -> Formula:
-    """Formula of a linear sum that is less than 0.
+    """Formula `sum of the terms + constant < 0`, or `<= 0` unless `strict`.
 
     Args:
-        terms: Factor of each variable.
-        constant: Constant term, may be infinite.
+        terms: Coefficient of each variable.
+        constant: Constant term; it may be infinite.
         strict: Whether equality is excluded.
-        finite: Function that returns whether a variable is always finite.
+        finite: Function from a variable to whether it is always finite.
 
     Raises:
         Undecided: Infinite numbers of opposite signs can occur in the sum.

@@ -1,7 +1,7 @@
 """Range of an expression over the bounds of its signals, by interval arithmetic.
 
-Source: R. E. Moore, "Interval Analysis", 1966. Ranges are never too narrow. They may be too wide, because two reads of
-one signal count as independent.
+Source: R. E. Moore, "Interval Analysis", 1966. A range contains all values that the expression can have. It may be too
+wide, because two reads of one signal are treated as independent.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ ANY: Range = (-math.inf, math.inf)
 
 
 def range_of(node: Node, bounds: Callable[[int], Range]) -> Range:
-    """Minimum and maximum of an expression; for a group, over all its values.
+    """Minimum and maximum of an expression; for an expression with a group of values, over the whole group.
 
     Args:
         node: Numeric expression.
-        bounds: Function from an index of the snapshot to its minimum and maximum.
+        bounds: Function from an index of the snapshot to the minimum and maximum of the value at this index.
     """
     match node.op:
         case "number":
@@ -48,7 +48,11 @@ def range_of(node: Node, bounds: Callable[[int], Range]) -> Range:
 
 
 def _spread(node: Node, ranges: list[Range]) -> list[Range]:
-    """Ranges for a reduction: repeated for each value of a group in sums and means, once otherwise."""
+    """Operands for the interval rule of an operator.
+
+    Sums and means get the range of their group once for each value. `min_valid` gets the range of its group only, not
+    that of its second operand, a count.
+    """
     if node.op in ("sum", "mean"):
         return ranges * max(1, node.args[0].kind.size)
     return ranges[:1] if node.op == "min_valid" else ranges

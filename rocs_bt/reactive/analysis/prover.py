@@ -1,6 +1,7 @@
-"""Prover for the question whether an expression can be true.
+"""Prover that decides whether an expression can be true for any values of the signals.
 
-An answer is an example that the interpreter confirms, a proof that none exists, or the reason why neither was found.
+The answer is an example that the interpreter confirms, a proof that no example exists, or the reason why neither was
+found.
 """
 
 from __future__ import annotations
@@ -19,8 +20,8 @@ from .solve import Solution, Solver
 from .translate import Translator, unknown_texts
 
 SAMPLED = 400  # number of sampled snapshots that are tried before a proof
-STEPS = 100_000  # budget of one question, see Effort
-ALL_STEPS = 400_000  # budget of all questions about one rule set, ...
+STEPS = 100_000  # solver steps for one question, see Effort
+ALL_STEPS = 400_000  # solver steps for all questions about one rule set, ...
 STEPS_EACH = 1000  # ... and in addition for each of its expressions
 
 
@@ -29,7 +30,7 @@ class Answer:
     """Answer to the question whether an expression can be true.
 
     Attributes:
-        example: Snapshot on which it is true, shape (size,); None if none exists or none was found.
+        example: Snapshot on which the expression is true, shape (size,); None if none exists or none was found.
         unknown: Reason why the question is undecided; empty if decided.
     """
 
@@ -65,7 +66,7 @@ class Prover:
         return self._answers[node]
 
     def example(self, node: Node) -> Array:
-        """Example for people, with few digits if possible.
+        """Find a snapshot on which an expression is true, to be shown to the user: with few digits if possible.
 
         Raises:
             LookupError: No example is known; see `decide`.
@@ -77,7 +78,10 @@ class Prover:
         return found
 
     def confirmed(self, node: Node, x: Array) -> bool:
-        """Whether the interpreter finds an expression true on a snapshot that has been constant for a while."""
+        """Whether the interpreter evaluates an expression as true on a snapshot.
+
+        A temporal expression is evaluated after the snapshot has been constant for longer than its time windows.
+        """
         row = x.tolist()
         if not node.temporal:
             return evaluate(node, row) is True
@@ -107,9 +111,9 @@ class Prover:
         return Answer(example) if example is not None else Answer(unknown=self._reason(""))
 
     def _example(self, node: Node, solution: Solution) -> Array | None:
-        """Snapshot of the signals for a solution that the interpreter confirms, None if there is none.
+        """Complete a solution to a snapshot on which the interpreter confirms the expression; None if none is found.
 
-        Signals that the solution leaves free take the values of sampled snapshots.
+        Signals that the solution leaves free get default values, or those of the sampled snapshots in turn.
         """
         x = self._defaults.copy()
         wanted = {var: value for var in solution.spans if var < len(x) and (value := solution.value(var)) is not None}
@@ -135,7 +139,7 @@ class Prover:
 
 
 def _default(bounds: Range) -> float:
-    """Value of a signal that does not matter."""
+    """Default of a signal that the solution leaves free: 0, or a value inside the bounds if 0 is not inside them."""
     low, high = bounds
     return float(Span.of(low, high).pick()) if low > 0.0 or high < 0.0 or low == 0.0 else 0.0
 
@@ -150,7 +154,7 @@ def _bounds(environment: Environment) -> list[Range]:
 
 
 def by_index(environment: Environment) -> Callable[[int], tuple[str, int]]:
-    """Function from an index of the snapshot to its signal and the index within it."""
+    """Function from an index of the snapshot to the name of the signal there and the index within this signal."""
     owners = {
         environment.offsets[name] + i: (name, i)
         for name, signal in environment.signals.items()

@@ -1,7 +1,7 @@
 """Vectorised evaluation of expressions on many snapshots, to find examples quickly.
 
-The interpreter confirms each example before it is reported. Every snapshot is assumed to have been constant for ever,
-so `held(a)` and `once(a)` are a, and a rate is 0.
+Temporal operators are evaluated as if each snapshot had been constant for ever: `held(a)` and `once(a)` are a, and a
+rate is 0. This is an approximation, so the interpreter confirms each example before it is reported.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ Array: TypeAlias = NDArray[np.float64]
 
 
 class Samples:
-    """Snapshots, with cached values of expressions.
+    """Sampled snapshots, on which expressions are evaluated; values are cached.
 
     Args:
-        rows: Snapshots, shape (P, size).
+        rows: P snapshots, shape (P, size).
     """
 
     def __init__(self, rows: Array) -> None:
@@ -35,7 +35,11 @@ class Samples:
         return found
 
     def value(self, node: Node) -> Array:
-        """Values, shape (P,), of a group (P, n), or broadcastable to these; truth is 1, 0, or NaN if invalid."""
+        """Values of an expression on all snapshots; truth values are 1, 0, or NaN if invalid.
+
+        Returns:
+            Array of shape (P,), or (P, n) for a group of n values, or broadcastable to it.
+        """
         if node not in self._memo:
             with np.errstate(all="ignore"):
                 self._memo[node] = self._computed(node)
@@ -65,7 +69,7 @@ def _compared(sign: str, a: Array, b: Array) -> Array:
 
 
 def _worst(truths: list[Array]) -> Array:
-    """Three-valued and."""
+    """Conjunction in three-valued logic: 0 if any value is 0, else NaN (invalid) if any is NaN, else 1."""
     stacked = np.broadcast_arrays(*truths)
     return np.asarray(np.where(np.any([t == 0.0 for t in stacked], axis=0), 0.0, np.sum(stacked, axis=0) * 0.0 + 1.0))
 
@@ -131,11 +135,11 @@ _SINGLE: Mapping[str, Callable[..., Array]] = {
 
 
 def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
-    """Sample snapshots near the numbers that expressions compare with; deterministic.
+    """Sample snapshots with many values near the constants of expressions; deterministic.
 
     Args:
-        nodes: Expressions; truth values change at their numbers.
-        bounds: Minimum and maximum at each index.
+        nodes: Expressions; their truth values change at their constants.
+        bounds: Minimum and maximum of each value of a snapshot.
         count: Number of snapshots.
 
     Returns:
@@ -164,7 +168,7 @@ def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array
         rows[:, start:stop] = np.where(one, value, rows[:, start:stop])
     with np.errstate(over="ignore"):  # the largest numbers round to inf, which is clipped
         rows = np.clip(np.round(rows, 2), soft_low, soft_high)
-    # Infinite values come last, so that examples have finite ones if possible.
+    # Only the last snapshots have infinite values, because earlier ones are preferred as examples.
     far = random.random((count // 20, len(bounds))) < random.choice([0.3, 1.0], (count // 20, 1))
     rows[-(count // 20) :] = np.where(far & ~np.isfinite(high), high, rows[-(count // 20) :])
     return np.asarray(rows)

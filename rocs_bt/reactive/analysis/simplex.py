@@ -1,7 +1,7 @@
-"""Exact feasibility of linear inequalities: the simplex method with bounds, in fractions.
+"""Exact feasibility test for linear inequalities: the simplex method for bounded variables, with fractions.
 
-Source: B. Dutertre, L. de Moura, "A fast linear-arithmetic solver for DPLL(T)" (CAV 2006). Strict bounds are
-represented by a second number beside each value: the factor of an infinitesimal amount.
+Source: B. Dutertre, L. de Moura, "A fast linear-arithmetic solver for DPLL(T)" (CAV 2006). As there, a value is a pair
+(a, b) that means a + b*epsilon with an infinitesimal epsilon, so that a strict bound `x < c` is `x <= c - epsilon`.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from .formula import Effort, Row
 
 @dataclass(frozen=True)
 class Span:
-    """Interval of a variable; its ends are floats only if infinite.
+    """Interval of a variable; an end is a float only if it is infinite.
 
     Attributes:
         low: Lower end.
@@ -45,7 +45,14 @@ class Span:
         return Span(low if math.isinf(low) else Fraction(low), high if math.isinf(high) else Fraction(high))
 
     def cut(self, value: Fraction | float, upper: bool, strict: bool, why: int = 0) -> Span:
-        """Intersection with an upper or lower bound; the same object if nothing changes."""
+        """Intersect the interval with a bound; returns `self` if the bound does not narrow it.
+
+        Args:
+            value: Value of the bound.
+            upper: Whether it is an upper bound; otherwise a lower one.
+            strict: Whether equality is excluded.
+            why: Bit set of the search decisions from which the bound follows.
+        """
         if upper and (value < self.high or (value == self.high and strict and not self.under)):
             return Span(self.low, value, self.above, strict, self.low_why, why)
         if not upper and (value > self.low or (value == self.low and strict and not self.above)):
@@ -72,15 +79,16 @@ class Span:
 
 
 def solution(rows: Sequence[Row], spans: Mapping[int, Span], effort: Effort) -> tuple[dict[int, Fraction] | None, int]:
-    """Find finite values of the variables with which all inequalities hold.
+    """Find finite values of the variables that satisfy all inequalities.
 
     Args:
         rows: Inequalities.
-        spans: Interval of each of their variables.
+        spans: Interval of each variable in the inequalities.
         effort: Step budget.
 
     Returns:
-        Values, and 0; or None if there are none, and the bit set of search decisions that exclude them.
+        Value of each variable, and 0. If there is no solution: None, and the bit set of search decisions that exclude
+        one.
 
     Raises:
         Exhausted: The step budget is exhausted.
@@ -94,18 +102,18 @@ def solution(rows: Sequence[Row], spans: Mapping[int, Span], effort: Effort) -> 
     return _simplified(tableau.concrete(), rows, spans), 0
 
 
-_Value = tuple[Fraction, Fraction]  # a number, and the factor of the infinitesimal amount
-_Limit = tuple[_Value, int]  # a bound, and the bit set of decisions from which it follows
+_Value = tuple[Fraction, Fraction]  # (a, b), which means a + b*epsilon
+_Limit = tuple[_Value, int]  # a bound, and the bit set of search decisions from which it follows
 
 
 class _Tableau:
-    """Simplex tableau: the basic variables as linear sums of the nonbasic ones.
+    """Simplex tableau: each basic variable as a linear sum of the nonbasic variables.
 
-    The slack variable of row i has the number -1 - i.
+    The slack variable of inequality i, which is the sum of its terms, has the number -1 - i.
 
     Attributes:
-        rows: Factors of the nonbasic variables, for each basic variable.
-        values: Value of each variable; nonbasic ones are within their bounds.
+        rows: For each basic variable, the coefficients of the nonbasic variables in its sum.
+        values: Value of each variable. Nonbasic variables are always within their bounds.
     """
 
     def __init__(self, rows: Sequence[Row], spans: Mapping[int, Span]) -> None:
@@ -125,11 +133,15 @@ class _Tableau:
             self.values[-1 - i] = self._sum(row.terms)
 
     def violated(self) -> int | None:
-        """First basic variable out of its bounds; always the first, for termination (Bland's rule)."""
+        """Lowest basic variable out of its bounds, or None. Choosing the lowest ensures termination (Bland's rule)."""
         return min((var for var in self.rows if self._clamped(var, self.values[var]) != self.values[var]), default=None)
 
     def repair(self, var: int) -> int | None:
-        """Move a basic variable to its bound; if that is impossible, return the decisions that exclude it."""
+        """Move a basic variable to the bound that it violates.
+
+        Returns:
+            None, or the bit set of search decisions that make the move impossible.
+        """
         up = var in self._low and self.values[var] < self._low[var][0]
         bound, why = (self._low if up else self._high)[var]
         for other in sorted(self.rows[var]):
@@ -141,7 +153,7 @@ class _Tableau:
         return why
 
     def concrete(self) -> dict[int, Fraction]:
-        """Values of the variables, with the infinitesimal replaced by a number small enough to keep all bounds."""
+        """Values of the variables as plain fractions, with epsilon so small that all bounds still hold."""
         amount = Fraction(1)
         for limits, sign in ((self._low, 1), (self._high, -1)):
             for var, (limit, _) in limits.items():
@@ -154,7 +166,7 @@ class _Tableau:
         return (self._high if upper else self._low).get(var)
 
     def _clamped(self, var: int, value: _Value) -> _Value:
-        """Value limited to the bounds of a variable."""
+        """Clamp a value to the bounds of a variable."""
         if var in self._low:
             value = max(value, self._low[var][0])
         return min(value, self._high[var][0]) if var in self._high else value
@@ -166,7 +178,13 @@ class _Tableau:
         )
 
     def _exchange(self, basic: int, other: int, value: _Value) -> None:
-        """Pivot: set a basic variable to a value and exchange it with a nonbasic one."""
+        """Pivot: set a basic variable to a value and exchange its role with that of a nonbasic variable.
+
+        Args:
+            basic: Basic variable, which becomes nonbasic.
+            other: Nonbasic variable, which becomes basic.
+            value: New value of `basic`.
+        """
         row = self.rows.pop(basic)
         factor = row.pop(other)
         step = tuple((a - b) / factor for a, b in zip(value, self.values[basic], strict=True))
@@ -187,7 +205,11 @@ class _Tableau:
 
 
 def _simplified(values: dict[int, Fraction], rows: Sequence[Row], spans: Mapping[int, Span]) -> dict[int, Fraction]:
-    """Equivalent solution with few digits and away from the bounds: each variable in turn, with the others fixed."""
+    """Change a solution to values with few digits, away from the bounds.
+
+    The variables are changed one after the other. Each stays in the interval that the inequalities allow for the
+    present values of the others.
+    """
     for var in values:
         span = spans[var]
         for row in rows:

@@ -1,8 +1,9 @@
-"""Solver for formulas: propagates bounds, then branches on each `or`, with conflict-directed backjumping.
+"""Solver for formulas: propagates bounds, then branches on disjunctions, with conflict-directed backjumping.
 
-Every bound and inequality carries the decisions from which it follows. If a part of an `or` fails for reasons that do
-not include the decision for this part, the other parts fail for the same reasons and are not tried (P. Prosser,
-"Hybrid algorithms for the constraint satisfaction problem", Computational Intelligence 9(3), 1993).
+A decision is the choice of one alternative of a disjunction. Every bound and inequality carries the bit set of the
+decisions from which it follows. If an alternative fails for reasons that do not include its own decision, the other
+alternatives would fail for the same reasons and are not tried (P. Prosser, "Hybrid algorithms for the constraint
+satisfaction problem", Computational Intelligence 9(3), 1993).
 """
 
 from __future__ import annotations
@@ -24,32 +25,32 @@ GAIN, HUGE = 8, 10**6  # a derived bound must cut 1/8 of the interval and be bel
 
 @dataclass(frozen=True)
 class Solution:
-    """Solution of a formula.
+    """Values of variables that satisfy a formula.
 
     Attributes:
-        spans: Intervals of the relevant variables.
-        values: Values of variables that occur in inequalities with others.
+        spans: Intervals of the variables that the formula restricts.
+        values: Values of the variables that occur in an inequality together with others.
     """
 
     spans: Mapping[int, Span]
     values: Mapping[int, Fraction | float]
 
     def value(self, var: int) -> float | None:
-        """Value of a variable; None if any value is a solution."""
+        """Value of a variable; None if the formula does not restrict it."""
         if var in self.values:
             return float(self.values[var])
         return float(self.spans[var].pick()) if var in self.spans else None
 
 
 class _End:
-    """Minimum or maximum of a row's sum.
+    """Minimum (sign -1) or maximum (sign 1) of the sum in an inequality, over the intervals of its variables.
 
     Attributes:
-        value: Sum; infinite if a term is, NaN if infinite values of opposite signs may occur in it.
-        finite: Sum of the finite terms.
-        unbounded: Variables with an unbounded term in this direction.
-        open: Number of terms with an excluded end.
-        why: Bit set of the decisions from which it follows.
+        value: Extreme of the sum; infinite if a term is, NaN if infinite terms of opposite signs may occur.
+        finite: Sum of the finite terms and the constant.
+        unbounded: Variables whose term is unbounded in the direction of `sign`.
+        open: Number of terms whose interval excludes the end that is used.
+        why: Bit set of the decisions from which this extreme follows.
     """
 
     def __init__(self, row: Row, sign: int, span_of: Callable[[int], Span]) -> None:
@@ -68,7 +69,7 @@ class _End:
             elif ((end > 0) is (factor > 0)) is (sign > 0):
                 self.unbounded.append(var)
                 attained |= not left_out
-            else:  # infinite in the opposite direction: the variable is fixed at that infinite value
+            else:  # infinite in the opposite direction: the variable can have only this infinite value
                 fixed = True
         self.value: Fraction | float = self.finite
         if fixed:
@@ -77,16 +78,16 @@ class _End:
             self.value = sign * math.inf
 
 
-_Part = tuple[Formula, int]  # a part that must hold, and the bit set of decisions from which it follows
+_Part = tuple[Formula, int]  # a formula that must hold, and the bit set of decisions from which it follows
 
 
 class _State:
-    """State of a branch of the search.
+    """State of one branch of the search.
 
     Attributes:
-        spans: Intervals of the variables, if narrower than their ranges.
-        open: Undecided rows and choices.
-        changed: Bit set of the variables with a changed interval since the open parts were evaluated.
+        spans: Intervals of the variables whose interval is narrower than their range.
+        open: Inequalities and disjunctions that are still undecided, with their decisions.
+        changed: Bit set of the variables whose interval has changed since `open` was last evaluated.
     """
 
     def __init__(self, spans: dict[int, Span], open_parts: list[_Part]) -> None:
@@ -94,7 +95,7 @@ class _State:
 
 
 class Solver:
-    """Search for a solution of a formula.
+    """Search for values of variables that satisfy a formula.
 
     Args:
         ranges: Function from a variable to its range.
@@ -107,7 +108,7 @@ class Solver:
         self._whole: dict[int, Span] = {}
 
     def solve(self, formula: Formula) -> Solution | None:
-        """Find a solution; None if it is proved that there is none.
+        """Find a solution of a formula; None if it is proved that there is none.
 
         Raises:
             Undecided: The step budget or the depth of decisions is exhausted.
@@ -116,7 +117,16 @@ class Solver:
         return found if isinstance(found, Solution) else None
 
     def _search(self, state: _State, todo: list[_Part], level: int) -> Solution | int:
-        """A solution, or the bit set of decisions that exclude one."""
+        """Assert formulas, then branch until all are decided.
+
+        Args:
+            state: State of the branch; changed in place.
+            todo: Formulas to assert.
+            level: Number of decisions above.
+
+        Returns:
+            A solution, or the bit set of decisions that exclude one.
+        """
         failed = self._settle(state, todo)
         if failed is not None:
             return failed
@@ -130,7 +140,17 @@ class Solver:
         return self._branch(_State(state.spans, left), choice.parts, why, level)
 
     def _branch(self, state: _State, parts: Sequence[Formula], why: int, level: int) -> Solution | int:
-        """Try the parts of a choice in turn."""
+        """Try the alternatives of a disjunction in turn.
+
+        Args:
+            state: State without the disjunction.
+            parts: Alternatives.
+            why: Bit set of the decisions from which the disjunction follows.
+            level: Number of decisions above.
+
+        Returns:
+            A solution, or the bit set of decisions that exclude one.
+        """
         if level > DEPTH:
             raise Undecided(f"it takes more than {DEPTH} decisions")
         made = 1 << level
@@ -143,10 +163,10 @@ class Solver:
         return why
 
     def _values(self, state: _State, level: int) -> Solution | int:
-        """Values of the variables in rows, after all choices are decided.
+        """Find values that satisfy the inequalities, once all disjunctions are decided.
 
-        Finite values are tried first. If two infinite values can be compared, `<=` may hold without finite values; then
-        the search branches on whether one of them is infinite.
+        Finite values are tried first. Between two equal infinite values `<=` is true, so an inequality without a finite
+        solution may have an infinite one. Then the search branches on whether one of its variables is infinite.
         """
         rows, spans = self._rows(state)
         apart = [row for row in rows if any(_infinite(spans[var]) for var in row.terms)]
@@ -165,7 +185,10 @@ class Solver:
         return self._branch(state, (Bound(var, not greatest, end, False), Bound(var, greatest, end, True)), 0, level)
 
     def _excluded(self, state: _State) -> int | None:
-        """Bit set of decisions that exclude a solution of the rows for all choices; None if there are none."""
+        """Bit set of the decisions that make the undecided inequalities infeasible; None if they are feasible.
+
+        If they are infeasible, no alternative of an undecided disjunction can help.
+        """
         rows, spans = self._rows(state)
         rows = [row for row in rows if not any(_infinite(spans[v]) for v in row.terms)]
         rows = [row for row in rows if row.strict or not _meeting(row, spans)]
@@ -173,10 +196,10 @@ class Solver:
         return failed if values is None else None
 
     def _rows(self, state: _State) -> tuple[list[Row], dict[int, Span]]:
-        """Undecided rows, each with the decisions from which it follows, and the intervals of their variables.
+        """Undecided inequalities, each with the decisions from which it follows, and the intervals of their variables.
 
-        `<=` holds between two equal infinite values. The decisions that bound the variables exclude this case, so they
-        are added to the reasons.
+        Between two equal infinite values `<=` is true. Where bounds exclude this case, the decisions behind these
+        bounds are added to those of the inequality.
         """
         rows: list[Row] = []
         spans: dict[int, Span] = {}
@@ -190,7 +213,11 @@ class Solver:
         return rows, spans
 
     def _settle(self, state: _State, todo: list[_Part]) -> int | None:
-        """Propagate until nothing changes; return the bit set of decisions of a conflict, or None."""
+        """Assert formulas and propagate bounds until nothing changes.
+
+        Returns:
+            None, or the bit set of the decisions that are in conflict.
+        """
         while True:
             while todo:
                 if (failed := self._take(state, *todo.pop(), todo)) is not None:
@@ -206,7 +233,17 @@ class Solver:
                     return failed
 
     def _take(self, state: _State, part: Formula, why: int, todo: list[_Part]) -> int | None:
-        """Assert a part and queue its consequences; return the bit set of decisions of a conflict, or None."""
+        """Assert a formula and append its consequences to `todo`.
+
+        Args:
+            state: State of the branch; changed in place.
+            part: Formula.
+            why: Bit set of the decisions from which the formula follows.
+            todo: Formulas to assert; extended in place.
+
+        Returns:
+            None, or the bit set of the decisions that are in conflict.
+        """
         self._effort.spend()
         if isinstance(part, Row):
             return self._contract(state, part, why, todo)
@@ -225,7 +262,10 @@ class Solver:
         return None
 
     def _reduce(self, state: _State, choice: Join, why: int, todo: list[_Part]) -> int | None:
-        """Remove the parts of a choice that cannot hold; assert the last remaining part; drop a choice that holds."""
+        """Remove the alternatives of a disjunction that cannot hold; arguments and result as in `_take`.
+
+        A single remaining alternative is asserted. A disjunction that always holds is dropped.
+        """
         left = []
         for part in choice.parts:
             holds, reason = self._judge(state, part)
@@ -249,7 +289,14 @@ class Solver:
         return None
 
     def _implied(self, state: _State, part: Formula, var: int, upper: bool) -> tuple[Bound, int] | None:
-        """Bound of a variable that a formula implies, and the decisions from which it follows; None without one."""
+        """Bound of a variable that a formula implies, and the decisions from which it follows; None if it implies none.
+
+        Args:
+            state: State of the branch.
+            part: Formula.
+            var: Variable.
+            upper: Whether an upper bound is wanted; otherwise a lower one.
+        """
         if isinstance(part, Bound):
             return (part, 0) if part.var == var and part.upper is upper else None
         if isinstance(part, Row):
@@ -267,7 +314,11 @@ class Solver:
         return bound, reason if part.every else reduce(or_, (each[1] for each in known))
 
     def _judge(self, state: _State, part: Formula) -> tuple[bool | None, int]:
-        """Whether a part always holds, never holds (with the decisions that exclude it), or is undecided (None)."""
+        """Whether a formula always holds (True), never holds (False), or is undecided (None) within the intervals.
+
+        Returns:
+            The verdict, and the bit set of the decisions that exclude the formula.
+        """
         self._effort.spend()
         if isinstance(part, Bound):
             span = self._span(state, part.var)
@@ -287,7 +338,10 @@ class Solver:
         return (None if None in verdicts else part.every), why
 
     def _contract(self, state: _State, row: Row, why: int, todo: list[_Part]) -> int | None:
-        """Derive bounds of a row's variables from the others; a row that always holds is dropped."""
+        """Derive a bound of each variable of an inequality from the other ones; arguments and result as in `_take`.
+
+        An inequality that always holds is dropped.
+        """
         low = self._end(state, row, -1)
         holds = self._row_holds(state, row, low)
         if holds is not None:
@@ -300,11 +354,21 @@ class Solver:
         return None
 
     def _rest(self, state: _State, row: Row, var: int, low: _End) -> Bound | None:
-        """Bound of a variable from a row with all other terms at their minimum; None if these have no minimum."""
+        """Bound of a variable that follows from an inequality with all other terms at their minimum.
+
+        Args:
+            state: State of the branch.
+            row: Inequality.
+            var: Variable.
+            low: Minimum of the sum in the inequality.
+
+        Returns:
+            The bound, or None if another term has no minimum.
+        """
         factor = row.terms[var]
         if low.unbounded not in ([], [var]):
             return None
-        if math.isnan(low.value):  # another variable is infinite, so this one must be, too
+        if math.isnan(low.value):  # another variable is infinite, so this variable must be infinite, too
             return Bound(var, factor > 0, -math.inf if factor > 0 else math.inf, row.strict)
         span = self._span(state, var)
         end, left_out = (span.low, span.above) if factor > 0 else (span.high, span.under)
@@ -312,7 +376,13 @@ class Solver:
         return Bound(var, factor > 0, -rest / factor, row.strict or low.open > left_out)
 
     def _row_holds(self, state: _State, row: Row, low: _End) -> bool | None:
-        """Whether a row always holds, never holds, or is undecided (None)."""
+        """Whether an inequality always holds (True), never holds (False), or is undecided (None).
+
+        Args:
+            state: State of the branch.
+            row: Inequality.
+            low: Minimum of the sum in the inequality.
+        """
         if low.value > 0 or (low.value == 0 and (low.open or row.strict)) or (math.isnan(low.value) and row.strict):
             return False
         high = self._end(state, row, 1)
@@ -335,7 +405,7 @@ class Solver:
 
 
 def _worthwhile(span: Span, bound: Bound) -> bool:
-    """Whether a bound shortens an interval enough to be applied; without this limit propagation might not terminate."""
+    """Whether a bound narrows an interval enough to be applied. Without this limit propagation might not terminate."""
     cut = span.cut(bound.value, bound.upper, bound.strict)
     if cut is span:
         return False
@@ -353,7 +423,7 @@ def _infinite(span: Span) -> bool:
 
 
 def _meeting(row: Row, spans: Mapping[int, Span]) -> list[int]:
-    """Variables of a row that can be infinite with opposite signs in its sum; empty if that is impossible."""
+    """Variables of an inequality whose terms can be infinite with opposite signs; empty if no two terms can."""
     ends: dict[int, list[int]] = {1: [], -1: []}
     for var, factor in row.terms.items():
         span, sign = spans[var], 1 if factor > 0 else -1

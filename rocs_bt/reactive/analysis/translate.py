@@ -1,10 +1,12 @@
 """Translation of typed expression trees to formulas.
 
-A comparison becomes a linear sum that is compared with 0. A part with cases (`min`, `abs`, `clip`, `if`, `side`,
-`count`) becomes a variable with a definition: `m = min(a, b)` is `m <= a and m <= b`, and `a <= m or b <= m`. So a
-formula is about as long as its expression. Other parts, such as products of signals, become variables with a known
-range only. For temporal operations, a true `held(a)` implies a, and a implies `once(a)`; the rest is an unknown truth
-value. Therefore an unsatisfiable formula proves that the expression is never true, but a solution is only a candidate.
+A comparison becomes a linear sum that is compared with 0. A subexpression with cases (`min`, `abs`, `clip`, `if`,
+`side`, `count`) becomes a variable with a definition: `m = min(a, b)` becomes
+`m <= a and m <= b and (a <= m or b <= m)`. So the length of a formula is proportional to that of its expression. Any
+other subexpression, such as a product of signals, becomes a variable of which only the range is known. A temporal
+operator becomes an undetermined truth value; of its meaning, the formula contains only that `held(a)` implies a, and
+that a implies `once(a)`. Therefore an unsatisfiable formula proves that the expression is never true, but a solution is
+only a candidate.
 
 All values are assumed valid: an invalid comparison is neither true nor false.
 """
@@ -28,13 +30,13 @@ _FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 
 @dataclass
 class _Sum:
-    """Linear sum of variables, and of parts with cases that have no variable yet.
+    """Linear sum of variables, and of subexpressions with cases to which no variable is assigned yet.
 
     Attributes:
-        terms: Factor of each variable.
-        parts: Factor of each part.
-        constant: Constant term, may be infinite.
-        met: Variables that can be infinite and occur with opposite signs.
+        terms: Coefficient of each variable.
+        parts: Coefficient of each such subexpression.
+        constant: Constant term; it may be infinite.
+        met: Variables that can be infinite and that were both added and subtracted.
     """
 
     terms: dict[int, Fraction] = field(default_factory=dict)
@@ -44,16 +46,16 @@ class _Sum:
 
 
 class Translator:
-    """Translator of expressions over the same signals; formulas share variables, so they can be joined.
+    """Translator of expressions over the same signals. All formulas share their variables, so they can be joined.
 
     Args:
         size: Number of values of a snapshot.
-        bounds: Function from an index of the snapshot to its range.
+        bounds: Function from an index of the snapshot to the range of the value at this index.
         effort: Step budget.
 
     Attributes:
-        unknown: Parts that are not linear, keyed by their variable.
-        reasons: Reasons why comparisons were not translated, as the keys.
+        unknown: Subexpressions of which only the range is known, keyed by their variable.
+        reasons: Reasons why comparisons could not be translated; the values are None.
     """
 
     def __init__(self, size: int, bounds: Callable[[int], Range], effort: Effort) -> None:
@@ -68,7 +70,7 @@ class Translator:
         self._definitions: dict[int, Formula] = {}
 
     def formula(self, node: Node) -> Formula:
-        """Formula of a scalar boolean expression, with the definitions of all its parts."""
+        """Formula of a scalar boolean expression, including the definitions of all its variables."""
         self.unknown, self.reasons, self._definitions = {}, {}, {}
         guard = self._truth(node, True)
         return join(True, [guard, *self._definitions.values()])
@@ -128,7 +130,7 @@ class Translator:
         return Bound(self._unknown(node), not wanted, Fraction(int(wanted)), False)
 
     def _comparison(self, node: Node, wanted: bool) -> Formula:
-        """Formula of a comparison; an unknown truth value if it cannot be translated."""
+        """Formula of a comparison; an undetermined truth value if the comparison cannot be translated."""
         pairs = zip(node.args, node.signs, node.args[1:], strict=False)
         try:
             return join(wanted, [self._compare(a, sign if wanted else _FLIPPED[sign], b) for a, sign, b in pairs])
@@ -150,7 +152,10 @@ class Translator:
         return self._below(total, strict=sign in ("<", ">"))
 
     def _below(self, total: _Sum, strict: bool) -> Formula:
-        """Formula for a sum less than 0. A single `min` or `max` in it needs no variable: it is an `or` or an `and`."""
+        """Formula `total < 0`, or `total <= 0` unless `strict`.
+
+        A single `min` or `max` in the sum needs no variable, because `min(a, b) < c` is `a < c or b < c`.
+        """
         self._effort.spend(4)
         if len(total.parts) == 1 and not isinstance(total.constant, float):
             ((part, factor),) = total.parts.items()
@@ -162,19 +167,22 @@ class Translator:
         return self._row(total, strict)
 
     def _with(self, total: _Sum, value: Node, factor: Fraction) -> _Sum:
-        """A sum without its parts, plus a multiple of a value."""
+        """Copy of a sum without its subexpressions with cases, plus `factor * value`."""
         found = _Sum(dict(total.terms), {}, total.constant, set(total.met))
         self._add(found, value, factor)
         return found
 
     def _row(self, total: _Sum, strict: bool) -> Formula:
-        """Formula for a linear sum less than 0. Between equal infinite values `<` is false and `<=` is true."""
+        """Formula `total < 0`, or `total <= 0` unless `strict`, for a sum of variables only.
+
+        Between equal infinite values `<` is false and `<=` is true.
+        """
         row = below_zero(total.terms, total.constant, strict, self._finite)
         ends = [Bound(var, (end > 0) is strict, end, strict) for var in total.met for end in (math.inf, -math.inf)]
         return join(strict, [row, *ends])
 
     def _defined(self, part: Node) -> int:
-        """Variable of a part with cases; a formula defines it once."""
+        """Variable of a subexpression with cases; its definition is added to the formula once."""
         var = self._number(part)
         if var not in self._definitions:
             self._definitions[var] = self._definition(var, part)
@@ -193,13 +201,13 @@ class Translator:
         return join(False, cases, var)
 
     def _between(self, var: int, value: Node, sign: Fraction) -> Formula:
-        """Formula `variable <= value` for the sign 1, `variable >= value` for the sign -1."""
+        """Formula `variable <= value` if the sign is 1, `variable >= value` if it is -1."""
         total = _Sum({var: sign})
         self._add(total, value, -sign)
         return self._below(total, strict=False)
 
     def _add(self, total: _Sum, node: Node, factor: Fraction) -> None:
-        """Add a multiple of a numeric expression to a sum."""
+        """Add `factor * node` to a sum."""
         args = node.args
         if node.constant:
             total.constant = _plus(total.constant, factor, _constant(node))
@@ -248,7 +256,7 @@ class Translator:
 
 
 def element(node: Node, i: int) -> Node:
-    """Expression of the i-th value of a group; a scalar is broadcast."""
+    """Expression of the i-th value of an expression with a group of values; a scalar is returned unchanged."""
     if not node.kind.size:
         return node
     if node.op == "vector":
@@ -260,7 +268,7 @@ def element(node: Node, i: int) -> Node:
 
 
 def elements(node: Node) -> list[Node]:
-    """Expressions of all values of a group."""
+    """Expression of each value of an expression with a group of values."""
     return [element(node, i) for i in range(max(1, node.kind.size))]
 
 
@@ -271,12 +279,12 @@ def _has_cases(node: Node) -> bool:
 
 
 def _switched(node: Node) -> bool:
-    """Whether a value is one of a few constants."""
+    """Whether an expression with cases can have only a few constant values."""
     return node.op != "if" or all(arg.constant or (arg.op in _SWITCHES and _switched(arg)) for arg in node.args[1:])
 
 
 def _values(extreme: Node) -> list[Node]:
-    """Values of which a part is the minimum or maximum."""
+    """Expressions of which a `min`, `max`, `min_valid` or `abs` is the minimum or maximum."""
     if extreme.op == "abs":
         (arg,) = extreme.args
         return [arg, Node("neg", arg.kind, (arg,), text=f"-({arg.text})")]
@@ -285,7 +293,7 @@ def _values(extreme: Node) -> list[Node]:
 
 
 def _cases(node: Node) -> list[tuple[Node, Node]]:
-    """Condition and value of each case; together the cases are exhaustive."""
+    """Condition and value of each case of an expression. The cases are exhaustive."""
     args = node.args
     zero = _number_node(0.0)
     match node.op:
@@ -341,15 +349,15 @@ def _plus(constant: Fraction | float, factor: Fraction, value: float) -> Fractio
 
 
 def conjunction(nodes: Sequence[Node]) -> Node:
-    """Expression for: all expressions are true."""
+    """Expression that is true if all given expressions are."""
     return nodes[0] if len(nodes) == 1 else Node("and", TRUTH, tuple(nodes), text=" and ".join(n.text for n in nodes))
 
 
 def negation(node: Node) -> Node:
-    """Expression for: an expression is false."""
+    """Expression that is true if the given one is false."""
     return node.args[0] if node.op == "not" else _not(node)
 
 
 def unknown_texts(found: Mapping[int, Node]) -> list[str]:
-    """Source texts of the unknown parts."""
+    """Source texts of subexpressions, without duplicates and empty texts."""
     return list(dict.fromkeys(node.text for node in found.values() if node.text))
