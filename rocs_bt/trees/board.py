@@ -1,4 +1,7 @@
-"""Blackboard: values shared by the nodes of one tree; a subtree has its own, which can refer to its parent's."""
+"""Blackboard: values shared by the nodes of one tree.
+
+A subtree has a blackboard of its own, whose keys can refer to keys of the parent tree's blackboard.
+"""
 
 from __future__ import annotations
 
@@ -15,13 +18,14 @@ from .status import outcome_named
 
 
 class Entry:
-    """Value with its declared type.
+    """Value of one blackboard key, with the type of the key.
 
     Attributes:
         value: The value; None if there is none.
-        kind: Type fixed by a port or by a typed write; None if any value is allowed.
-        sequence: Number of writes.
-        alive: False once the entry was unset; holders of a reference must then resolve the key again.
+        kind: Type fixed by a port or by the first write that has a type; None if any value is allowed.
+        sequence: Number of writes, by which nodes detect a new value.
+        alive: Whether the entry is still on its blackboard. If it is not, because the key was unset, code that holds a
+            reference to the entry must look up the key again.
     """
 
     __slots__ = ("alive", "kind", "sequence", "value")
@@ -33,7 +37,7 @@ class Entry:
         self.alive = True
 
     def store(self, value: Any) -> None:
-        """Write a value of a type that is known to fit."""
+        """Write a value, whose type the caller has checked."""
         self.value = value
         self.sequence += 1
 
@@ -52,7 +56,7 @@ _TRUTH = {
 }
 
 Enums = Mapping[str, int]
-"""Numbers by the names that scripts and enum ports may use."""
+"""Enum values, keyed by the names that scripts and ports may use for them."""
 
 
 def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
@@ -61,7 +65,7 @@ def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
     Args:
         text: Text as in a file; items of a list are separated by `;`.
         kind: bool, int, float, str, Status, an Enum, `list[...]` of them, or Any, which leaves the text unchanged.
-        enums: Numbers by name, accepted by int, float and Enum ports too.
+        enums: Numbers by name; int, float and Enum ports also accept these names.
 
     Raises:
         TreeError: The text cannot be converted.
@@ -88,7 +92,7 @@ def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
 
 
 def to_string(value: Any) -> str:
-    """Text of a value as BehaviorTree.CPP writes it: integers plain, other numbers with six decimals."""
+    """Text of a value as BehaviorTree.CPP writes it: integers as usual, other numbers with six decimals."""
     if isinstance(value, bool):
         return str(int(value))
     return f"{value:.6f}" if isinstance(value, float) else str(value)
@@ -117,20 +121,20 @@ def _looked_up(text: str, table: Mapping[str, Any], what: str) -> Any:
 
 
 class Board:
-    """Values by key, after BehaviorTree.CPP's blackboard.
+    """Blackboard: values by key, with the semantics of BehaviorTree.CPP's blackboard.
 
-    A key is looked up in this blackboard first. If it is remapped or `autoremap` is on, it is then looked up in the
-    parent's, under its name there. Keys that begin with `_` are private and never found by `autoremap`. `@key` is
-    always `key` of the root.
+    A key is looked up on this blackboard first. If it is missing here and is remapped, or if `autoremap` is on, it is
+    looked up on the parent blackboard, under its remapped name. Keys that begin with `_` are private: `autoremap` does
+    not apply to them. `@key` is always the key `key` of the root blackboard.
 
     Args:
         parent: Blackboard of the tree that contains this subtree; None for a root.
-        autoremap: Whether keys unknown here refer to the parent's keys of the same name.
+        autoremap: Whether keys that are missing here refer to the parent's keys of the same name.
         name: Name for messages, such as the path of a subtree.
 
     Attributes:
-        remapping: The parent's keys by the keys of this blackboard.
-        enums: Numbers by name, for conversions; shared by all blackboards of a tree.
+        remapping: For each remapped key of this blackboard, the key of the parent to which it refers.
+        enums: Enum values by name, used in conversions; shared by all blackboards of a tree.
     """
 
     def __init__(self, parent: Board | None = None, *, autoremap: bool = False, name: str = "") -> None:
@@ -150,7 +154,7 @@ class Board:
         return board
 
     def resolve(self, key: str) -> tuple[Board, str]:
-        """Blackboard that holds a key (or would hold it once written), and the key's name there."""
+        """Find the blackboard that holds a key, or would hold it once written, and the key's name on it."""
         if key.startswith("@"):
             if "@" in key[1:]:
                 raise TreeError(Fault(f"the key '{key}' contains more than one '@'."))
@@ -182,7 +186,8 @@ class Board:
             kind: Type of a new entry; None or Any for any value.
 
         Raises:
-            TreeError: The entry has another type, except text, which is converted when it is read.
+            TreeError: The key exists with another type. An existing text is allowed, because it is converted when it is
+                read.
         """
         board, name = self.resolve(key)
         kind = None if kind is Any else kind
@@ -196,7 +201,7 @@ class Board:
         return entry
 
     def set_local(self, key: str, value: Any) -> None:
-        """Write a value to this blackboard itself, ignoring remappings, without fixing a type."""
+        """Write a value to this blackboard itself: remappings are ignored, and the key's type is not fixed."""
         self._entries.setdefault(key, Entry()).store(value)
 
     def __getitem__(self, key: str) -> Any:
@@ -211,7 +216,7 @@ class Board:
         return entry.value
 
     def __setitem__(self, key: str, value: Any) -> None:
-        """Write a value. The first value fixes the type of the entry, unless it is a text: then the second value does.
+        """Write a value. The first value fixes the key's type, unless it is a text: then the second value does.
 
         Raises:
             TreeError: The value does not fit the entry's type.
@@ -231,7 +236,7 @@ class Board:
         return isinstance(key, str) and (entry := self.entry(key)) is not None and entry.value is not None
 
     def unset(self, key: str) -> None:
-        """Remove a key of this blackboard, as BehaviorTree.CPP does; the parents' keys remain."""
+        """Remove a key of this blackboard. As in BehaviorTree.CPP, remappings are ignored: the parents' keys remain."""
         board, name = (self.root, key[1:]) if key.startswith("@") else (self, key)
         entry = board._entries.pop(name, None)
         if entry is not None:
@@ -256,10 +261,10 @@ class Board:
             self[key] = value
 
     def fitted(self, key: str, kind: Any, value: Any) -> Any:
-        """Convert a value to the type of an entry or a port: text is parsed, numbers are converted if nothing is lost.
+        """Convert a value to the type of an entry or port: text is parsed, numbers are converted if nothing is lost.
 
         Raises:
-            TreeError: The value does not fit.
+            TreeError: The value cannot be converted to the type.
         """
         given = type(value)
         if given is kind:

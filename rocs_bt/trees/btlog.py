@@ -28,7 +28,7 @@ from .xml.write import Writer, element, model_of, to_text, value_text
 
 
 def write_instances(tree: Tree, main: str) -> str:
-    """Write a running tree as a document with `_uid` for each node and `_fullpath` for each subtree.
+    """Write a running tree as an XML document with `_uid` for each node and `_fullpath` for each subtree.
 
     Args:
         tree: The tree.
@@ -80,15 +80,16 @@ MAGIC = b"BTCPP4-FileLogger2\x01"
 MAX_NODES = 0xFFFF
 """Largest number of nodes that the format can address."""
 
-#: Status codes of the format. A skipped node counts as idle.
+#: Status codes of the format, which has none for a skipped node: it is written as idle.
 STATUSES = {IDLE: 0, RUNNING: 1, SUCCESS: 2, FAILURE: 3, SKIPPED: 0}
-_FLUSH_EVERY = 0.5  # [s] of run time: upper bound on what a killed run loses
+_FLUSH_EVERY = 0.5  # [s] of run time; a killed run loses at most this much of the log
 
 
 class BtLog:
     """Writes every change of status in a tree to a log file as it happens.
 
-    Swapping a subtree changes the nodes, so a second file begins: `R2.btlog`, then `R2-2.btlog`.
+    A file can describe only one set of nodes. When a subtree is swapped, a second file is begun: `R2.btlog`, then
+    `R2-2.btlog`.
 
     Args:
         path: Path of the log file, ending in `.btlog`.

@@ -1,4 +1,4 @@
-"""TreeError, the base of all errors of behaviour trees."""
+"""TreeError, the base class of all errors of behaviour trees."""
 
 from __future__ import annotations
 
@@ -6,4 +6,4 @@ from ..errors import InputError
 
 
 class TreeError(InputError):
-    """A tree that cannot be built or continued: a port, a script, a key or a node violates its contract."""
+    """Raised if a tree cannot be built or continued, because of a port, a script, a key or a node."""

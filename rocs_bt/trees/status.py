@@ -42,7 +42,7 @@ _NAMES: dict[str, Outcome] = {
 
 
 def outcome_named(text: str) -> Outcome:
-    """Outcome with the name used in files.
+    """Outcome by its name in files, such as `SUCCESS`.
 
     Raises:
         TreeError: No outcome has this name.

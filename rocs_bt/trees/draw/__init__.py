@@ -1,4 +1,4 @@
-"""Drawings of trees as text and SVG, with ports and the origin of each key."""
+"""Drawings of trees as text and SVG, with the ports of each node and the origin of each blackboard key."""
 
 from .picture import Card, Key, Line, Picture, picture_of
 from .svg import svg

@@ -1,4 +1,4 @@
-"""Picture: content of a drawing, independent of its format."""
+"""Picture: content of a drawing of a tree, independent of the output format."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from ..xml.write import value_text
 
 @dataclass(frozen=True)
 class Line:
-    """Port or condition of a node.
+    """Line on the card of a node: one port or condition.
 
     Attributes:
         name: Name of the port or condition.
         value: Value given in the file.
-        comes_from: Origin or destination of a key; empty for a literal.
+        comes_from: Text that says which nodes write the blackboard key, or its given value; empty for a literal.
         sign: `<` for inputs, `>` for outputs, `<>` for both, `if` for a condition.
     """
 
@@ -37,7 +37,7 @@ class Line:
 
 @dataclass
 class Card:
-    """Node in a drawing.
+    """Card: a node in a drawing.
 
     Attributes:
         title: Name of the node.
@@ -45,9 +45,9 @@ class Card:
         kind: Control, Decorator, Action, Condition or SubTree.
         lines: Ports and conditions.
         depth: Depth in the tree, 0 for the root.
-        stub: Whether the node replaces one of an unknown class.
+        stub: Whether the node is a stub for a node of an unknown class.
         location: Position in its file, such as `patrol.xml:12`.
-        doc: Description of its class.
+        doc: Description of the node's class.
         children: Child nodes.
     """
 
@@ -64,15 +64,15 @@ class Card:
 
 @dataclass(frozen=True)
 class Key:
-    """Key of a blackboard.
+    """Blackboard key in a drawing.
 
     Attributes:
         board: Name of the blackboard.
         name: The key.
         type: Type of the key; empty for any type.
         value: Value before the first tick; empty if there is none.
-        written: Names of the nodes that write it.
-        read: Names of the nodes that read it.
+        written: Names of the nodes that write the key.
+        read: Names of the nodes that read the key.
     """
 
     board: str
@@ -85,15 +85,15 @@ class Key:
 
 @dataclass(frozen=True)
 class Picture:
-    """Drawing of a tree.
+    """Content of a drawing of a tree.
 
     Attributes:
-        title: Title.
+        title: Title of the drawing.
         doc: Description of the tree.
         parameters: Defaults of the parameters that a scenario may set.
-        cards: All nodes, the root first, parents before children.
-        keys: All keys in use.
-        faults: Faults found by a check.
+        cards: Cards of all nodes, parents before children, so the root is first.
+        keys: All blackboard keys that nodes use.
+        faults: Faults of the tree, as found by a check.
     """
 
     title: str
@@ -119,11 +119,11 @@ def picture_of(
     """Create the drawing of a tree.
 
     Args:
-        tree: The tree, bound.
-        title: Title.
+        tree: Tree to draw.
+        title: Title of the drawing.
         doc: Description of the tree.
         parameters: Defaults of the parameters that a scenario may set.
-        faults: Faults found by a check.
+        faults: Faults of the tree, as found by a check.
     """
     flow = flow_of(tree)
     cards, made, depths = [], dict[Any, Card](), {tree.root.id: 0}
@@ -176,7 +176,14 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
 
 
 def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
-    """Describe a key: its blackboard if that is another one, and its given value or the other nodes that write it."""
+    """Describe where the value of a key comes from: from which blackboard, and given or written by which nodes.
+
+    Args:
+        node: Node that uses the key.
+        board: Blackboard of the node.
+        key: Key, as the node names it.
+        flow: Uses of all keys of the tree.
+    """
     try:
         home, name = board.resolve(key)
     except ValueError:

@@ -10,7 +10,7 @@ from .picture import Card, Line, Picture
 GAP_X, GAP_Y = 46.0, 12.0
 TITLE, LINE = 30.0, 17.0
 MAX_CHARACTERS = 46
-"""Characters of a line that are shown; the full text is in its tooltip."""
+"""Maximum number of characters of a line that are shown; the full text is in the line's tooltip."""
 
 GLYPHS = {"Control": "→", "Decorator": "◇", "Action": "▸", "Condition": "?", "SubTree": "▣"}
 _CONTROLS = {"Fallback": "?", "Selector": "?", "Parallel": "⇉", "IfThenElse": "⑂", "WhileDoElse": "⑂", "Switch": "⑂"}
@@ -119,7 +119,7 @@ def _shown(line: Line) -> str:
 
 
 def _note(line: Line) -> str:
-    """Note after a port with a blackboard key: the given value of the key, or else the blackboard; may be empty."""
+    """Note after a port that has a blackboard key: the key's given value, else its blackboard; may be empty."""
     given = line.comes_from.partition("given: ")[2]
     home = line.comes_from.partition(",")[0] if line.comes_from.startswith("'") else ""
     return _short(given or home)
@@ -141,7 +141,7 @@ def _height(card: Card) -> float:
 
 
 def _width(card: Card) -> float:
-    """Width that is sufficient for the texts in common fonts [px]."""
+    """Width of a card [px] that is sufficient for its texts in common fonts."""
     title = len(_short(card.title)) * 8.8 + (len(card.tag) * 7 + 7 if card.tag else 0)
     lines = [(len(line.name) + len(_shown(line)) + len(_note(line)) + 3) * 7.0 for line in card.lines]
     return 31 + 12 + max([title, *lines, 40])

@@ -10,7 +10,7 @@ _SIGNS = {"<": "=", ">": "→", "<>": "↔", "if": ":"}
 
 
 def text(picture: Picture) -> str:
-    """Lines of text: each node with its ports below it."""
+    """Draw a tree as lines of text: each node, with its ports in the lines below."""
     lines = [f"{picture.title}: {picture.doc}" if picture.doc else picture.title]
     lines += [f"  {name} = {value}" for name, value in picture.parameters.items()]
     return "\n".join([*lines, *_tree(picture.root)])

@@ -1,4 +1,4 @@
-"""Check for blocking calls in the methods of leaves, from their source text without running it."""
+"""Check for blocking calls in the methods of leaves; it parses the source text and does not run it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 from ...errors import Fault
 
 METHODS = ("initialise", "update", "terminate", "tick_once", "halted")
-"""Methods that a tick calls."""
+"""Names of the methods that a tick calls."""
 
 _CALLS = (
     "time.sleep",
@@ -31,11 +31,11 @@ _HINT = "Start it in initialise, check in update whether it has ended, and retur
 
 
 def blocking_faults(text: str, file: Path) -> Iterator[Fault]:
-    """Warn of calls that block in the tick methods of a Python file's classes.
+    """Warnings about blocking calls and endless loops in a Python file, in the methods that a tick calls.
 
     Args:
         text: Python source text of the file.
-        file: The file.
+        file: Path of the file, for the warnings.
     """
     module = ast.parse(text)
     names = dict(_imported(module))
@@ -50,7 +50,7 @@ def blocking_faults(text: str, file: Path) -> Iterator[Fault]:
 
 
 def _imported(module: ast.Module) -> Iterator[tuple[str, str]]:
-    """Full names of imported names: `sleep` after `from time import sleep` is `time.sleep`."""
+    """Pairs of an imported name and its full name, such as `sleep` and `time.sleep` for `from time import sleep`."""
     for node in ast.walk(module):
         if isinstance(node, ast.Import):
             yield from ((a.asname or a.name, a.name) for a in node.names)
@@ -68,7 +68,7 @@ def _blocking(node: ast.AST, names: dict[str, str]) -> str:
     if name in _CALLS or name.partition(".")[0] in _MODULES:
         return f"calls {name}"
     waits = isinstance(node.func, ast.Attribute) and node.func.attr in _WAITS
-    # An argument is most likely a timeout of 0; the method may also be an unrelated `wait`.
+    # A call with an argument is not reported: the argument is most likely a timeout of 0, or the method is unrelated.
     return f"calls {ast.unparse(node.func)}" if waits and not node.args and not node.keywords else ""
 
 

@@ -1,4 +1,4 @@
-"""Static checks of a tree: keys, scripts, the nodes' own checks, unreachable children."""
+"""Static checks of a tree: blackboard keys, scripts, the nodes' own checks, nodes that are never ticked."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from .flow import flow_faults, flow_of, scripts_of
 
 
 def node_faults(tree: Tree) -> Iterator[Fault]:
-    """Bound faults of all nodes, each at its attribute; those that are not warnings prevent a run."""
+    """Faults that nodes find in themselves (`Node.bound_faults`), located in the document; errors prevent a run."""
     for node in tree.nodes:
         if isinstance(node, Node):
             for attribute, fault in _bound_faults(node):
@@ -38,7 +38,7 @@ def node_faults(tree: Tree) -> Iterator[Fault]:
 
 
 def _bound_faults(node: Node) -> Iterator[tuple[str, Fault]]:
-    """Bound faults of a node, including an error raised while they are computed, such as a port without a value."""
+    """Attributes and faults from a node's own check; if it raises, such as for a port without a value, that error."""
     try:
         yield from node.bound_faults()
     except InputError as error:
@@ -49,7 +49,7 @@ CONDITIONS = ("_failureIf", "_successIf", "_skipIf", "_while", "if")
 
 
 def constant(script: Script) -> bool | None:
-    """Constant value of a condition; None if it depends on a key or cannot be computed."""
+    """Value of a condition that is constant; None if the condition uses a key or cannot be computed."""
     if script.reads() or script.writes() or not script.statements:
         return None
     try:
@@ -59,7 +59,7 @@ def constant(script: Script) -> bool | None:
 
 
 def script_faults(tree: Tree) -> Iterator[Fault]:
-    """Faults of conditions that are constant and of expressions that always fail."""
+    """Faults of scripts: constant conditions, expressions that always fail, assignments of a wrong type."""
     for node in tree.nodes:
         if not isinstance(node, Node):
             continue
@@ -97,7 +97,7 @@ def _error(script: Script, expression: Expression) -> tuple[Fault, ...]:
 
 
 def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> Iterator[Fault]:
-    """Faults of texts assigned to keys that a port declares as numbers."""
+    """Faults of assignments of a text that is no number to a key that a port declares as a number."""
     for a in script.writes():
         if a.target.name.count("@") > 1 or not isinstance(a.value, Literal) or not isinstance(a.value.value, str):
             continue
@@ -114,7 +114,7 @@ def _type_faults(node: Node, attribute: str, script: Script, board: Board) -> It
 
 Outcomes = frozenset[str]
 ALL = frozenset("SFRK")
-"""S: SUCCESS, F: FAILURE, R: RUNNING, K: SKIPPED."""
+"""All outcomes: S for SUCCESS, F for FAILURE, R for RUNNING, K for SKIPPED."""
 
 _SEQUENCES = ("Sequence", "AsyncSequence", "SequenceWithMemory", "ReactiveSequence")
 _FALLBACKS = ("Fallback", "AsyncFallback", "ReactiveFallback")
@@ -129,7 +129,7 @@ _WORDS = {"S": "succeeds", "F": "fails", "R": "runs", "K": "is skipped"}
 
 
 def unreachable(tree: Tree) -> Iterator[Fault]:
-    """Faults of children that are never ticked."""
+    """Warnings about nodes that are never ticked, whatever the outcomes of the other nodes are."""
     known: dict[Any, Outcomes] = {}
     found: list[Fault] = []
     for node in reversed(tree.nodes):  # children before their parents
@@ -161,7 +161,14 @@ def _outcomes_of(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]
 
 
 def _in_order(node: Behaviour, below: list[Outcomes], passes: str, found: list[Fault]) -> Outcomes:
-    """Possible outcomes of a Sequence (passes S) or a Fallback (passes F)."""
+    """Possible outcomes of a Sequence or a Fallback.
+
+    Args:
+        node: Sequence or Fallback.
+        below: Possible outcomes of each child.
+        passes: Outcome of a child after which the next child is ticked: S for a Sequence, F for a Fallback.
+        found: List to which a warning about a child that is never ticked is added.
+    """
     outcomes, reached = set[str](), True
     for child, its in zip(node.children, below, strict=True):
         if not reached:
@@ -190,14 +197,14 @@ def _branches(node: Behaviour, below: list[Outcomes], found: list[Fault]) -> Out
 
 
 def _counted(node: Node, below: Outcomes) -> Outcomes:
-    """Possible outcomes of Repeat and Retry; with -1 they never return the outcome that they count."""
+    """Possible outcomes of Repeat and RetryUntilSuccessful; with the limit -1, not the outcome that they count."""
     counted, port = ("S", "num_cycles") if node.tag == "Repeat" else ("F", "num_attempts")
     never = {counted} if str(node.given.get(port)).strip() == "-1" else set()
     return (below | {"R", counted}) - never
 
 
 def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
-    """Possible outcomes including those that pre-conditions may decide."""
+    """Possible outcomes of a node: those of its own tick, and those that its pre-conditions can decide."""
     if not isinstance(node, Node) or not node.conditions:
         return own
     added = {"_failureIf": "F", "_successIf": "S", "_skipIf": "K", "_while": "K"}
@@ -205,12 +212,12 @@ def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
 
 
 def examine(tree: Tree) -> list[Fault]:
-    """Faults and warnings of a tree: keys, scripts, the nodes' own checks, unreachable children.
+    """Errors and warnings of a tree: blackboard keys, scripts, the nodes' own checks, nodes that are never ticked.
 
     Args:
-        tree: The tree, bound.
+        tree: Tree to check.
     """
-    return list(dict.fromkeys(_all(tree)))  # report the faults of a subtree that is used twice once
+    return list(dict.fromkeys(_all(tree)))  # a subtree that is used twice has the same faults twice
 
 
 def _all(tree: Tree) -> Iterator[Fault]:

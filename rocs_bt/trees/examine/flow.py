@@ -1,4 +1,4 @@
-"""Data flow of a tree: which nodes write and read each key of each blackboard."""
+"""Data flow of a tree: the nodes that write and read each key of each blackboard."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ SCRIPTS: Mapping[str, tuple[str, ...]] = {
     "Precondition": ("if",),
     "TestNode": ("return_status_script", "success_script", "failure_script", "post_script"),
 }
-"""Ports of nodes that contain scripts."""
+"""Ports that contain scripts, by node class."""
 
 NAMING: Mapping[str, tuple[str, ...]] = {
     "SetBlackboard": ("output_key",),
@@ -26,25 +26,25 @@ NAMING: Mapping[str, tuple[str, ...]] = {
     "SkipUnlessUpdated": ("entry",),
     "WaitValueUpdate": ("entry",),
 }
-"""Ports of nodes that name a key, with or without braces."""
+"""Ports whose text is the name of a key, with or without braces, by node class."""
 
 
 MAX_SUGGESTED = 100
-"""Maximum number of keys to search for the nearest name; each fault compares its key with all of them."""
+"""Maximum number of keys of a blackboard for which faults suggest the nearest name, because that search is slow."""
 
 
 @dataclass(frozen=True)
 class Use:
-    """Use of a key by a node.
+    """Use of a blackboard key by a node.
 
     Attributes:
-        node: The node.
-        attribute: Port or condition.
+        node: Node that uses the key.
+        attribute: Name of the port or condition that contains the key.
         key: The key as written in the node.
-        reads: Whether the node requires a value.
+        reads: Whether the node reads the key and fails if it has no value.
         creates: Whether the node creates the key if it does not exist.
         changes: Whether the node writes the key.
-        column: Position in a script, counted from 0; None for a port.
+        column: Position of the key in a script, counted from 0; None if the key is the value of a port.
     """
 
     node: Node
@@ -58,21 +58,26 @@ class Use:
 
 @dataclass(frozen=True)
 class Flow:
-    """All uses of all keys of a tree.
+    """Data flow of a tree: all uses of all blackboard keys.
 
     Attributes:
-        uses: Uses by blackboard and the key's name there.
+        uses: Uses of each key; the dictionary key is the blackboard that holds the key, and its name on it.
     """
 
     uses: Mapping[tuple[Board, str], list[Use]]
 
     def of(self, board: Board, key: str) -> list[Use]:
-        """Uses of a key, given by its name on a node's blackboard."""
+        """Uses of a key by all nodes.
+
+        Args:
+            board: Blackboard of one node.
+            key: Name of the key for this node, which is resolved to the blackboard that holds it.
+        """
         return self.uses.get(board.resolve(key), [])
 
 
 def scripts_of(node: Node) -> Iterator[tuple[str, Script]]:
-    """Scripts of a node by attribute, except scripts read from the blackboard."""
+    """Attributes and scripts of a node, except scripts that it reads from the blackboard at run time."""
     yield from node.conditions.items()
     for port in SCRIPTS.get(node.tag, ()):
         text = node.given.get(port, "")
@@ -84,10 +89,10 @@ def scripts_of(node: Node) -> Iterator[tuple[str, Script]]:
 
 
 def flow_of(tree: Tree) -> Flow:
-    """Data flow of a tree.
+    """Collect the uses of all blackboard keys of a tree.
 
     Args:
-        tree: The tree, bound.
+        tree: Tree to analyse.
     """
     found: dict[tuple[Board, str], list[Use]] = {}
     for node in tree.nodes:
@@ -128,7 +133,7 @@ def _port_uses(node: Node, port: Port[Any]) -> Iterator[Use]:
 
 
 def flow_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
-    """Faults of keys that are read, or assigned by `=`, but never created."""
+    """Warnings about keys that are read, or assigned by `=`, but that no node creates."""
     known: dict[Board, list[str]] = {}
     for (board, name), uses in flow.uses.items():
         if any(use.creates for use in uses):

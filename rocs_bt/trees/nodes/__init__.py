@@ -1,4 +1,7 @@
-"""Nodes of behaviour trees: semantics of BehaviorTree.CPP, classes of py_trees, ticked by direct calls."""
+"""Nodes of behaviour trees with the semantics of BehaviorTree.CPP, as subclasses of py_trees' behaviours.
+
+Unlike in py_trees, a tick is a chain of direct calls instead of generators, because these are faster.
+"""
 
 from ..status import FAILURE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .changes import Changes

@@ -85,7 +85,13 @@ class SetBlackboard(Instant):
         return SUCCESS
 
     def _as_number(self, key: str, kind: Any, value: Any) -> Any:
-        """Convert the literal to a number, once."""
+        """Convert the literal to the key's type; the result is cached.
+
+        Args:
+            key: Key, for messages.
+            kind: Type of the key: bool, int or float.
+            value: Literal.
+        """
         enums = self.board.enums
         if self._number[0] is not kind or self._number[1] is not enums:
             self._number = kind, enums, self.board.fitted(key, kind, value)
@@ -139,7 +145,7 @@ class _Scripted(Instant):
         return compile_script(script, self.board)
 
     def _read(self) -> Callable[[], Any]:
-        """Function of a script that is read from the blackboard, or of a node that is not in a tree."""
+        """Compiled script of a node that reads its script from the blackboard, or that is not bound to a tree."""
         text = self.code
         if self._last is None or self._last[0] != text:
             self._last = text, self.compiled(parse_script(text))

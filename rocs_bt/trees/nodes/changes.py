@@ -12,14 +12,14 @@ from .node import Node
 from .tree import Tree
 
 OnChange = Callable[[int, Outcome, Outcome], None]
-"""Callback with the node's uid, its previous outcome and its new outcome."""
+"""Callback for a change of status; arguments: the node's uid, its previous outcome and its new outcome."""
 
 
 class Changes:
-    """Reports changes of status to a callback.
+    """Reports each change of a node's status to a callback.
 
-    Nodes that have ended keep their status in the tree. This class reports them as IDLE after the first tick of the
-    tree that does not reach them, so that a display shows the last tick only.
+    Nodes that have ended keep their status in the tree. This class reports such a node as IDLE after the first tick of
+    the tree that does not reach it, so that a display shows only the last tick.
 
     Args:
         tree: Observed tree.
@@ -39,7 +39,7 @@ class Changes:
         self._unwatch()
 
     def _tick_ended(self) -> None:
-        """Report nodes as idle that ended before this tick and were not ticked in it."""
+        """Report as IDLE each node that had ended before this tick and was not reached by it."""
         self._renumber_if_edited()
         for node in self._stock:
             self._ticked.add(node.id)

@@ -18,7 +18,7 @@ from .port import Code, InOut, Input, Output
 
 
 class _Counted(Decorator):
-    """Counts the child's `counted` outcomes up to a limit; the opposite outcome ends the node at once.
+    """Ticks the child until it has returned the outcome `counted` a number of times; the other outcome ends the node.
 
     If the child ends within one tick, the node returns RUNNING before the next round, so that it can be interrupted.
     """
@@ -150,7 +150,13 @@ class _Loop(Decorator):
 
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
-    """Loop class for items of a type."""
+    """Create a loop class.
+
+    Args:
+        name: Name of the class.
+        item: Type of the items.
+        what: Plural of the items, for the description.
+    """
     value = Output(item, "current item")
     doc = f"Loop over {what}. {_Loop.__doc__}"
     return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
@@ -265,7 +271,7 @@ class Precondition(Decorator):
 
 
 TIME_TOLERANCE = 1e-9
-"""Tolerance of deadlines [s]: covers the rounding of k * step."""
+"""Tolerance of deadlines [s]; it covers the rounding error of a time that is computed as k * step."""
 
 
 class _Timed(Decorator):
@@ -278,7 +284,7 @@ class _Timed(Decorator):
         super().halted()
 
     def _due(self, milliseconds: int) -> bool:
-        """Whether a duration [ms] has passed since the first call."""
+        """Whether a duration [ms] has passed since the first call in this run."""
         now = self.runtime.now()
         if self._deadline is None:
             self._deadline = now + milliseconds / 1000.0
@@ -286,7 +292,7 @@ class _Timed(Decorator):
         return now >= self._deadline - TIME_TOLERANCE
 
     def _ended(self, outcome: Outcome) -> Outcome:
-        """End with an outcome, unless the child was skipped.
+        """End the node with the outcome of its child, unless the child was skipped.
 
         Raises:
             TreeError: The child has no outcome.

@@ -1,4 +1,4 @@
-"""Base classes of nodes: controls have several children, decorators one child, leaves none."""
+"""Base classes of nodes: controls with several children, decorators with one child, leaves without children."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .node import Node
 
 
 def halt(node: Behaviour) -> None:
-    """Halt a node if it is RUNNING; stock py_trees nodes are stopped."""
+    """Halt a node if it is RUNNING; a stock py_trees behaviour is stopped with the status INVALID."""
     if node.status is RUNNING:
         if isinstance(node, Node):
             node.halt()
@@ -59,7 +59,7 @@ class Control(Node, Composite):
                 halt(child)
 
     def ended(self, outcome: Outcome, child: Behaviour | None) -> Outcome:
-        """End with an outcome that `child` caused; descendants that still count as RUNNING are halted."""
+        """End the node with an outcome that `child` decided; children that still have the status RUNNING are halted."""
         if self._skipped:
             # A child that returned SKIPPED after RUNNING still has the status RUNNING.
             self.halt_children()
@@ -70,7 +70,7 @@ class Control(Node, Composite):
         return outcome
 
     def no_outcome(self, child: Behaviour, outcome: object) -> TreeError:
-        """Error for a child that returned no outcome."""
+        """Error to raise for a child that returned no valid outcome."""
         return no_outcome(child, outcome)
 
 
@@ -111,7 +111,7 @@ class Decorator(Node, StockDecorator):
         return outcome
 
     def replace_child(self, child: Behaviour, replacement: Behaviour) -> None:
-        """Replace the child; the old one is halted."""
+        """Replace the child; the previous child is halted."""
         halt(child)
         child.parent = None
         self.children[0] = self.decorated = replacement
@@ -210,7 +210,7 @@ def adopted(parent: Behaviour, child: Behaviour) -> Behaviour:
 
 
 def only(name: str, children: Many[Behaviour]) -> Behaviour:
-    """The one child of a decorator.
+    """Only element of the children of a decorator.
 
     Raises:
         TreeError: There is not exactly one child.
@@ -221,6 +221,6 @@ def only(name: str, children: Many[Behaviour]) -> Behaviour:
 
 
 def no_outcome(node: Behaviour, outcome: object) -> TreeError:
-    """Error for a node that returned no outcome."""
+    """Error to raise for a node that returned no valid outcome."""
     hint = "Return Status.RUNNING, SUCCESS or FAILURE."
     return TreeError(Fault(f"'{node.name}' ({type(node).__name__}) returned {outcome} instead of a status.", hint=hint))

@@ -33,17 +33,17 @@ _OUTCOMES: dict[str, Outcome] = {"_failureIf": FAILURE, "_successIf": SUCCESS, "
 
 
 def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tuple[Tick, Run | None]:
-    """Tick function of a node with its conditions, and the function to call when it is halted.
+    """Create the tick function of a node with conditions, and the function to call when the node is halted.
 
-    Before a node starts, `_failureIf`, `_successIf` and `_skipIf` are evaluated, then `_while`, which skips the node if
-    false. While the node runs, only `_while` is evaluated; it halts the node if false. After SUCCESS or FAILURE, also
-    one decided by a condition, `_onSuccess` or `_onFailure` runs, then `_post`. A halt runs `_onHalted` once, and not
-    `_post`.
+    Before a node starts, `_failureIf`, `_successIf` and `_skipIf` are evaluated, then `_while`; if `_while` is false,
+    the node is skipped. While the node is RUNNING, only `_while` is evaluated; if it is false, the node is halted.
+    After SUCCESS or FAILURE, even if a condition decided it, `_onSuccess` or `_onFailure` runs, then `_post`. A halt
+    runs `_onHalted` once, and not `_post`.
 
     Args:
-        node: The node.
-        conditions: Scripts by condition name.
-        board: Blackboard of the scripts.
+        node: Node with the conditions.
+        conditions: Scripts by the name of the condition.
+        board: Blackboard on which the scripts run.
     """
     run: dict[str, Run] = {}
     tick: Any = type(node).tick_once
@@ -61,8 +61,9 @@ def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tu
     return tick, run.get("_onHalted")
 
 
-# The functions below take the node as a parameter, so that they nest, with a default, so that the outermost is called
-# without arguments like the method that it hides. Default arguments are faster than closure variables.
+# Each wrapper below takes the node as a parameter, so that wrappers can be nested. The parameter has a default, so
+# that the outermost wrapper can be called without arguments, like the method `tick_once` that it hides. Default
+# arguments are read faster than closure variables.
 
 
 def _while(node: Guarded, tick: _Inner, holds: Holds) -> Tick:

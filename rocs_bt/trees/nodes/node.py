@@ -50,7 +50,7 @@ RESERVED = ("ID", "name", "_autoremap")
 """Attributes in files that are not ports."""
 
 MAX_ACCEPTED = 16_384
-"""Maximum number of accepted port texts that a class caches."""
+"""Maximum number of checked attribute texts that a node class caches."""
 
 _NOTHING: Mapping[str, Any] = MappingProxyType({})
 
@@ -93,11 +93,12 @@ class Node(Behaviour):
         ports: Ports of the class by name, those of its base classes first.
         min_children: Minimum number of children.
         max_children: Maximum number of children; None for no limit.
-        latches: Whether a parent that does not reset the node reuses its outcome without ticking it again.
+        latches: Whether the node keeps its outcome after it has ended, so that a WhileDoElse does not tick it again in
+            the same run.
         given: Values of ports from the file or the constructor, by port name.
         conditions: Pre- and post-conditions by name, such as `_skipIf`.
-        other: Attributes without meaning here, kept for editors; their names begin with `_`.
-        board: Blackboard of the node; its own empty one until the node is bound.
+        other: Attributes that this package does not use and keeps for editors; their names begin with `_`.
+        board: Blackboard of the node; until the node is bound, an empty one of its own.
         runtime: State shared by all nodes of the tree.
         origin: Source of the node, such as an XML element with its position; None if Python code made it.
         visits: Recorder of ticks; None until the node or an ancestor is ticked as a generator.
@@ -140,7 +141,7 @@ class Node(Behaviour):
         cls._shares_keys = False
 
     def _construct(self, name: str) -> None:
-        """Replace py_trees' constructor, which creates more than a node needs."""
+        """Initialise the node in place of py_trees' constructor, which creates more than a node needs."""
         if not isinstance(name, str):
             raise TypeError(f"the name of a node must be a string, found {name!r}.")
         # Attributes that exist on the first instances are stored without a dictionary, which is faster.
@@ -166,7 +167,7 @@ class Node(Behaviour):
                 delattr(self, later)
 
     def _prepare(self, attributes: Mapping[str, Any]) -> None:
-        """Store ports, conditions and other attributes.
+        """Check and store the ports, conditions and other attributes of the node.
 
         Raises:
             InputError: All faults of the attributes.
@@ -197,7 +198,7 @@ class Node(Behaviour):
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
-        """Faults of a node's attributes, by attribute name; a missing required port is listed under the port's name.
+        """Faults of a node's attributes, each with the name of its attribute or of a required port that is missing.
 
         Args:
             attributes: Ports and conditions by name; text as in files, or Python values.
@@ -228,7 +229,7 @@ class Node(Behaviour):
 
     @classmethod
     def _accept(cls, known: tuple[str, str]) -> None:
-        """Remember that an attribute's text is correct, so that it is not checked again when the node is made."""
+        """Cache that an attribute's text is correct, so that it is not checked again when the node is created."""
         if len(cls._accepted) >= MAX_ACCEPTED:
             cls._accepted.clear()
         cls._accepted.add(known)
@@ -247,7 +248,10 @@ class Node(Behaviour):
         return self._board
 
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
-        """Bind the node to a blackboard: resolve keys and compile scripts. The caller binds the children.
+        """Bind the node to a blackboard: declare its keys and compile its scripts. The caller binds the children.
+
+        Keys with a conflicting type and unknown enum names are added to `runtime.faults`, so that the tree can report
+        all of them together.
 
         Args:
             board: Blackboard of the node.
@@ -255,9 +259,6 @@ class Node(Behaviour):
 
         Returns:
             Children, each with its blackboard.
-
-        Keys with a conflicting type and unknown enum names are added to `runtime.faults`, so that the tree reports all
-        of them.
         """
         self._board, self.runtime = board, runtime
         self._readers = None
@@ -281,14 +282,15 @@ class Node(Behaviour):
             port.value(given, board.enums)
 
     def bound_faults(self) -> Iterable[tuple[str, Fault]]:
-        """Faults that show only once the node is bound, by attribute; derived classes override this.
+        """Faults that can be found only after the node is bound, each with its attribute.
 
-        A check reports all of them. A run does not start if any is an error; warnings are allowed.
+        A check of the tree reports all of them. A run does not start if one of them is an error. Derived classes
+        override this method.
         """
         return ()
 
     def written(self) -> tuple[str, dict[str, str]] | None:
-        """Tag and attributes in a document, for a node that replaces another one; None to write the node's own."""
+        """Tag and attributes to write to a document, if the node stands for another one; None to write its own."""
         return None
 
     def read(self, port: str) -> Any:
@@ -306,7 +308,7 @@ class Node(Behaviour):
         return reader()
 
     def write(self, port: str, value: Any) -> None:
-        """Write an output port; no effect if the file gave it no key.
+        """Write an output port; does nothing if the port has no key.
 
         Raises:
             TreeError: The port is an input port, or the value does not fit the key.
@@ -319,7 +321,7 @@ class Node(Behaviour):
             self.board[key] = value
 
     def key(self, port: str) -> str | None:
-        """Key that a port refers to; None for a literal or if nothing was given."""
+        """Blackboard key to which a port refers; None if the port has a literal or no value."""
         return pointed(self.given.get(port, self.ports[port].default), port)
 
     def tick(self) -> Iterator[Behaviour]:
@@ -339,7 +341,7 @@ class Node(Behaviour):
         raise NotImplementedError
 
     def halt(self) -> None:
-        """Interrupt a RUNNING node, children before their parent, each of them once."""
+        """Interrupt a RUNNING node and its RUNNING descendants, children before parents."""
         self.halted()
         self.status = IDLE
         if self._on_halted is not None:
@@ -348,7 +350,7 @@ class Node(Behaviour):
             self.runtime.watch(self, IDLE)
 
     def halted(self) -> None:
-        """Release resources after a halt; derived classes override this."""
+        """Halt the children and release resources when the node is halted; derived classes override this."""
 
     def stop(self, new_status: Status = IDLE) -> None:
         """py_trees' interface: halt the node if it is RUNNING, then set its status."""
@@ -367,12 +369,12 @@ class Node(Behaviour):
         return lambda: value
 
     def _tick_unbound(self) -> Outcome:
-        """First tick of a node with conditions that is not in a tree."""
+        """First tick of a node that has conditions but is not in a tree: compiles the conditions, then ticks."""
         self.rewire()
         return self.tick_once()
 
     def rewire(self) -> None:
-        """Wrap the tick with conditions, watcher and visit recorder, each only if present."""
+        """Wrap `tick_once` with the conditions, the watcher and the visit recorder, as far as the node has them."""
         if self.conditions and self._guarded is None:  # not in a tree: the node's own blackboard
             self._guarded, self._on_halted = guarded(self, self.conditions, self.board)
         watch, visits = self.runtime.watch, self.visits
@@ -404,7 +406,7 @@ def _fixed_type(port: Port[Any]) -> Any:
 
 
 def _maybe_enum(port: Port[Any], text: str) -> bool:
-    """Whether a text may name an enum value; quantities and ports with their own parser have no enums."""
+    """Whether a port's text may be the name of an enum value, which only plain int and float ports accept."""
     return port.kind in (int, float) and port.dimension is None and text.isidentifier()
 
 

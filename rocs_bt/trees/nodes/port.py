@@ -24,7 +24,7 @@ class Ported(Protocol):
 
 
 class Direction(Enum):
-    """Direction of a port's values; the enum values are the tags of a palette."""
+    """Direction of a port; the enum values are the tags that declare such a port in a TreeNodesModel."""
 
     INPUT = "input_port"
     OUTPUT = "output_port"
@@ -36,11 +36,11 @@ class _Required(Enum):
 
 
 REQUIRED: Final = _Required.REQUIRED
-"""Marks a port without a default."""
+"""Default of a port for which a file must give a value."""
 
 
 class Port(Generic[T]):
-    """Port of a node class; read and written like an attribute of the node.
+    """Port of a node class, a descriptor: a node reads and writes it like an attribute.
 
         class Greet(Leaf):
             name = Input(str, doc="person to greet")
@@ -56,12 +56,13 @@ class Port(Generic[T]):
             port that accepts every type and fixes none.
         default: Value if a file gives none, possibly text such as `{key}`; REQUIRED if a file must give one.
         doc: Description of the port.
-        name: Name in files, if that is not a valid Python name.
-        dimension: Dimension of the numbers; files then give quantities such as `0.5 m`, blackboards hold SI numbers.
-        parse: Conversion from text to a value, for a class of its own.
+        name: Name of the port in files, if it cannot be a Python attribute; by default the attribute's name.
+        dimension: Dimension of the numbers. With one, files contain quantities such as `0.5 m`, and blackboards contain
+            numbers in SI units.
+        parse: Function from text to a value, for a `kind` that has no standard conversion.
 
     Attributes:
-        direction: Direction of the values.
+        direction: Whether the node reads the port, writes it, or both.
     """
 
     direction = Direction.INPUT
@@ -105,7 +106,7 @@ class Port(Generic[T]):
         return self.default is REQUIRED
 
     def value(self, text: str, enums: Enums | None = None) -> T:
-        """Convert a text to a value.
+        """Convert a text to a value of the port.
 
         Raises:
             InputError: The text cannot be converted to this port's type.
@@ -120,7 +121,7 @@ class Port(Generic[T]):
                 found = from_string(text, self.kind, enums)
         except InputError:
             raise
-        except Exception as error:  # a user's parser may raise anything; the text is at fault
+        except Exception as error:  # a user's parser may raise anything
             raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
         value: T = found
         return value
@@ -131,14 +132,14 @@ class Input(Port[T]):
 
 
 class Code(Input[str]):
-    """Input port that contains a script, which is parsed when its file is loaded."""
+    """Input port whose value is a script; its syntax is checked when the file is loaded."""
 
     def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "") -> None:
         super().__init__(str, default, doc, name=name, parse=_script)
 
 
 class Output(Port[T]):
-    """Port that the node writes; in a file it is always a key, such as `{pose}`. It may be omitted."""
+    """Port that the node writes. In a file its value is a blackboard key, such as `{pose}`; it may be omitted."""
 
     direction = Direction.OUTPUT
 
@@ -158,13 +159,13 @@ def _script(text: str) -> str:
 
 
 class ExactKey(str):
-    """Name of a key that is taken literally, where `=` would otherwise mean the port's own name."""
+    """Key whose name is taken literally, even if it is `=`, which otherwise means the key with the port's name."""
 
     __slots__ = ()
 
 
 def pointer(text: object) -> str | None:
-    """Key that `{key}` refers to, without braces and the spaces around them; None for a literal."""
+    """Key in a text such as `{key}`, without the braces and the spaces around them; None if the text is a literal."""
     return _pointer(text) if isinstance(text, str) else None
 
 
@@ -177,16 +178,16 @@ def _pointer(text: str) -> str | None:
 
 
 def pointed(text: object, port: str) -> str | None:
-    """Like `pointer`, with `{=}` and `=` resolved to the key of the port's own name."""
+    """Key in a text, as in `pointer`; `{=}` and `=` mean the key with the port's name."""
     key = pointer(text)
     return port if key == "=" else key
 
 
 class Reading:
-    """Reads the blackboard key of a port; keeps a reference to the entry once it is found.
+    """Reader of a port's blackboard key. It keeps a reference to the entry, so that the key is looked up only once.
 
     Args:
-        port: The port.
+        port: Port to read.
         owner: Tag and name of the port's node, for messages.
         board: Blackboard of the node.
         key: Key of the port.

@@ -65,7 +65,7 @@ class Registry(Mapping[str, type[Node]]):
         Args:
             tag: Name of the class.
             name: Name of the node.
-            children: Children, created before.
+            children: Child nodes, already created.
             attributes: Ports, conditions and other attributes, without `ID` and `name`.
 
         Raises:
@@ -81,7 +81,13 @@ class Registry(Mapping[str, type[Node]]):
 
 
 def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
-    """Faults of a node with this number of children; empty if its class allows the number."""
+    """Faults of a node with a wrong number of children; empty if its class allows the number.
+
+    Args:
+        node: Class of the node.
+        name: Name of the node.
+        count: Number of children.
+    """
     least, most = node.min_children, node.max_children
     if count >= least and (most is None or count <= most):
         return []

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from py_trees.behaviour import Behaviour
 
 Watch = Callable[["Behaviour", Outcome], None]
-"""Callback with the outcome of every tick of every node, children before parents, and IDLE for a halted node."""
+"""Observer that is called with each node and its outcome after each of its ticks, or with IDLE when it is halted."""
 
 Caught = Callable[["Behaviour", BaseException], bool]
-"""Handler of an exception in a leaf: True if handled, the leaf then counts as RUNNING; False to raise it."""
+"""Handler of an exception in a leaf. It returns True if the leaf counts as RUNNING, False to raise the exception."""
 
 
 class Runtime:
@@ -28,12 +28,13 @@ class Runtime:
         owner: Object that the tree works for, such as a robot's mission; nodes check its type before they use it.
 
     Attributes:
-        owner: The owner.
+        owner: Object that the tree works for.
         now: Function that returns the time [s]; raises a TreeError in a tree without a clock.
-        watch: Observer of each tick, or None. Nodes adopt it when they are bound.
+        watch: Observer of the ticks of all nodes, or None. Nodes wrap their ticks with it when they are bound.
         caught: Handler of exceptions in leaves.
-        faults: Faults found while nodes were bound: the node, its attribute, the fault.
-        tick_again: Set by a node that returned RUNNING only to let other nodes run: tick again without waiting.
+        faults: Faults found while nodes were bound, as tuples of node, attribute and fault.
+        tick_again: Whether a node returned RUNNING only to let other nodes run, so that the tree can be ticked again
+            without waiting.
     """
 
     def __init__(self, clock: Clock | None = None, owner: object = None) -> None:

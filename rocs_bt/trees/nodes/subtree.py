@@ -19,12 +19,12 @@ from .runtime import Runtime
 
 
 class SubTree(Decorator):
-    """Ticks another tree, which has its own keys except for those that are remapped.
+    """Ticks another tree, which has a blackboard of its own.
 
-    `goal="{dock}"` makes the subtree's key `goal` the key `dock` of this tree, `goal="{=}"` the key `goal`.
-    `goal="home"`
-    gives the subtree a value of its own, and so does `goal="="`. `_autoremap="true"` maps all other keys to this tree's
-    keys of the same name, except private ones, which begin with `_`.
+    `goal="{dock}"` makes the subtree's key `goal` refer to the key `dock` of the outer tree, `goal="{=}"` to the outer
+    key `goal`. `goal="home"` writes the text `home` to the subtree's own key `goal`; so does `goal="="` with `=`.
+    `_autoremap="true"` makes all other keys refer to the outer keys of the same name, except private ones, which begin
+    with `_`.
 
     Args:
         name: Name in displays.
@@ -50,7 +50,7 @@ class SubTree(Decorator):
     def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
         super().bind(board, runtime)
         if self._inner is not None and self._inner.parent is board:
-            return [(self.decorated, self._inner)]  # another part of the tree was edited; keep this subtree's values
+            return [(self.decorated, self._inner)]  # bound again after another part of the tree was edited
         inner = self._inner = Board(board, autoremap=self.autoremap, name=self.name)
         for name, given in self.remaps.items():
             key = _key(given, name)
@@ -72,14 +72,14 @@ class SubTree(Decorator):
 
 
 def _key(given: Any, name: str) -> str | None:
-    """Outer key of a remapping; None for a literal, which `=` without braces is here, as in BehaviorTree.CPP."""
+    """Outer key of a remapping; None for a literal. As in BehaviorTree.CPP, `=` without braces is a literal here."""
     if isinstance(given, ExactKey):
         return str(given)
     return None if given == "=" else pointed(given, name)
 
 
 def _literal(given: Any) -> Any:
-    """Literal as stored on the subtree's blackboard: a number if it reads as one, else text."""
+    """Literal as stored on the subtree's blackboard: a number if the text can be converted to one, else the text."""
     if not isinstance(given, str):
         return given
     for kind in (int, float):

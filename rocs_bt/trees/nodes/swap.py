@@ -1,4 +1,4 @@
-"""Swap a subtree of a running tree between two ticks; the blackboards remain."""
+"""Functions that replace a subtree of a running tree between two ticks; the blackboards remain."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from .subtree import SubTree
 
 
 def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -> Behaviour:
-    """Node with a path, or else the only node with a name.
+    """Find a node by its path, or else by its name if only one node has this name.
 
     Args:
         nodes: Nodes to search.
-        paths: Paths of the nodes by `id`.
-        name: Path or name.
+        paths: Paths of the nodes, keyed by `id`.
+        name: Path or name of the node.
 
     Raises:
         TreeError: No node, or more than one, matches.
@@ -40,7 +40,7 @@ def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -
 
 
 def swapped_part(node: Behaviour) -> Behaviour:
-    """Node that a swap replaces: for a SubTree the tree inside it, so that its remappings and its blackboard remain."""
+    """Node that a swap replaces: for a SubTree its child, so that the remappings and the blackboard remain."""
     return node.children[0] if isinstance(node, SubTree) else node
 
 
@@ -60,7 +60,7 @@ def replace_node(old: Behaviour, new: Behaviour) -> None:
 
 @contextmanager
 def keys_restored(board: Board) -> Iterator[None]:
-    """Remove keys that the body declared, on this blackboard and its ancestors, if the body raises."""
+    """Context manager: if its body raises, remove the keys that the body declared on a blackboard and its ancestors."""
     chain = [board]
     while chain[-1].parent is not None:
         chain.append(chain[-1].parent)

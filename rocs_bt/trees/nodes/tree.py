@@ -1,4 +1,4 @@
-"""Tree: a root bound to a blackboard and a clock, and ticked."""
+"""Tree: a root node with its descendants, bound to a blackboard and a clock, which can be ticked."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .subtree import SubTree
 from .swap import find_node, keys_restored, replace_node, swapped_part
 
 MAX_SETTLING = 10_000
-"""Maximum number of ticks in `Tree.settle`; a tree that needs more never settles."""
+"""Maximum number of ticks in `Tree.settle`; a tree that needs more would most likely never settle."""
 
 _FRAMES = 8
 """Maximum number of Python stack frames per level of a tree during a tick."""
@@ -37,11 +37,11 @@ class Tree:
         board: Blackboard of the root; a new one by default.
         clock: Time source for nodes that wait.
         owner: Object that the tree works for, such as a mission; see `Runtime.owner`.
-        enums: Numbers by name, for scripts and ports.
-        faults: List that collects the faults of a tree that is only inspected; by default they are raised.
+        enums: Enum values by name, for scripts and ports.
+        faults: List to which faults are added, for a tree that is only inspected; by default they are raised.
 
     Raises:
-        TreeError: All conflicting types of keys and unknown enum names.
+        TreeError: Keys have conflicting types, or enum names are unknown; the error lists all of them.
 
     Attributes:
         root: Root node.
@@ -71,20 +71,20 @@ class Tree:
         self.bind()
 
     def bind(self) -> None:
-        """Bind all nodes; call it again after editing the tree. Subtrees that remain keep their blackboards."""
+        """Bind all nodes to their blackboards. Call this again after editing the tree; subtrees keep theirs."""
         nodes, boards = self._bind_below(self.root, self.board)
         self.nodes: tuple[Behaviour, ...] = tuple(nodes)
         self.boards: dict[Behaviour, Board] = dict(zip(nodes, boards, strict=True))
 
     def swap(self, old: Behaviour, new: Behaviour) -> None:
-        """Replace a subtree by another one between two ticks. Running nodes of the old one are halted, once.
+        """Replace a subtree by another one between two ticks. RUNNING nodes of the old subtree are halted.
 
-        The blackboards keep their values, and all other nodes continue undisturbed. For a SubTree the tree inside it is
-        replaced; its remappings and its blackboard remain.
+        The blackboards keep their values, and all other nodes continue undisturbed. If `old` is a SubTree, the tree
+        inside it is replaced; the remappings and the blackboard of the SubTree remain.
 
         Args:
-            old: Node of this tree.
-            new: Root of a tree that is not part of any other tree.
+            old: Root of the subtree to replace, a node of this tree.
+            new: Root of the new subtree, which must not be part of a tree.
 
         Raises:
             TreeError: `new` belongs to a tree already, or uses a key with another type. The old subtree remains in use.
@@ -108,7 +108,7 @@ class Tree:
         self.boards.update(zip(nodes, boards, strict=True))
 
     def find(self, name: str) -> Behaviour:
-        """Node with a full path (see `paths`), or the only node with a name.
+        """Find a node by its full path (see `paths`), or by its name if only one node has this name.
 
         Raises:
             TreeError: No node, or more than one, matches.
@@ -116,7 +116,16 @@ class Tree:
         return find_node(self.nodes, self.paths(), name)
 
     def _bind_below(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
-        """Bind a node and its descendants; returns nodes, parents before children, and their blackboards."""
+        """Bind a node and its descendants.
+
+        Args:
+            root: Node.
+            board: Blackboard of the node.
+            depth: Number of ancestors of the node.
+
+        Returns:
+            Nodes, parents before children, and the blackboard of each.
+        """
         nodes, boards, deepest = list[Behaviour](), list[Board](), 0
         stack = [iter([(root, board)])]
         while stack:
@@ -144,7 +153,7 @@ class Tree:
             raise TreeError(*faults)
 
     def tick(self) -> Outcome:
-        """Tick the tree once: one traversal, even if more could be done.
+        """Tick the tree once, even if `settle` would tick it again.
 
         Returns:
             Outcome of the root; SKIPPED if the root was skipped.
@@ -166,12 +175,12 @@ class Tree:
         return outcome
 
     def ticked(self) -> None:
-        """Notify watchers that a tick has ended; for a py_trees root that is ticked as a generator."""
+        """Notify the watchers that a tick has ended. Call it if the root is ticked as a py_trees generator."""
         for after in self._after:
             after()
 
     def settle(self) -> Outcome:
-        """Tick until nothing more can be done before time passes.
+        """Tick the tree until no node can continue before time passes.
 
         Nodes such as Repeat return RUNNING between two rounds so that other nodes can run; this method ticks again at
         once.
@@ -234,11 +243,11 @@ class Tree:
         return found
 
     def subtrees(self) -> Iterator[SubTree]:
-        """All subtrees, outer ones first."""
+        """All SubTree nodes, outer ones first."""
         return (node for node in self.nodes if isinstance(node, SubTree))
 
     def _raised_in(self, error: Exception) -> str:
-        """Path of the node that raised an exception, found from the traceback; the root if no node is in it."""
+        """Path of the node that raised an exception, found in the traceback; the path of the root if none is found."""
         paths = self.paths()
         path = paths[self.root.id]
         for frame, _ in walk_tb(error.__traceback__):
@@ -270,7 +279,7 @@ def _depth(node: Behaviour) -> int:
 
 
 def _raise_recursion_limit(depth: int) -> None:
-    """Allow recursion as deep as a tree needs. The limit belongs to the process, so it is never lowered."""
+    """Raise Python's recursion limit for a tree of this depth. It is never lowered, because the process may need it."""
     wanted = 600 + depth * _FRAMES
     if wanted > sys.getrecursionlimit():
         sys.setrecursionlimit(wanted)
@@ -294,15 +303,15 @@ def fault_at(
     column: int | None = None,
     warning: bool = True,
 ) -> Fault:
-    """Fault of a node, located at one of its attributes in its document.
+    """Create a fault of a node, located at one of the node's attributes in its document.
 
     Args:
-        node: The node.
-        message: Description of the fault; the node's name is put before it.
+        node: Node with the fault.
+        message: Description of the fault; the node's name is prepended.
         hint: Suggested remedy.
         attribute: Name of the attribute.
         column: Position in the attribute's value, counted from 0.
-        warning: Whether the tree still runs.
+        warning: Whether the fault is a warning, so that the tree can still run.
     """
     text, origin = f"'{node.name}': {message}", getattr(node, "origin", None)
     if origin is not None:

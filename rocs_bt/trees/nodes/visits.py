@@ -1,4 +1,4 @@
-"""Visits: records the nodes of a tick for py_trees' generators, which yield each ticked node."""
+"""Visits: recorder of the nodes that a tick reaches, for py_trees' `tick` generator, which yields these nodes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from ..status import Outcome
 
 
 class Visits:
-    """Records which nodes below a root are ticked, children before parents.
+    """Recorder of the nodes below a root that are ticked, children before parents.
 
     Nodes of this package are ticked by direct calls, which yield nothing. A root that is ticked as a generator
     therefore wraps the ticks of its descendants, once, and records them only while its generator runs.
 
     Args:
-        is_own: Whether a behaviour is a node of this package.
+        is_own: Function that returns whether a behaviour is a node of this package.
     """
 
     def __init__(self, is_own: Callable[[Any], bool]) -> None:
@@ -25,7 +25,7 @@ class Visits:
         self._seen: list[Behaviour] | None = None
 
     def of(self, root: Behaviour) -> Iterator[Behaviour]:
-        """Tick a root and yield the ticked nodes."""
+        """Tick a root and yield the nodes that were ticked."""
         self._install(root)
         seen: list[Behaviour] = []
         before, self._seen = self._seen, seen
@@ -36,7 +36,7 @@ class Visits:
         yield from seen
 
     def around(self, node: Behaviour, tick: Callable[[], Outcome]) -> Callable[[], Outcome]:
-        """Wrap a tick so that it is recorded."""
+        """Wrap the tick function of a node so that each tick is recorded."""
 
         def visited() -> Outcome:
             outcome = tick()
@@ -59,7 +59,7 @@ class Visits:
             todo += node.children
 
     def _collected(self, node: Behaviour) -> Callable[[], None]:
-        """Tick of a stock py_trees node; its generator yields the ticked nodes."""
+        """Tick function for a stock py_trees behaviour; it records the nodes that the behaviour's generator yields."""
 
         def collected() -> None:
             for visited in node.tick():

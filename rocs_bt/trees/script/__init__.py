@@ -1,4 +1,4 @@
-"""Scripting language of BehaviorTree.CPP: parser, checks and compiler to functions on a blackboard."""
+"""Scripting language of BehaviorTree.CPP: parser, and compiler to Python functions that work on a blackboard."""
 
 from .arithmetic import Refused, truth
 from .compiler import compile_condition, compile_script

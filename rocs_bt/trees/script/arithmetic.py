@@ -1,8 +1,8 @@
 """Operators of scripts, equivalent to those of BehaviorTree.CPP (scripting/operators.hpp, utils/safe_any.hpp).
 
-Computed numbers are doubles; an integer literal is an integer until it is computed with. A comparison is 1.0 or 0.0.
-The result is infinite where that of C++ is. An assigned value keeps the representation of the entry's value
-(`Any::copyInto`).
+The result of arithmetic is a double; an integer literal is an integer until an operator is applied. The value of a
+comparison is 1.0 or 0.0. A result is infinite where that of C++ is. An assignment converts the new value to the type
+of the entry's previous value (`Any::copyInto`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NUMBERS = (int, float, bool)
 
 
 class Refused(Exception):
-    """An operator does not accept these operands; the compiler adds the position."""
+    """Raised if an operator does not accept its operands. The compiler converts it to a ScriptError."""
 
 
 def number_of(text: str, enums: Enums) -> float:
@@ -50,7 +50,7 @@ def truth(value: Any) -> bool:
 
 
 def required_value(value: Any, name: str) -> Any:
-    """Value of a key.
+    """Check that a key has a value, and return the value.
 
     Raises:
         Refused: The key has no value.
@@ -61,7 +61,7 @@ def required_value(value: Any, name: str) -> Any:
 
 
 def choice_truth(value: Any) -> bool:
-    """Truth of the condition of `?`.
+    """Truth of the condition of `?`, which, unlike other conditions, may be any text or number.
 
     Raises:
         Refused: The value is neither true nor false.
@@ -80,7 +80,7 @@ def as_double(value: float) -> float:
 
 
 def shown(value: Any) -> str:
-    """Text of a value in a message."""
+    """Text of a value for a message."""
     return "nothing" if value is None else repr(value)
 
 
@@ -150,7 +150,11 @@ COMPARE: dict[str, Callable[[Any, Any], bool]] = {
 
 
 def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
-    """Operands of a comparison, both converted to numbers or both strings."""
+    """Convert the operands of a comparison so that both are numbers or both are strings.
+
+    Raises:
+        Refused: The operands cannot be compared.
+    """
     a, b = left.__class__, right.__class__
     if a is str and b in NUMBERS:
         return number_of(left, enums), right
@@ -184,11 +188,11 @@ def negated(operator_: str, value: Any) -> float:
 
 
 BITS = 2.0**63
-"""Upper limit of an integer's magnitude."""
+"""Limit of the magnitude of a 64-bit integer."""
 
 
 def existing_entry(board: Board, name: str) -> Entry:
-    """Entry of a key.
+    """Entry of a key that must exist.
 
     Raises:
         Refused: The key does not exist.
@@ -200,10 +204,10 @@ def existing_entry(board: Board, name: str) -> Entry:
 
 
 def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:
-    """New value of an entry after an assignment.
+    """Compute the new value of an entry for an assignment.
 
     Args:
-        board: Blackboard of the script, for enums.
+        board: Blackboard of the script, whose enums are used in conversions.
         name: The key.
         entry: Entry of the key.
         operator: `:=`, `=`, `+=`, `-=`, `*=` or `/=`.

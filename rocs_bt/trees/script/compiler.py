@@ -1,7 +1,8 @@
-"""Compiler from a parsed script to functions on one blackboard: one closure per operator, calling its operands'.
+"""Compiler from a parsed script to a function that works on one blackboard.
 
-Common operations on numbers (comparisons, sums, products) have a fast path for floats and ints. All others use the
-functions of `arithmetic`, which accept any value and raise Refused with the reason.
+Each operator becomes a closure that calls the closures of its operands. Common operators (comparisons, sums, products)
+have a fast path for floats and ints. All other cases use the functions of `arithmetic`, which accept any value and
+raise Refused with the reason if they cannot compute a result.
 """
 
 from __future__ import annotations
@@ -68,8 +69,8 @@ _FLOATS: Mapping[str, _Pair] = {"+": operator.add, "-": operator.sub, "*": opera
 def compile_script(script: Script, board: Board) -> Run:
     """Compile a script to a function that returns the value of its last statement, None for an empty script.
 
-    Names refer to enums of the blackboard first, then to its keys. The function raises a ScriptError if the script
-    cannot continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
+    A name is an enum value of the blackboard, or else a key. The function raises a ScriptError if the script cannot
+    continue. Compilation is deferred to the first call, because most scripts of a large document rarely run.
     """
     return _with_script_errors(script, board, condition=False)
 
@@ -80,7 +81,7 @@ def compile_condition(script: Script, board: Board) -> Callable[[], bool]:
 
 
 def _with_script_errors(script: Script, board: Board, condition: bool) -> Run:
-    """Compiled function that converts refusals to ScriptErrors."""
+    """Compile a script, on first call, to a function that raises Refused and overflow as ScriptError."""
     run: Run | None = None
 
     def runs() -> Any:
@@ -100,8 +101,8 @@ def _with_script_errors(script: Script, board: Board, condition: bool) -> Run:
 class _Compiler:
     """Compiler of one script.
 
-    The statements may be those of another script with the same form. Names and literals are taken from the script's
-    slots in order, so expressions are compiled from left to right.
+    The syntax tree may be shared with other scripts (see `Form`). The names and literals of this script are in its
+    slots, in the order of the text. Expressions must therefore be compiled from left to right.
     """
 
     def __init__(self, script: Script, board: Board) -> None:
@@ -275,14 +276,26 @@ class _Compiler:
 
 
 def _number(expression: Expression, value: Run) -> float | None:
-    """Number of a literal; None for any other expression."""
+    """Value of a number literal as a float; None for any other expression.
+
+    Args:
+        expression: Expression.
+        value: Compiled expression.
+    """
     if isinstance(expression, Literal) and not isinstance(expression.value, str):
         return as_double(value())
     return None
 
 
 def _sum(sign: str, left: Run, right: Run, number: float | None) -> Run:
-    """Function of one binary operator; `number` is the right operand if that is a literal."""
+    """Function of one binary operator.
+
+    Args:
+        sign: Operator.
+        left: Compiled left operand.
+        right: Compiled right operand.
+        number: Value of the right operand if it is a number literal, for a faster function; else None.
+    """
     combine, quick = BINARY[sign], _FLOATS.get(sign)
     if quick is None:
         return lambda: combine(left(), right())

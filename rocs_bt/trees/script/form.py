@@ -1,4 +1,4 @@
-"""Scripts of BehaviorTree.CPP. Scripts that differ only in names and literals are parsed only once."""
+"""Parsed scripts. Scripts that differ only in names and literals share one syntax tree, which is parsed once."""
 
 from __future__ import annotations
 
@@ -40,14 +40,14 @@ class Form:
     """Syntax tree shared by all scripts that differ only in names and literals.
 
     Attributes:
-        statements: Statements with placeholders as names and literals.
+        statements: Statements in which all names and literals are placeholders.
     """
 
     statements: tuple[Expression, ...]
 
 
 class Script:
-    """Parsed script.
+    """Parsed script of BehaviorTree.CPP's scripting language.
 
     Args:
         text: Text of the script.
@@ -103,7 +103,11 @@ def parse_script(text: str) -> Script:
 
 
 def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
-    """Shared form of a text, and its names and literals; no form for texts that only the parser can split."""
+    """Split a script into its shared form, and its names and literals, without parsing it.
+
+    Returns:
+        Form, or None if the text can only be split by the parser; and the names and literals.
+    """
     pieces = _SLOT.split(text)  # text, string, number, name, text ...
     between = tuple(pieces[::4])
     if len(text) > MAX_LENGTH or "" in between[1:-1]:
@@ -129,11 +133,11 @@ def _outline(text: str) -> tuple[Form | None, tuple[Any, ...]]:
 
 @functools.lru_cache(maxsize=1024)
 def _form(between: tuple[str, ...], kinds: str) -> Form | None:
-    """Create the form shared by all texts with these operators and types of slots; None if they are not valid scripts.
+    """Create the form of all scripts with these operators and kinds of names and literals; None if they are invalid.
 
     Args:
         between: Texts before, between and after the slots: operators and spaces.
-        kinds: One letter per slot: N name, I integer, F other number, S string, T `true` or `false`.
+        kinds: One letter for each slot: N name, I integer, F other number, S string, T `true` or `false`.
     """
     samples = [*(_SAMPLES[kind] for kind in kinds), ""]
     try:

@@ -1,4 +1,7 @@
-"""Parser of scripts: tokens, syntax tree, and precedence climbing with the levels of BehaviorTree.CPP 4.10."""
+"""Parser of scripts: tokens, syntax tree, and precedence climbing with the levels of BehaviorTree.CPP 4.10.
+
+In all expressions, `at` is the position in the script, counted from 0.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from ..error import TreeError
 
 
 class ScriptError(TreeError):
-    """A script that cannot be parsed or that fails.
+    """Raised if a script cannot be parsed, or fails when it runs.
 
     Args:
         text: The script.
@@ -27,7 +30,7 @@ class ScriptError(TreeError):
 
 
 def short(text: str) -> str:
-    """Script in a message; a long one is truncated."""
+    """Script for a message; a long script is truncated."""
     return text if len(text) <= 80 else text[:77] + "..."
 
 
@@ -45,7 +48,7 @@ class Literal:
 
 @dataclass(frozen=True)
 class Name:
-    """Enum name or key of the blackboard; `@key` is a key of the root's."""
+    """Enum name or blackboard key; `@key` is a key of the root blackboard."""
 
     name: str
     at: int
@@ -181,7 +184,7 @@ _LEVELS = (("||",), ("&&",), COMPARISONS, ("|", "^"), ("&",), ("+", "-", ".."), 
 """Binary operators from lowest to highest precedence; each level is left associative, comparisons chain."""
 
 MAX_DEPTH = 40
-"""Maximum nesting of parentheses and prefixes; people do not write deeper scripts."""
+"""Maximum nesting of parentheses and prefixes, which prevents stack overflow; hand-written scripts are far below it."""
 
 MAX_TERMS = 200
 """Maximum number of operators in a statement."""
@@ -195,7 +198,7 @@ MAX_DIGITS = 400
 
 
 def parse_statements(text: str) -> tuple[Expression, ...]:
-    """Statements of a script, in order.
+    """Parse a script to its statements, in order.
 
     Raises:
         ScriptError: The text is not a valid script; the error contains the position.
@@ -226,7 +229,7 @@ class _Parser:
         return self._tokens[self._next]
 
     def begin(self) -> None:
-        """Begin a statement."""
+        """Begin a statement: reset the count of operators."""
         self._terms = 0
 
     def accept(self, *operators: str) -> Token | None:
@@ -337,7 +340,7 @@ class _Parser:
 
 
 def number_of(text: str) -> int | float:
-    """Value of a number's text: an integer if it has neither point nor exponent."""
+    """Convert the text of a number: to an integer if it has neither point nor exponent, else to a float."""
     if text.isdigit():
         return int(text)
     return int(text, 16) if text[:2] in ("0x", "0X") else float(text)

@@ -1,4 +1,4 @@
-"""Trees in BehaviorTree.CPP's XML, version 4: reading, checks, node creation and writing."""
+"""Trees in BehaviorTree.CPP's XML format, version 4: reading, checks, creation of nodes, and writing."""
 
 from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey
 from .element import Element, Source

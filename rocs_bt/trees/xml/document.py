@@ -1,4 +1,4 @@
-"""Document: trees and models of a file and its included files, before any node is made."""
+"""Document: the trees and models in an XML file and its included files, before any node is created."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def is_version_3(root: Element) -> bool:
 
 
 def below(root: Element) -> Iterator[Element]:
-    """An element and all its descendants, in the order of the text."""
+    """An element and all its descendants, in the order of the document."""
     todo = [root]
     while todo:
         element = todo.pop()
@@ -48,7 +48,7 @@ def below(root: Element) -> Iterator[Element]:
 
 
 def convert(root: Element) -> list[Fault]:
-    """Convert a document from version 3 to 4 in place; returns warnings, and faults for what cannot be converted."""
+    """Convert a document from version 3 to 4 in place; returns warnings, and errors about parts without counterpart."""
     hint = "Save it as version 4: `rocs-bt show FILE --format xml`."
     found = [root.fault("the document is of version 3; it is read as version 4.", hint, warning=True)]
     for tree in root.children:
@@ -74,7 +74,7 @@ def _converted(element: Element) -> Iterator[Fault]:
 
 
 def _subtree(element: Element) -> Iterator[Fault]:
-    """Convert a SubTree; in version 3 its port values are names of keys."""
+    """Convert a SubTree element; in version 3 its port values are names of keys, without braces."""
     for name in list(element.attributes):
         value = element.attributes[name]
         if name == "__shared_blackboard":
@@ -96,18 +96,18 @@ def _rename(element: Element, old: str, new: str) -> None:
 
 
 MAX_FILES = 100
-"""Maximum number of files of a document."""
+"""Maximum number of files that a document may include."""
 
 
 @dataclass(frozen=True)
 class TreeElement:
-    """Tree in a document.
+    """Tree that a document defines.
 
     Attributes:
         name: ID of the tree.
-        element: Its `<BehaviorTree>` element.
-        body: Element of its root node.
-        included: Whether it is in an included file.
+        element: The `<BehaviorTree>` element.
+        body: Element of the tree's root node.
+        included: Whether the tree is in an included file.
     """
 
     name: str
@@ -118,16 +118,16 @@ class TreeElement:
 
 @dataclass
 class Document:
-    """Content of a document and its included files.
+    """Content of an XML document and its included files.
 
     Attributes:
-        root: Root element of the first file.
-        named: Value of `main_tree_to_execute`; empty if missing.
-        trees: Trees by ID in reading order, included ones first.
-        models: Models by ID.
-        faults: Faults and warnings found while reading.
-        files: All files, the first one first.
-        library: Whether several trees may be entry points, so that an unused tree is no fault.
+        root: Root element of the file that was read first, which includes the others.
+        named: Value of the attribute `main_tree_to_execute`; empty if missing.
+        trees: Trees by ID, in the order of reading; those of included files are first.
+        models: Declarations of nodes and subtrees in a TreeNodesModel, by ID.
+        faults: Errors and warnings found while reading.
+        files: Paths of all files, in the order of reading; the including file is first.
+        library: Whether several trees may be entry points, so that no warning is given about unused trees.
     """
 
     root: Element
@@ -139,12 +139,12 @@ class Document:
     library: bool = False
 
     def elements(self) -> Iterator[Element]:
-        """All elements of nodes, tree by tree."""
+        """Elements of all nodes, tree by tree."""
         for tree in self.trees.values():
             yield from below(tree.body)
 
     def entries(self) -> list[str]:
-        """The main tree, or if none is named, the trees of the first file that no other tree uses."""
+        """IDs of the trees that can be ticked: the main tree, or, if none is named, those that no other tree uses."""
         own = [tree.name for tree in self.trees.values() if not tree.included]
         if self.named or len(own) < 2:
             return [self.main().name]
@@ -152,10 +152,10 @@ class Document:
         return [name for name in own if name not in used] or own
 
     def main(self, wanted: str = "") -> TreeElement:
-        """Tree to tick: the wanted one, else the one that the document names, else the only one.
+        """Tree to tick: the tree `wanted` if given, else the main tree that the document names, else its only tree.
 
         Raises:
-            InputError: There is no such tree, or the choice is ambiguous.
+            InputError: There is no such tree, or the document has several trees and names no main tree.
         """
         name = wanted or self.named
         if name:
@@ -176,11 +176,11 @@ def read_document(source: Path | str, *, within: Path | None = None) -> Document
 
     Args:
         source: Path of a file, or text of a document.
-        within: Folder that must contain included files; the file's own by default. Without it, a text cannot include
-            files.
+        within: Folder in which included files must lie; by default the folder of the file. A text can include files
+            only if it is given.
 
     Raises:
-        InputError: The source is not a readable document. Faults of its parts are in `faults`.
+        InputError: The source cannot be read as a document. Faults within the document are in `Document.faults`.
     """
     if isinstance(source, str):
         return _Reader(within.resolve() if within else None).document(Source(source))
@@ -189,7 +189,7 @@ def read_document(source: Path | str, *, within: Path | None = None) -> Document
 
 
 def read_text(file: Path) -> str:
-    """Text of a file.
+    """Read the text of a file.
 
     Raises:
         InputError: The file does not exist, is too large, or is not UTF-8.
@@ -324,20 +324,22 @@ class _Reader:
 
 
 def outer_trees(document: Document) -> set[str]:
-    """IDs of trees that a document refers to but does not contain."""
+    """IDs of trees to which SubTree elements of a document refer, but which the document does not contain."""
     named = {e.attributes.get("ID", "") for t in document.trees.values() for e in below(t.body) if e.tag == "SubTree"}
     return named - {"", *document.trees}
 
 
 @dataclass
 class Survey:
-    """Trees, models and uses in several files; of two trees or models with the same name the first counts.
+    """Trees and models that several files define, and the elements that use them.
+
+    If two trees or two models have the same ID, the first one counts.
 
     Attributes:
-        trees: File of each tree by ID.
-        models: Models by ID.
-        nodes: Elements by the node class that they name.
-        subtrees: Elements by the tree that they name.
+        trees: File that contains each tree, by the tree's ID.
+        models: Declarations of nodes and subtrees, by ID.
+        nodes: Elements that use each node class, by the name of the class.
+        subtrees: SubTree elements that use each tree, by the tree's ID.
     """
 
     trees: dict[str, Path] = field(default_factory=dict)
@@ -347,10 +349,10 @@ class Survey:
 
 
 def survey(files: Iterable[Path]) -> Survey:
-    """Collect the trees, models and uses in several files.
+    """Collect the trees and models that several files define, and the elements that use them.
 
     Args:
-        files: The files. Unreadable ones are skipped: their own check reports them.
+        files: Paths of the files. Unreadable files are skipped, because their own check reports them.
     """
     found = Survey()
     for file in files:
@@ -371,11 +373,11 @@ def survey(files: Iterable[Path]) -> Survey:
 
 
 def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
-    """Add trees of other files that a document, or an added tree, refers to but does not contain.
+    """Add the trees of other files to which the document, or a tree added before, refers.
 
     Args:
-        document: The document.
-        beside: Files by the IDs of their trees, as in `Survey.trees`.
+        document: Document, extended in place.
+        beside: File that contains each tree, by the tree's ID, as in `Survey.trees`.
     """
     read: dict[Path, Document] = {}
     while names := sorted(outer_trees(document) & beside.keys()):

@@ -1,4 +1,4 @@
-"""Elements of a document, with the position of each attribute."""
+"""XML elements of a document, with the position of each attribute."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
 """Regular expression of an XML name."""
 
 ATTRIBUTE = re.compile(rf"[ \t\r\n]*({NAME})[ \t\r\n]*=[ \t\r\n]*([\"'])")
-"""Regular expression of an attribute up to its opening quote."""
+"""Regular expression of an attribute, up to and including the opening quote."""
 
 _OPENING = re.compile(rf"<{NAME}")
 
 EXPLICIT = ("Action", "Condition", "Control", "Decorator")
-"""Tags of the explicit form of a node, `<Action ID="GoTo"/>` for `<GoTo/>`."""
+"""Tags of the explicit form of a node, such as `<Action ID="GoTo"/>` instead of `<GoTo/>`."""
 
 
 class Source:
-    """Text and the file that it came from.
+    """Text of a document, and the file from which it was read.
 
     Args:
-        text: The text.
-        file: The file; None for a text that is not in a file.
+        text: Text of the document.
+        file: Path of the file; None for a text that is not in a file.
     """
 
     def __init__(self, text: str, file: Path | None = None) -> None:
@@ -37,39 +37,39 @@ class Source:
         self._lines: list[int] = []
 
     def position(self, at: int) -> tuple[int, int]:
-        """Line and column of an offset, both counted from 1."""
+        """Line and column of an offset in the text, both counted from 1."""
         if not self._lines:
             self._lines = [0, *(i + 1 for i, c in enumerate(self.text) if c == "\n")]
         line = bisect_right(self._lines, at)
         return line, at - self._lines[line - 1] + 1
 
     def fault(self, at: int, message: str, hint: str = "", *, warning: bool = False) -> Fault:
-        """Fault at an offset."""
+        """Create a fault at an offset in the text."""
         return Fault(message, self.file, *self.position(at), hint=hint, warning=warning)
 
 
 class AttributePosition(NamedTuple):
-    """Offsets of an attribute's name and of the first character of its value."""
+    """Offsets in the text of an attribute's name and of the first character of its value."""
 
     name: int
     value: int
 
 
 NO_CHILDREN: Any = ()
-"""Children of an element before any are added; shared, because most elements have none."""
+"""Children of an element without children; shared by all of them to save memory."""
 
 
 class Element:
-    """Element of a document.
+    """XML element of a document.
 
     Attributes:
-        tag: The tag.
-        source: Text that contains the element.
-        at: Offset in that text.
-        attributes: Attribute values, with entities resolved, in order.
-        children: Child elements.
-        text: Text content, joined.
-        comments: Comments before the element.
+        tag: Tag of the element.
+        source: Text of the document that contains the element.
+        at: Offset of the element's `<` in the text.
+        attributes: Values of the attributes by name, in order, with entities resolved.
+        children: Child elements, in order.
+        text: Text inside the element, without the text of its children.
+        comments: Comments directly before the element.
     """
 
     __slots__ = ("_attribute_positions", "at", "attributes", "children", "comments", "source", "tag", "text")
@@ -100,12 +100,12 @@ class Element:
 
     @property
     def node_tag(self) -> str:
-        """Name of the node class: the ID in the explicit form, else the tag."""
+        """Name of the node class: the attribute `ID` in the explicit form `<Action ID="GoTo"/>`, else the tag."""
         return self.attributes.get("ID", "") if self.tag in EXPLICIT else self.tag
 
     @property
     def node_name(self) -> str:
-        """Name of the node: its own, else the name of its class or tree."""
+        """Name of the node: its attribute `name`, else the name of its class or subtree."""
         return self.attributes.get("name") or self.attributes.get("ID") or self.tag
 
     @property
@@ -115,7 +115,7 @@ class Element:
         return None if file is None else CodeLocation(file, self.source.position(self.at)[0])
 
     def node_attributes(self) -> dict[str, str]:
-        """Attributes for the node's constructor: all except the name, and except an ID that names the class."""
+        """Attributes for the node's constructor: all except `name`, and except an `ID` that names the node class."""
         given = self.attributes
         if not given or (len(given) == 1 and "name" in given):
             return {}
@@ -131,22 +131,27 @@ class Element:
         path: str = "",
         warning: bool = False,
     ) -> Fault:
-        """Fault at this element, at one of its attributes, or within an attribute's value.
+        """Create a fault at this element, at one of its attributes, or within an attribute's value.
 
         Args:
             message: Description of the fault.
             hint: Suggested remedy.
             attribute: Name of the attribute; the fault is at the element itself if it has no such attribute.
             column: Position in the attribute's value, counted from 0.
-            path: Path of the node, put before the message.
-            warning: Whether the document still loads.
+            path: Path of the node, which is prepended to the message.
+            warning: Whether the fault is a warning, so that the document can still be loaded.
         """
         position = self.attribute_positions.get(attribute)
         at = self.at if position is None else position.name if column is None else self._inside(position.value, column)
         return self.source.fault(at, f"{path}: {message}" if path else message, hint, warning=warning)
 
     def _inside(self, at: int, column: int) -> int:
-        """Offset of a character of a value; an entity before it is longer than its character."""
+        """Offset in the text of a character of an attribute's value; entities such as `&lt;` count as one character.
+
+        Args:
+            at: Offset of the value's first character.
+            column: Index of the character in the value with entities resolved.
+        """
         text = self.source.text
         for _ in range(column):
             end = text.find(";", at, at + 10) if text[at : at + 1] == "&" else -1
@@ -155,7 +160,7 @@ class Element:
 
 
 def _attribute_positions(text: str, at: int) -> Iterator[tuple[str, AttributePosition]]:
-    """Attributes of the element that begins at an offset."""
+    """Name and position of each attribute of the element that begins at an offset."""
     opening = _OPENING.match(text, at)
     at = opening.end() if opening else len(text)
     while found := ATTRIBUTE.match(text, at):
@@ -169,7 +174,7 @@ _ENTITIES = {"lt": "<", "gt": ">", "quot": '"', "apos": "'", "amp": "&"}  # `amp
 
 
 def unescape(text: str) -> str:
-    """Resolve XML's five entities and character references; any other text that begins with `&` is unchanged."""
+    """Replace XML's five entities and character references by their characters; any other `&` is unchanged."""
     if "&" not in text:
         return text
     if "&#" not in text:

@@ -1,4 +1,4 @@
-"""Creation of nodes from a document's elements; `load_xml` reads, checks and builds a tree without a mission."""
+"""Creation of nodes from the elements of a document; `load_xml` reads, checks and builds a tree in one call."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ from .stub import lenient_stub
 from .verify import MAX_NODES, verify
 
 Outside = Mapping[str, Callable[[Element], Behaviour]]
-"""Trees that are not in the document: for the ID that a SubTree names, a function that makes the tree."""
+"""Trees that are not in the document: for each tree ID, a function from the SubTree element to the tree's root."""
 
 
 class _Frame:
-    """Node with children that are being made.
+    """Entry of the stack of enclosing nodes: a node whose children are being created.
 
     Args:
         element: Element of the node.
-        todo: Elements of its remaining children, the last one first.
-        made: Children that were made outside of the document.
+        todo: Elements of the children that are not yet created, in reverse order.
+        made: Children that are already created.
     """
 
     __slots__ = ("element", "made", "todo")
@@ -50,14 +50,14 @@ def make_nodes(
     The document must have passed `verify`, unless `lenient` is true.
 
     Args:
-        document: The document.
-        nodes: Node classes that it may name.
-        main: ID of the tree; the document's main tree by default.
+        document: Document with the tree.
+        nodes: Node classes that the document may use, by name.
+        main: ID of the tree to create; by default the document's main tree.
         outside: Trees that are not in the document.
         lenient: Whether stubs replace unknown or faulty nodes.
 
     Returns:
-        Root node. `origin` of each node is its element.
+        Root node. The attribute `origin` of each node is its element.
 
     Raises:
         InputError: A node's constructor rejects its attributes.
@@ -104,7 +104,7 @@ class _Maker:
         return _Frame(element, [], self.elsewhere(element, name))
 
     def inside(self, name: str) -> bool:
-        """Whether a tree would contain itself; used in lenient mode, as otherwise `verify` has rejected recursion."""
+        """Whether a tree would contain itself. Only lenient mode needs this: otherwise `verify` rejects recursion."""
         return self.lenient and any(
             f.element.tag == "SubTree" and f.element.attributes["ID"] == name
             for f in self.frames
@@ -134,7 +134,7 @@ class _Maker:
         return node
 
     def made(self, element: Element, children: list[Behaviour]) -> type[Node]:
-        """Class of an element's node."""
+        """Class of an element's node; in lenient mode, a stub class if the class is unknown or rejects the element."""
         if not self.lenient:
             return self.nodes[element.node_tag]
         found = self.nodes.get(element.node_tag)
@@ -146,7 +146,7 @@ class _Maker:
         return lenient_stub(element, self.document) if faults else found
 
     def defaults(self, element: Element) -> dict[str, str]:
-        """Defaults from a subtree's model for the ports that its SubTree omits."""
+        """Defaults that a subtree's model declares, for the ports that a SubTree element omits."""
         model = self.document.models.get(element.attributes["ID"])
         if model is None or model.kind != "SubTree":
             return {}
@@ -172,24 +172,24 @@ def load_xml(
     strict: bool = False,
     outside: Outside | None = None,
 ) -> Behaviour:
-    """Load the main tree of a document in BehaviorTree.CPP's XML, version 4 (or 3, which is converted).
+    """Load the main tree of a document in BehaviorTree.CPP's XML format, version 4 (or 3, which is converted).
 
         root = load_xml(Path("patrol.xml"))
         tree = Tree(root, clock=clock)
 
     Args:
         source: Path of a file, or text of a document.
-        nodes: Node classes that it may name.
-        main: ID of the tree; by default that of `main_tree_to_execute`, or the only tree.
-        within: Folder that must contain included files; the file's own by default.
-        strict: Whether names that BehaviorTree.CPP 4.10 rejects are faults.
+        nodes: Node classes that the document may use, by name.
+        main: ID of the tree to load; by default the tree that `main_tree_to_execute` names, or the only one.
+        within: Folder in which included files must lie; by default the folder of the file.
+        strict: Whether names that BehaviorTree.CPP 4.10 rejects are errors instead of warnings.
         outside: Trees that are not in the document.
 
     Returns:
         Root node, to be bound by a `Tree`.
 
     Raises:
-        InputError: All faults, each with its line and column.
+        InputError: The document has errors; the exception lists all of them, each with its line and column.
     """
     document = read_document(source, within=within)
     faults = [*document.faults, *verify(document, nodes, main=main, outside=outside, strict=strict)]

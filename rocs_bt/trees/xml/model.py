@@ -1,4 +1,4 @@
-"""Models: ports, types, defaults and descriptions of nodes and subtrees in a TreeNodesModel."""
+"""Models: declarations of nodes and subtrees in a TreeNodesModel, with the type and default of each port."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ from .element import EXPLICIT, Element
 
 KINDS = (*EXPLICIT, "SubTree")
 OWN_NAME = "{=}"
-"""Value that gives a port the key of its own name, except as a default in a SubTree's model."""
+"""Port value that means the key with the port's own name, except as a default in a SubTree's model."""
 
 DIRECTIONS = {direction.value: direction for direction in Direction} | {"bidirectional_port": Direction.INOUT}
 
 
 @dataclass(frozen=True)
 class ModelPort:
-    """Port of a model.
+    """Port that a model declares.
 
     Attributes:
         name: Name of the port.
-        direction: Direction of the values.
+        direction: Whether the node reads the port, writes it, or both.
         type: C++ type such as `double`, or unit such as `m/s`; empty if not declared.
         default: Default value; None if a tree must give a value.
-        doc: Description.
-        element: Element of the port.
+        doc: Description of the port.
+        element: XML element that declares the port.
     """
 
     name: str
@@ -42,13 +42,13 @@ class ModelPort:
 
 @dataclass(frozen=True)
 class Model:
-    """Declaration of a node or a subtree in a document.
+    """Declaration of a node class or a subtree in a document.
 
     Attributes:
-        name: ID of the node or tree.
+        name: Name of the node class, or ID of the tree.
         kind: Action, Condition, Control, Decorator or SubTree.
         ports: Ports by name.
-        element: Element of the model.
+        element: XML element of the declaration.
     """
 
     name: str
@@ -58,7 +58,12 @@ class Model:
 
 
 def read_models(element: Element, faults: list[Fault]) -> Iterator[Model]:
-    """Models in a TreeNodesModel; their faults are added to `faults`."""
+    """Read the models in a TreeNodesModel.
+
+    Args:
+        element: Element of the TreeNodesModel.
+        faults: List to which faults are added.
+    """
     for child in element.children:
         if child.tag not in KINDS:
             faults.append(
@@ -103,10 +108,10 @@ _TEXT = ("", "std::string", "string", "BT::AnyTypeAllowed", "AnyTypeAllowed")
 
 
 def annotation(port: ModelPort) -> Any:
-    """Python annotation of a port: its type and dimension.
+    """Python annotation for the values of a port: the type, and the dimension of a quantity.
 
-    C++ classes such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are texts, which the nodes that read
-    them parse.
+    Values of C++ classes such as `geometry_msgs::msg::PoseStamped` or `std::vector<double>` are kept as text; the node
+    that reads such a port parses it.
 
     Raises:
         InputError: The type is neither a C++ type nor a unit.

@@ -1,7 +1,8 @@
 """XML scanner that keeps positions, accepts what BehaviorTree.CPP accepts, and is safe for untrusted input.
 
-Document types and entity declarations are rejected, so that no document can expand or refer to another file. Valid XML
-gives the same result as expat. Raw `<` and `&` in attributes are accepted with a warning, as in tinyxml2.
+Document types and entity declarations are rejected, so that no document can grow by expansion or refer to another
+file. For valid XML the result is the same as with expat. Unescaped `<` and `&` in attributes, which tinyxml2 accepts,
+are accepted with a warning.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ _RAW = re.compile(r"<|&(?!(?:lt|gt|amp|quot|apos|#[0-9]+|#x[0-9a-fA-F]+);)")
 
 
 def scan(source: Source) -> tuple[Element, list[Fault]]:
-    """Root element of a document, and warnings.
+    """Scan a document; returns its root element and warnings.
 
     Raises:
         InputError: The text is not XML, or exceeds a limit.
@@ -77,7 +78,7 @@ class _Scanner:
         return self.root, self.warnings
 
     def tags(self) -> None:
-        """Read consecutive well-formed opening tags: the fast path, which covers nearly all tags."""
+        """Read consecutive opening tags that are well-formed, which nearly all are; `step` handles all other input."""
         text, source, match = self.text, self.source, _TAG.match
         while (found := match(text, self.at)) is not None and (self.open or self.root is None):
             tag, inside, slash = found.groups()
@@ -100,7 +101,12 @@ class _Scanner:
             self.add(element, bool(slash))
 
     def add(self, element: Element, closed: bool) -> None:
-        """Add an element to the innermost open one."""
+        """Append an element to the innermost open element.
+
+        Args:
+            element: Element to append.
+            closed: Whether the tag closes itself (`/>`), so that the element has no children.
+        """
         self.count += 1
         if self.count > MAX_ELEMENTS:
             raise self.refused(element.at, f"the document has more than {MAX_ELEMENTS} elements.")
@@ -192,7 +198,13 @@ class _Scanner:
         self.at = end + 1
 
     def check_raw(self, name: str, raw: str, begin: int) -> None:
-        """Warn of characters that XML forbids and BehaviorTree.CPP accepts."""
+        """Add a warning about an unescaped `<` or `&`, which XML forbids and BehaviorTree.CPP accepts.
+
+        Args:
+            name: Name of the attribute.
+            raw: Value of the attribute, as written.
+            begin: Offset of the value in the text.
+        """
         bad = _RAW.search(raw)
         if bad is None:
             return
@@ -203,7 +215,7 @@ class _Scanner:
         self.warnings.append(Fault(message, self.source.file, *place, hint=hint, warning=True))
 
     def no_attribute(self, element: Element) -> InputError:
-        """Error where an attribute should begin, which is also where a missing quote shows."""
+        """Error for a text that is not an attribute, or for a missing closing quote before this text."""
         name = next(reversed(element.attributes), "")
         if "<" in element.attributes.get(name, "") and element.attributes[name].endswith("="):
             message = f"the value of '{name}' extends over other elements: its closing quote is missing."
@@ -238,5 +250,5 @@ class _Scanner:
 
 
 def _pairs(attributes: str) -> list[tuple[str, str]]:
-    """Names and values of attributes with quotes of both kinds."""
+    """Names and values of attributes, of which some are in double and some in single quotes."""
     return [(name, double or single) for name, double, single in _PAIRS.findall(attributes)]

@@ -1,4 +1,4 @@
-"""Stubs for nodes without a class, so that any tree can be drawn and checked."""
+"""Stub classes for nodes whose class is not available, so that any tree can be drawn and checked."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _PORTS: Mapping[Direction, type[Port[Any]]] = {
 
 
 class _AcceptsAll(Node):
-    """Base class of stubs, which accept any attributes."""
+    """Base class of stubs that accept any attribute."""
 
     @classmethod
     def attribute_faults(cls, attributes: Mapping[str, Any]) -> list[tuple[str, Fault]]:
@@ -48,11 +48,11 @@ class LenientStubWithChildren(_AcceptsAll, _Sequence):  # type: ignore[misc]  # 
 
 
 def lenient_stub(element: Element, document: Document) -> type[Node]:
-    """Create a stub class for an element.
+    """Create a stub class for an element whose node class is unknown or rejects it.
 
     Args:
-        element: The element.
-        document: Its document; the TreeNodesModel may declare the ports.
+        element: Element of the node.
+        document: Document of the element, whose TreeNodesModel may declare the ports.
     """
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)
@@ -88,15 +88,18 @@ def stub_nodes(
     undeclared: bool,
     everywhere: Mapping[str, Sequence[Element]] = MappingProxyType({}),
 ) -> tuple[list[type[Node]], list[Fault]]:
-    """Create stub classes for nodes without a class; returns the classes and a warning for each undeclared node.
+    """Create stub classes for the nodes of a document whose class is not available.
 
     Args:
-        document: The document.
-        known: Available node classes.
-        models: Declarations of nodes by ID.
-        undeclared: Whether undeclared nodes get a class, which accepts any ports and children.
-        everywhere: Elements by node class, in all files that are checked together; the warning is given once, in the
-            first file.
+        document: Document with the nodes.
+        known: Available node classes, by name.
+        models: Declarations of node classes, by name.
+        undeclared: Whether a node without a declaration also gets a stub class, which accepts any ports and children.
+        everywhere: Elements that use each node class, by its name, in all files that are checked together. The warning
+            about an undeclared node is given only in the first of these files.
+
+    Returns:
+        Stub classes, and a warning about each undeclared node.
     """
     uses: dict[str, list[Element]] = {}
     for tree in document.trees.values():
@@ -117,7 +120,16 @@ def stub_nodes(
 def _first(
     document: Document, tag: str, uses: Sequence[Element], names: Sequence[str], elsewhere: bool
 ) -> Iterator[Fault]:
-    """Warning for a stub; if several files are checked together, only in the first one that uses the node."""
+    """Warning about a stub for an undeclared node.
+
+    Args:
+        document: Document that is checked.
+        tag: Name of the node class.
+        uses: Elements that use the class.
+        names: Names of known classes, for a suggestion.
+        elsewhere: Whether `uses` are those of all files that are checked together; then only the first file of these
+            gets the warning.
+    """
     if not elsewhere or uses[0].source.file == document.root.source.file:
         near = difflib.get_close_matches(tag, names, 1)
         hint = f"Did you mean '{near[0]}'?" if near else "Declare it in a TreeNodesModel to have its ports checked."
@@ -126,7 +138,7 @@ def _first(
 
 
 def times(uses: Sequence[Element]) -> str:
-    """Text such as ` (3 uses in 2 files)`; empty for a single use."""
+    """Text with the number of uses of a node or tree, such as ` (3 uses in 2 files)`; empty for a single use."""
     files = len({element.source.file for element in uses})
     return "" if len(uses) == 1 else f" ({len(uses)} uses{f' in {files} files' if files > 1 else ''})"
 

@@ -1,4 +1,4 @@
-"""Checks of a document before nodes are made: names, ports, scripts, subtrees. All faults are reported at once."""
+"""Checks of a document before nodes are created: names, ports, scripts, subtrees. All faults are reported at once."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ FORBIDDEN = re.compile(r"""[ \t\r\n<>&"'/\\:*?|.\x00-\x1f\x7f]""")
 
 
 def name_faults(document: Document, strict: bool) -> Iterator[Fault]:
-    """Faults of IDs and port names that Groot2 or version 4.10 rejects.
+    """Faults of IDs and port names that Groot2 or BehaviorTree.CPP 4.10 rejects.
 
     Args:
-        document: The document.
+        document: Document to check.
         strict: Whether the faults are errors instead of warnings.
     """
     for tree in document.trees.values():
@@ -48,7 +48,7 @@ def _faults(what: str, name: str, element: Element, attribute: str, strict: bool
 _NOWHERE: Mapping[str, tuple[str, str]] = MappingProxyType({})
 
 MAX_NODES = 65_535
-"""Maximum number of nodes of a tree, including each use of a subtree: the limit of BehaviorTree.CPP's node numbers."""
+"""Maximum number of nodes of a tree, with those of its subtrees; BehaviorTree.CPP numbers nodes with 16 bits."""
 
 
 def verify(
@@ -60,15 +60,15 @@ def verify(
     strict: bool = False,
     elsewhere: Mapping[str, tuple[str, str]] = _NOWHERE,
 ) -> list[Fault]:
-    """Faults of a document's trees, in addition to `document.faults`.
+    """Errors and warnings of a document's trees, in addition to `document.faults`.
 
     Args:
-        document: The document.
-        nodes: Node classes that it may name.
-        main: ID of the tree to tick; the document's main tree by default.
-        outside: Trees that are not in the document, which a SubTree may name.
-        strict: Whether names that BehaviorTree.CPP 4.10 rejects are faults.
-        elsewhere: Message and hint for names of nodes in another dialect.
+        document: Document to check.
+        nodes: Node classes that the document may use, by name.
+        main: ID of the tree to tick; by default the document's main tree.
+        outside: Trees that are not in the document but that a SubTree may use, by ID.
+        strict: Whether names that BehaviorTree.CPP 4.10 rejects are errors instead of warnings.
+        elsewhere: Message and hint for each unknown node that exists in another dialect, by the node's name.
     """
     return _Verifier(document, nodes, outside or {}, elsewhere).faults(main, strict)
 
@@ -103,7 +103,7 @@ class _Verifier:
         return self.found
 
     def elements(self, tree: TreeElement) -> None:
-        """Check all elements of a tree in the order of the text."""
+        """Check all elements of a tree, in the order of the document."""
         stack: list[tuple[_Ancestors | None, Iterator[Element]]] = [(None, iter([tree.body]))]
         count = 0
         while stack:
@@ -120,7 +120,7 @@ class _Verifier:
         self.counts[tree.name] = count
 
     def plain(self, element: Element) -> bool:
-        """Whether an element named by its tag has no faults: the fast path, which covers most elements."""
+        """Whether an element in the short form `<GoTo/>` has no faults. This quick test covers most elements."""
         node = self.nodes.get(element.tag)
         if node is None or element.tag == "SubTree" or "ID" in element.attributes:
             return False
@@ -194,7 +194,7 @@ class _Verifier:
                 self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
 
     def models(self) -> None:
-        """Faults of models that declare ports which the class does not have (any more)."""
+        """Add warnings about models that declare ports which the node class does not have, or no longer has."""
         for model in self.document.models.values():
             node = self.nodes.get(model.name)
             if model.kind == "SubTree" or node is None:
@@ -206,7 +206,7 @@ class _Verifier:
                     self.found.append(port.element.fault(message, fault.hint, warning=True))
 
     def recursion(self) -> None:
-        """Record faults of trees that contain themselves or exceed the maximum size."""
+        """Add faults of trees that contain themselves or that exceed the maximum size."""
         sizes: dict[str, int] = {}
         for start in self.uses:
             ancestors: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
@@ -232,11 +232,11 @@ class _Verifier:
         if total > MAX_NODES:
             message = f"the tree '{name}' has {total} nodes including its subtrees; the maximum is {MAX_NODES}."
             self.found.append(tree.element.fault(message))
-            return 1  # reported once, not again for each enclosing tree
+            return 1  # counted as 1, so that the enclosing trees are not reported, too
         return total
 
     def unused(self, main: str) -> None:
-        """Warnings for trees of the first file that the main tree never reaches."""
+        """Add warnings about trees that are not in an included file and that the main tree does not use."""
         start = main or self.document.named
         if start not in self.uses or self.document.library:
             return
@@ -253,19 +253,19 @@ class _Verifier:
 
 
 def _extended(hint: str, other: str) -> str:
-    """Append a remedy to a hint, unless the hint already suggests a similar name."""
+    """Append another remedy to a hint, unless the hint already suggests a similar name."""
     return hint if hint.startswith("Did you mean") else f"{hint} {other}"
 
 
 class _Ancestors(NamedTuple):
-    """Linked list of the elements around an element."""
+    """Linked list of the elements that enclose an element, the innermost first."""
 
     element: Element
     above: _Ancestors | None
 
 
 def _path(tree: TreeElement, element: Element, ancestors: _Ancestors | None) -> str:
-    """Path of an element: the tree's ID, then the names of its ancestors and its own."""
+    """Path of a node: the ID of its tree, then the names of its ancestors, then its own name."""
     names = [element.node_name]
     while ancestors is not None:
         names.append(ancestors.element.node_name)
@@ -274,7 +274,7 @@ def _path(tree: TreeElement, element: Element, ancestors: _Ancestors | None) -> 
 
 
 def _script_column(node: type[Node], attribute: str, text: str) -> int | None:
-    """Position of a script error in an attribute, counted from 0; None if there is none."""
+    """Position of a script error in an attribute's value, counted from 0; None if there is no script error."""
     try:
         if attribute in CONDITIONS:
             parse_script(text)

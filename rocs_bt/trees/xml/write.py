@@ -1,4 +1,4 @@
-"""Writing trees as XML, also trees made in Python, and palettes for editors."""
+"""Writer of trees (from XML or from Python code) and of palettes for editors, in BehaviorTree.CPP's XML format."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from .document import Document
 from .element import Element, Source
 
 WIDTH = 120
-"""Maximum line width [characters]; attributes of longer elements are written one per line."""
+"""Maximum line width [characters]; an element that is longer is written with one attribute per line."""
 
 _ESCAPES = {"&": "&amp;", "<": "&lt;", ">": "&gt;", '"': "&quot;", "\n": "&#10;", "\t": "&#9;", "\r": "&#13;"}
 _NOWHERE = Source("")
 
 
 def element(tag: str, attributes: Mapping[str, str], children: Sequence[Element] = (), text: str = "") -> Element:
-    """Element that was not read from a text."""
+    """Create an element that was not read from a document."""
     made = Element(tag, _NOWHERE, 0)
     made.attributes = dict(attributes)
     made.children = list(children)
@@ -35,21 +35,21 @@ def element(tag: str, attributes: Mapping[str, str], children: Sequence[Element]
 
 
 def to_text(root: Element) -> str:
-    """XML text of a document."""
+    """XML text of a document with this root element."""
     return "\n".join(['<?xml version="1.0" encoding="UTF-8"?>', *_lines(root), ""])
 
 
 def escape(text: str) -> str:
-    """Text as an attribute value."""
+    """Escape a text for use as the value of an attribute."""
     return "".join(_ESCAPES.get(c, c) for c in text)
 
 
 def value_text(value: Any, dimension: Dimension | None = None) -> str:
-    """Text of a Python value in a file.
+    """Text of a Python value, as written to a file.
 
     Args:
-        value: Text, which is unchanged; a number, a bool, a status, an enum, or a list of them.
-        dimension: Dimension of the numbers, which are SI; None or NONE for plain numbers.
+        value: Text, which is returned unchanged; or a number, a bool, a status, an enum member, or a list of these.
+        dimension: Dimension of numbers, which are in SI units; None or NONE for numbers without a unit.
     """
     if isinstance(value, str):
         return value
@@ -111,23 +111,23 @@ _KINDS = ("Action", "Condition", "Control", "Decorator")
 
 
 def palette(nodes: Iterable[type[Node]]) -> str:
-    """Document without trees that declares nodes for an editor.
+    """Palette for an editor such as Groot2: a document that declares nodes and has no trees.
 
     Args:
-        nodes: Node classes; BehaviorTree.CPP's own are omitted, because editors know them.
+        nodes: Node classes; those of BehaviorTree.CPP itself are left out, because editors know them.
     """
     models = [model_of(node) for node in own_nodes(nodes)]
     return to_text(element("root", {"BTCPP_format": "4"}, [element("TreeNodesModel", {}, models)]))
 
 
 def own_nodes(nodes: Iterable[type[Node]]) -> list[type[Node]]:
-    """Classes that an editor does not know, sorted by kind and name, without duplicates."""
+    """Node classes that are not part of BehaviorTree.CPP, sorted by kind and name, without duplicates."""
     found = {n.tag: n for n in nodes if n.kind in _KINDS and (n.tag not in BUILTIN or "navigation" in n.__module__)}
     return sorted(found.values(), key=lambda n: (_KINDS.index(n.kind), n.tag))
 
 
 def model_of(node: type[Node]) -> Element:
-    """TreeNodesModel entry of a node class."""
+    """Element that declares a node class in a TreeNodesModel."""
     return element(node.kind, {"ID": node.tag}, [_port(port) for port in node.ports.values()])
 
 
@@ -159,24 +159,24 @@ MAIN = "MainTree"
 def write_tree(root: Behaviour, *, main: str = "", document: Document | None = None) -> str:
     """Write a tree as a document that BehaviorTree.CPP and Groot2 can read.
 
-    Each subtree becomes a tree of its own; nodes that BehaviorTree.CPP does not have are declared in the
-    TreeNodesModel. Attributes have a fixed order: ID, name, ports as declared by the class, conditions, others. Stock
-    py_trees behaviours without a counterpart are written with the name of their class.
+    Each subtree becomes a `<BehaviorTree>` of its own. Node classes that BehaviorTree.CPP does not have are declared in
+    the TreeNodesModel. Attributes have a fixed order: ID, name, ports as declared by the class, conditions, others. A
+    stock py_trees behaviour without a counterpart in BehaviorTree.CPP is written with the name of its class.
 
     Args:
         root: Root of the tree.
-        main: ID of the tree; that of the document's main tree by default.
-        document: Document that the tree was read from; its models of subtrees are written too.
+        main: ID of the written tree; by default that of the document's main tree, or `MainTree`.
+        document: Document from which the tree was read; comments and models of subtrees are copied from it.
     """
     name = main or (document.main().name if document is not None else MAIN)
     return Writer(document).document(root, name)
 
 
 class Writer:
-    """Creates the elements of a document from nodes.
+    """Converter from nodes to the elements of a document.
 
     Args:
-        document: Document that the nodes were read from, or None.
+        document: Document from which the nodes were read, or None.
     """
 
     def __init__(self, document: Document | None) -> None:
@@ -210,7 +210,7 @@ class Writer:
                 tree.attributes |= {n: v for n, v in read.attributes.items() if n.startswith("_")}
 
     def tree(self, root: Behaviour) -> Element:
-        """Element of a node and its descendants; subtrees become trees of the document."""
+        """Element of a node with its descendants; subtrees are added to `trees`."""
         made: dict[Any, Element] = {}
         order, todo = [], [root]
         while todo:
@@ -223,7 +223,12 @@ class Writer:
         return made[root.id]
 
     def subtree(self, node: SubTree, body: Element) -> Element:
-        """Element of a SubTree; its body becomes a tree, with a new ID if the ID belongs to a different tree."""
+        """Element of a SubTree; the tree inside is added to `trees`, with a new ID if another tree has its ID.
+
+        Args:
+            node: The SubTree.
+            body: Element of the root of the tree inside.
+        """
         text, name, count = to_text(body), node.tree, 1
         while self.written.get(name, text) != text or (name in self.trees and name not in self.written):
             count += 1
@@ -249,7 +254,7 @@ class Writer:
         return made
 
     def rest(self, node: Node) -> dict[str, str]:
-        """Conditions in their order, and other attributes left by editors."""
+        """Conditions of a node in their fixed order, then attributes of editors, which this package ignores."""
         conditions = {n: node.conditions[n].text for n in CONDITIONS if n in node.conditions}
         return conditions | {n: value_text(v) for n, v in node.other.items() if n != "_autoremap"}
 
@@ -267,13 +272,13 @@ def _copy(read: Element) -> Element:
 
 
 def _given(node: Node) -> dict[str, str]:
-    """Given values of a node's ports, in the order of its class."""
+    """Values that were given to a node's ports, as texts, in the order in which the class declares the ports."""
     given = {n: node.given[n] for n in node.ports if node.given.get(n) is not None}
     return {n: value_text(v, node.ports[n].dimension) for n, v in given.items()}
 
 
 def written(node: Behaviour) -> tuple[str, dict[str, str]]:
-    """Tag and attributes of a node in a document; a stock behaviour without a counterpart keeps its class name."""
+    """Tag and attributes of a node in a document; the tag of an unknown py_trees behaviour is its class name."""
     if isinstance(node, Node):
         return node.written() or (node.tag, _given(node))
     for cls, tag in _STOCK.items():

@@ -1,4 +1,4 @@
-"""Control nodes that choose the child to tick by a condition, a value or a failure."""
+"""Control nodes that choose which child to tick: by a condition, by a value, or after a failure."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from ..port import Input
 
 
 class _Branch(Control):
-    """Base of IfThenElse and WhileDoElse; the children are condition, then branch and optional else branch."""
+    """Base of IfThenElse and WhileDoElse. Their children are: condition, then branch, optional else branch."""
 
     min_children, max_children = 2, 3
 
     def _fails(self, outcome: Outcome) -> bool:
-        """Return False for a condition that failed.
+        """Return False for a condition with the outcome FAILURE, and raise for any outcome that does not decide.
 
         Raises:
             TreeError: The condition was skipped or has no outcome.
@@ -34,7 +34,7 @@ class _Branch(Control):
         return False
 
     def _finish(self, outcome: Outcome) -> Outcome:
-        """End with the outcome of the current child."""
+        """End the node with the outcome of its current child."""
         if outcome is IDLE and self.current_child is not None:
             raise self.no_outcome(self.current_child, outcome)
         self.halt_children()
@@ -45,7 +45,7 @@ class _Branch(Control):
 
 
 class IfThenElse(_Branch):
-    """Ticks its first child once, then the second child if that succeeded, the third if it failed, until that one ends.
+    """Ticks its first child, the condition; then the second child if the condition succeeded, else the third.
 
     Without a third child the result is FAILURE if the condition fails. The condition is not ticked again while a branch
     is RUNNING.
@@ -70,7 +70,7 @@ class IfThenElse(_Branch):
 
 
 class WhileDoElse(_Branch):
-    """Ticks its first child in each tick, then the second child while that succeeds, the third while it fails.
+    """Ticks its first child, the condition, in each tick; then the second child while it succeeds, else the third.
 
     When the condition changes, the RUNNING branch is halted. Without a third child the result is FAILURE if the
     condition fails. As in BehaviorTree.CPP, a condition with a state is ticked only once per run of the node, because
@@ -122,7 +122,7 @@ class WhileDoElse(_Branch):
 
 
 EPSILON = 2.0**-23
-"""Tolerance for equal numbers: the epsilon of a C++ float."""
+"""Maximum difference of numbers that count as equal: the epsilon of a C++ float."""
 
 
 class _Switch(Control):
@@ -181,7 +181,7 @@ class _Switch(Control):
         return None if value is None else to_string(value)
 
     def value_of(self, port: str) -> Any:
-        """Value of a port as the blackboard holds it; None if there is none."""
+        """Value of a port without conversion: its literal or the value of its blackboard key; None if there is none."""
         key = self._keys[port]
         if key is None:
             return self.given.get(port)
@@ -190,7 +190,7 @@ class _Switch(Control):
 
 
 def same(left: str, right: str, enums: Enums) -> bool:
-    """Whether two texts are equal as cases."""
+    """Whether two texts are equal in a Switch: as text, as integers or enum names, or as numbers."""
     if left == right:
         return True
     for kind in (int, float):
@@ -220,7 +220,7 @@ Switch2, Switch3, Switch4, Switch5, Switch6 = (_switch(cases) for cases in range
 
 
 class TryCatch(Control):
-    """Ticks all children but the last as a Sequence; if one fails, ticks the last until it ends: FAILURE."""
+    """Ticks all children but the last as a Sequence; if one fails, ticks the last child and then returns FAILURE."""
 
     min_children = 2
     catch_on_halt = Input(bool, False, "whether a halt ticks the last child once")

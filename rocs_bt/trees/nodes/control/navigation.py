@@ -17,7 +17,7 @@ class _Nav(Control):
     run_aware_children: Many[Any] = ()
 
     def _begin(self) -> None:
-        """Notify children that keep state between ticks of a new run."""
+        """At the start of a run, notify the children that keep state between runs."""
         for node in self.run_aware_children if self.status is not RUNNING else ():
             node.begin()
 
@@ -29,7 +29,7 @@ class _Nav(Control):
         return outcome
 
     def _finish(self, outcome: Outcome) -> Outcome:
-        """End with an outcome; RUNNING descendants are halted."""
+        """End the node with an outcome; RUNNING descendants are halted."""
         self.halt_children()
         if outcome is not SKIPPED:
             self.status = outcome
@@ -37,9 +37,10 @@ class _Nav(Control):
 
 
 class PipelineSequence(_Nav, StockSequence):
-    """Ticks its children up to the first RUNNING one that was not passed before; earlier ones are ticked again.
+    """Ticks its first child until it succeeds, then the first two until the second succeeds, and so on.
 
-    A RUNNING child therefore does not stop the children after it. FAILURE of any child ends the node.
+    Children that succeeded before are ticked again in each tick; if such a child is now RUNNING, the children after it
+    are still ticked. FAILURE of any child ends the node.
     """
 
     memory = False
@@ -101,7 +102,7 @@ class PersistentSequence(_Nav, StockSequence):
 
 
 class RecoveryNode(_Nav):
-    """Ticks its first child; if that fails, the second, then the first again, at most `number_of_retries` times.
+    """Ticks its first child; if it fails, ticks the second, then retries the first, at most `number_of_retries` times.
 
     FAILURE if the second child fails or is skipped, or if no retries are left. If the first child is skipped, so is the
     node.
@@ -153,7 +154,7 @@ class RecoveryNode(_Nav):
 
 
 class RoundRobin(_Nav):
-    """Ticks its children in turn, starting after the one ticked last; FAILURE if all have failed in a row."""
+    """Ticks its children in turn until one succeeds; the next run begins after this child. FAILURE if all fail."""
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -186,7 +187,7 @@ class _State(IntEnum):
 
 
 class PauseResumeController(_Nav):
-    """Ticks its first child, or the second while paused; the third when pausing begins, the fourth when it ends.
+    """Ticks its first child, or its second while paused; its third when a pause begins, its fourth when the pause ends.
 
     Nav2 uses two services for this; here `paused` is a key that any node may write.
     """

@@ -1,6 +1,7 @@
-"""Sequences and fallbacks: one outcome moves on to the next child, the opposite outcome ends the node.
+"""Sequences and fallbacks: one outcome of a child passes on to the next child, the other ends the node.
 
-The tick functions are generated per passing outcome: a constant of the function is faster than an attribute.
+The passing outcome is SUCCESS for a sequence and FAILURE for a fallback. A tick function is generated for each of
+them, because a closure variable is read faster than an attribute.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from ..family import Control, halt
 
 
 class Ordered(Control):
-    """Ticks children in order and resumes at the RUNNING child; SKIPPED moves on too."""
+    """Base of nodes that tick their children in order and resume at the RUNNING child; SKIPPED also passes on."""
 
     memory = True
 
@@ -35,10 +36,10 @@ class Ordered(Control):
 
 
 def ordered(passing: Status) -> Callable[[Any], Outcome]:
-    """Tick function of an `Ordered`.
+    """Create the tick function of a subclass of `Ordered`.
 
     Args:
-        passing: Outcome after which the next child is ticked; also the outcome if no child is left.
+        passing: Outcome of a child after which the next child is ticked; also the node's outcome after its last child.
     """
 
     def tick_once(self: Ordered) -> Outcome:
@@ -78,10 +79,12 @@ def ordered(passing: Status) -> Callable[[Any], Outcome]:
 
 
 class Reactive(Control):
-    """Ticks all children in each tick; if one is RUNNING, all other children are halted, also those before it.
+    """Base of nodes that tick their children from the first one in each tick.
+
+    If a child decides the outcome or is RUNNING, another child that is RUNNING from an earlier tick is halted.
 
     Attributes:
-        run_aware_children: Children that keep state after they have ended; notified when a new run begins.
+        run_aware_children: Children that keep state after they have ended; they are notified when a new run begins.
     """
 
     memory = False
@@ -89,7 +92,7 @@ class Reactive(Control):
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:
-    """Tick function of a `Reactive`; see `ordered`."""
+    """Create the tick function of a subclass of `Reactive`; argument as in `ordered`."""
 
     def tick_once(self: Reactive) -> Outcome:
         children: list[Any] = self.children
@@ -131,15 +134,18 @@ def reactive(passing: Status) -> Callable[[Any], Outcome]:
 
 
 class Yielding(Ordered):
-    """Returns RUNNING after each child that ends within one tick, so that others can run; the tree ticks again."""
+    """Base of nodes that return RUNNING after each child that ends within one tick, so that other nodes can run.
+
+    The tree is then ticked again without waiting (`Runtime.tick_again`).
+    """
 
     def decided(self, outcome: Outcome, child: object) -> Outcome:
-        """End with the outcome of a child."""
+        """End the node with the outcome of a child."""
         return self.ended(outcome, self.current_child)
 
 
 def yielding(passing: Status) -> Callable[[Any], Outcome]:
-    """Tick function of a `Yielding`; see `ordered`."""
+    """Create the tick function of a subclass of `Yielding`; argument as in `ordered`."""
 
     def tick_once(self: Yielding) -> Outcome:
         children: list[Any] = self.children
@@ -195,7 +201,7 @@ class SequenceWithMemory(Yielding, StockSequence):
     tick_once = yielding(SUCCESS)
 
     def decided(self, outcome: Outcome, child: object) -> Outcome:
-        """End the sequence and keep its index; the failed child and those after it are halted, earlier ones are not."""
+        """End the sequence and store the index of the failed child; only this child and those after it are halted."""
         index = next(i for i, c in enumerate(self.children) if c is child)
         for other in self.children[index:]:
             halt(other)

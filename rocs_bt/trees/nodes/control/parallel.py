@@ -45,7 +45,7 @@ class _ParallelBase(Control, StockParallel):
                 yield port, Fault(f"'{self.name}' waits for {wanted} children but has {len(self.children)}.")
 
     def setup(self, **kwargs: Any) -> None:
-        """No effect: the thresholds are read in each tick."""
+        """Do nothing: py_trees would check its policy here, but the thresholds are read in each tick."""
 
     def _finish(self, outcome: Outcome) -> Outcome:
         self._completed.clear()
@@ -56,10 +56,10 @@ class _ParallelBase(Control, StockParallel):
         return outcome
 
     def _read(self) -> tuple[int, ...]:
-        """Ports as numbers of children, in the order of declaration; cached if no key can change them.
+        """Thresholds as numbers of children, in the order of the ports; cached unless a port is a blackboard key.
 
         Raises:
-            TreeError: A port exceeds the number of children.
+            TreeError: A threshold exceeds the number of children.
         """
         count = len(self.children)
         given = [self.read(port) for port in self.ports]
