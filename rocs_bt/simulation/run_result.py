@@ -3,15 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from html import escape
 from pathlib import Path
+from urllib.parse import quote
 
 import msgspec
 
 from ..errors import RecordingError
 from ..event import Event
-from ..record import Recording, Summary
+from ..record import AgentResult, Recording, Summary
 from ..record.tables import Table, event_table, signal_table
 from ..words import counted
+
+_COLUMNS = (
+    "agent",
+    "outcome",
+    "reason",
+    "time to goal",
+    "path",
+    "minimum clearance",
+    "collisions",
+    "reflexes",
+    "replans",
+)
 
 
 class RunResult(msgspec.Struct, frozen=True, kw_only=True):
@@ -71,7 +85,42 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
             lines += [f"  fault at {fault}" for fault in agent.faults]
         return "\n".join([*lines, *self.missing])
 
+    def _repr_html_(self) -> str:
+        """Table for notebooks: outcome and key figures of each agent, and a link to the report."""
+        summary = self.summary
+        head = "".join(f"<th>{name}</th>" for name in _COLUMNS)
+        rows = "".join(f"<tr>{_cells(name, agent)}</tr>" for name, agent in summary.agents.items())
+        caption = f"{summary.scenario}, seed {summary.seed}, {summary.sim_time:.1f} s"
+        parts = [f"<table><caption>{escape(caption)}</caption><tr>{head}</tr>{rows}</table>"]
+        if self.report is not None:
+            parts.append(f'<p>Report: <a href="{escape(_href(self.report))}">{escape(str(self.report))}</a></p>')
+        return "".join([*parts, *(f"<p>{escape(missing)}</p>" for missing in self.missing)])
+
     def _recorded(self) -> Recording:
         if self.recording is None:
             raise RecordingError("the run was not recorded, so it has no events. Run it with a folder: out=FOLDER.")
         return Recording.open(self.recording)
+
+
+def _cells(name: str, agent: AgentResult) -> str:
+    cells = (
+        name,
+        agent.outcome,
+        agent.reason,
+        _quantity(agent.time_to_goal, "s"),
+        _quantity(agent.path_length, "m"),
+        _quantity(agent.min_clearance, "m"),
+        "–" if agent.collisions is None else agent.collisions,
+        agent.reflex_activations,
+        agent.replans,
+    )
+    return "".join(f"<td>{escape(str(cell))}</td>" for cell in cells)
+
+
+def _quantity(value: float | None, unit: str) -> str:
+    return "–" if value is None else f"{value:.2f} {unit}"
+
+
+def _href(file: Path) -> str:
+    """Link to a file: relative if its path is, since a notebook server refuses absolute ones."""
+    return file.as_uri() if file.is_absolute() else quote(file.as_posix())

@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.event import BodyMoved
+from rocs_bt.plan import Mission
+from rocs_bt.plan.context import MissionContext
 from rocs_bt.record import WORLD_EVENTS, codec
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -51,6 +53,22 @@ def test_every_extension_point_has_a_section_with_code():
     ):
         (section,) = re.findall(rf"^### {point}\n(.*?)(?=^##|\Z)", text, re.MULTILINE | re.DOTALL)
         assert "```python" in section
+
+
+def test_every_method_of_a_mission_in_the_pages_exists():
+    pages = [*DOCS.glob("*.md"), *ROOT.glob("*/README.md"), ROOT / "README.md"]
+    named = {name for page in pages for name in re.findall(r"\bmission\.(\w+)\(", page.read_text("utf-8"))}
+    assert {"act", "enter"} <= named
+    assert {
+        name for name in named if not hasattr(Mission, name) and f" {name}: " not in MissionContext.__doc__
+    } == set()
+
+
+def test_what_a_late_reader_of_the_live_page_gets_is_what_the_page_keeps():
+    text = squeezed((DOCS / "live.md").read_text("utf-8"))
+    script = (ROOT / "rocs_bt/record/templates/live.js").read_text("utf-8")
+    (lines,) = re.findall(r"\bLINES = (\d+)", script)
+    assert f"the last {lines} changes of Knowledge" in text
 
 
 def test_every_topic_is_documented_and_no_other():

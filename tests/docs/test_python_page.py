@@ -3,7 +3,10 @@
 import pkgutil
 import re
 from pathlib import Path
+from urllib.parse import unquote
+from xml.etree import ElementTree
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -73,6 +76,44 @@ def test_signals_have_a_row_for_each_period_and_units(names):
     assert signals.dtype.metadata["units"] == {"time": "s", "front": "m", "speed": "m/s"}
     assert np.allclose(np.diff(signals["time"]), 0.05)
     assert len(names["result"].signals("R2").dtype.names) > 3
+
+
+def test_the_rows_of_a_table_make_a_data_frame_with_its_names(names):
+    assert "pandas.DataFrame(fired.tolist(), columns=fired.dtype.names)" in PAGE
+    for table in (names["fired"], names["signals"]):
+        rows = table.tolist()
+        assert [len(row) for row in rows] == [len(table.dtype.names)] * len(table)
+        assert rows[0][0] == table["time"][0]
+    try:
+        import pandas  # no dependency: tested where it is installed
+    except ImportError:
+        return
+    frame = pandas.DataFrame(names["signals"].tolist(), columns=names["signals"].dtype.names)
+    assert list(frame["speed"]) == list(names["signals"]["speed"])
+
+
+def test_a_notebook_shows_outcome_figures_and_report_with_all_texts_escaped(names):
+    result = names["result"]
+    agent = result.summary.agents["R2"]
+    told = msgspec.structs.replace(agent, reason="leaf <b> & '\"'", min_clearance=None)
+    summary = msgspec.structs.replace(result.summary, agents={"R<2>": told})
+    report = Path("runs/a 'b' <c>#1/report.html")
+    shown = rocs_bt.RunResult(summary=summary, report=report, missing=("no <disk>",))._repr_html_()
+    root = ElementTree.fromstring(f"<div>{shown}</div>")  # well-formed: nothing of the texts is markup
+    head, row = ([cell.text for cell in line] for line in root.iter("tr"))
+    values = dict(zip(head, row, strict=True))
+    assert values["agent"] == "R<2>"
+    assert values["outcome"] == agent.outcome
+    assert values["reason"] == told.reason
+    assert values["time to goal"] == ("–" if agent.time_to_goal is None else f"{agent.time_to_goal:.2f} s")
+    assert values["path"] == f"{agent.path_length:.2f} m"
+    assert values["minimum clearance"] == "–"
+    (link,) = root.iter("a")
+    assert link.text == str(report)
+    assert unquote(link.attrib["href"]) == report.as_posix()
+    assert not set("#<>' ") & set(link.attrib["href"])
+    assert root.findall("p")[-1].text == "no <disk>"
+    assert "Report" not in rocs_bt.RunResult(summary=summary)._repr_html_()
 
 
 def test_mistakes_are_told(names, tmp_path):
