@@ -167,39 +167,39 @@ def grid(measure: Callable[..., float], cells: Sequence[object], count: int, see
 
 def main(count: int) -> None:
     """Print every table."""
-    head = ["scenes", "seeds", "alike"]
-    print(f"{count} sweeps in each cell; percent.\n\n### Success rate: how often the 95 % interval holds it\n")
+    head = ["scenes", "seeds", "ICC"]
+    print(f"{count} sweeps in each cell; percent.\n\n### Coverage of the 95 % interval of a success rate\n")
     print(table([*head, *(f"rate {p:g}" for p in RATES)], grid(cover_rate, RATES, count, 1)), flush=True)
     pairs = ((0.5, 0.5), (0.8, 0.6), (0.9, 0.9), (0.97, 0.9), (0.98, 0.98))
-    print("\n### Difference of two success rates: how often the 95 % interval holds it\n")
+    print("\n### Coverage of the 95 % interval of a difference of two success rates\n")
     names = [f"{a:g} and {b:g}" for a, b in pairs]
     print(table([*head, *names], grid(cover_difference, pairs, count, 2)), flush=True)
-    print("\n### Time, the limit where it fails: how often the 95 % intervals of a mean and of a difference hold it\n")
+    print("\n### Coverage of the 95 % intervals of a mean time and of a difference (failures count with the limit)\n")
     rows = []
     for p in (1.0, 0.97, 0.9, 0.8):
         found = [cover_time(np.random.default_rng([3, n]), n, p, count) for n in SCENES]
         rows.append([f"{p:g}", *(f"{100 * one:.1f}, {100 * two:.1f}" for one, two in found)])
     print(table(["success rate", *(f"{n} scenes" for n in SCENES)], rows), flush=True)
-    print("\n### Two equal planners: how often a verdict tells them apart\n")
+    print("\n### False verdicts on two equal planners\n")
     print(table([*head, *(f"rate {p:g}" for p in RATES)], grid(false_verdicts, RATES, count, 4)), flush=True)
-    print("\n### Two planners of equal mean time, one fast and failing more: how often a verdict tells them apart\n")
+    print("\n### False verdicts on two planners of equal mean time, one fast with more failures\n")
     row = [f"{100 * false_time_verdicts(np.random.default_rng([5, n]), n, count):.1f}" for n in SCENES]
     print(table([f"{n} scenes" for n in SCENES], [row]), flush=True)
     few = max(2 * count // 5, 50)
-    print("\n### Two equal planners, looked at after every scene up to 500: how often they are told apart\n")
+    print("\n### False verdicts on two equal planners, evaluated after every scene up to 500\n")
     rows = []
     for seeds, alike in ((1, 0.0), (3, 0.0), (3, 0.3), (3, 1.0)):
         rng = np.random.default_rng([6, seeds, round(10 * alike)])
         rows.append([seeds, alike, *(f"{100 * false_stops(rng, 500, seeds, alike, p, few):.1f}" for p in RATES)])
-    print(table(["seeds", "alike", *(f"rate {p:g}" for p in RATES)], rows), flush=True)
+    print(table(["seeds", "ICC", *(f"rate {p:g}" for p in RATES)], rows), flush=True)
     print(
-        "\n### Two planners that differ, looked at after every scene up to 500: how often told, after how many scenes\n"
+        "\n### Two different planners, evaluated after every scene up to 500: decided sweeps, and scenes until then\n"
     )
     rows = []
     for pair in ((0.9, 0.5), (0.9, 0.7), (0.95, 0.85), (0.97, 0.92)):
         told, used = stopping(np.random.default_rng([7, round(100 * pair[1])]), pair, 500, few)
         rows.append([f"{pair[0]:g} and {pair[1]:g}", f"{100 * told:.1f}", f"{used:.0f}"])
-    print(table(["rates", "told", "scenes on average"], rows))
+    print(table(["rates", "decided", "scenes on average"], rows))
 
 
 if __name__ == "__main__":
