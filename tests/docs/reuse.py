@@ -1,4 +1,4 @@
-"""The tables of docs/reuse.md: `python tests/docs/reuse.py` writes them anew."""
+"""Tables of docs/reuse.md: `python tests/docs/reuse.py` writes them."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ TEXT = reuse.PAGE.read_text("utf-8")
 
 
 def test_every_table_is_as_the_command_gives_it():
-    assert reuse.written(TEXT) == TEXT, "write them anew: python tests/docs/reuse.py"
+    assert reuse.written(TEXT) == TEXT, "run: python tests/docs/reuse.py"
 
 
 def test_all_three_questions_are_answered_and_no_table_is_written_by_hand():
@@ -27,6 +27,6 @@ def test_the_answer_to_q1_has_its_figures():
     for row in (
         "| successes |",
         "| both routes active |",
-        "| share of the time that the reactive route drives, median |",
+        "| share of time with the reactive route in control, median |",
     ):
         assert row in answer
