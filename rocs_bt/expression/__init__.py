@@ -1,6 +1,6 @@
 """Expression language of rule guards, tree conditions and run-time monitors.
 
-Depends on signals and units only. Any module that reads a condition from a file may import it.
+The package depends on signals and units only, so any module that reads a condition from a file may import it.
 """
 
 from .compiler import Expression, compile_expression, compile_node, compile_plain

@@ -1,4 +1,4 @@
-"""Meaning of the names in an expression: signals with their position in the snapshot, and aliases."""
+"""Environment of an expression: the meaning of its names, which are signals or aliases."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .node import Node
 
 
 class SignalLayout(Protocol):
-    """Part of Knowledge's signal table that defines an environment."""
+    """Interface of a signal table: declarations of the signals and their positions in the snapshot."""
 
     @property
     def names(self) -> Collection[str]:
@@ -24,35 +24,35 @@ class SignalLayout(Protocol):
         ...
 
     def slice_of(self, name: str) -> slice:
-        """Position of a signal in the snapshot."""
+        """Slice of the snapshot that contains a signal."""
         ...
 
 
 class Forms(Protocol):
-    """Additional syntax of an environment: dotted names, quoted texts, functions of graph nodes."""
+    """Interface of additional syntax, as in queries: dotted names, quoted texts, functions of graph nodes."""
 
     def read(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Node | None:
-        """Typed tree of a part of an expression; None to leave the part to the base language.
+        """Convert a subexpression to a typed tree; None if it belongs to the base language.
 
         Args:
-            tree: Part of the expression, with quoted texts blanked out.
-            at: Function that returns the offset of a part in the original text, counted from 0.
+            tree: Subexpression; the characters of quoted texts are replaced by `_`.
+            at: Function from a subexpression to its offset in the original text, counted from 0.
 
         Raises:
-            Misuse: The part has no meaning in this environment.
+            Misuse: The subexpression has no meaning in this environment.
         """
         ...
 
 
 @dataclass(frozen=True)
 class Environment:
-    """Names that expressions may use.
+    """Environment of expressions: the names that they may use.
 
     Attributes:
-        signals: Declaration of each signal.
-        offsets: First index of each signal in the snapshot.
-        aliases: Names of expressions.
-        forms: Additional syntax, such as that of queries; None for none.
+        signals: Declaration of each signal, by name.
+        offsets: First index of each signal in the snapshot, by name.
+        aliases: Expressions that have a name of their own, by name.
+        forms: Additional syntax, such as that of queries, or None.
     """
 
     signals: Mapping[str, Signal]
@@ -62,7 +62,7 @@ class Environment:
 
     @staticmethod
     def of(table: SignalLayout) -> Environment:
-        """Environment of a signal table with a final layout."""
+        """Environment of a signal table, whose layout must not change afterwards."""
         names = list(table.names)
         return Environment(
             signals={name: table.spec(name) for name in names},
@@ -71,7 +71,7 @@ class Environment:
 
     @staticmethod
     def packed(signals: Iterable[Signal]) -> Environment:
-        """Environment of signals that are contiguous in the snapshot."""
+        """Environment of signals that lie in the snapshot one after the other, without gaps."""
         declared, offsets, at = {}, {}, 0
         for signal in signals:
             declared[signal.name], offsets[signal.name] = signal, at

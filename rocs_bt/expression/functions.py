@@ -1,7 +1,7 @@
-"""Functions of the language: their arguments and the kind of their results.
+"""Functions of the expression language: checks of their arguments, and the kinds of their results.
 
-A group is a signal, a slice of one, or a value-by-value computation on one. A single number is accepted as a group of
-one, because the same rule must load on a robot with one rear sonar and with six.
+A group is a signal with several values, a slice of such a signal, or a value-by-value operation on it. A single number
+is accepted as a group of one, because a rule must load both on a robot with one rear sonar and on one with six.
 """
 
 from __future__ import annotations
@@ -14,18 +14,18 @@ from .node import PLAIN, TRUTH, Kind, Node
 
 
 class Misuse(Exception):
-    """Function call with wrong arguments; the parser adds the position."""
+    """Raised if a function or operator has wrong arguments; the parser adds the position."""
 
 
 @dataclass(frozen=True)
 class Function:
-    """Function of the language.
+    """Function of the expression language.
 
     Attributes:
         usage: Syntax of a call.
         doc: Description of the result.
-        kind: Function that returns the kind of a call's result, given the arguments without the window; raises Misuse.
-        window: Whether the last argument is a length of time.
+        kind: Function from the arguments of a call, without the window, to the kind of the result; it raises Misuse.
+        window: Whether the last argument of a call is the length of a time window.
     """
 
     usage: str
@@ -35,10 +35,14 @@ class Function:
 
 
 def same_dimension(args: Sequence[Node], what: str) -> Dimension:
-    """Common dimension of all arguments.
+    """Common dimension of all arguments of a function or operator.
+
+    Args:
+        args: Arguments.
+        what: Function or operator, for the message.
 
     Raises:
-        Misuse: The dimensions differ or an argument is not a number; the message shows both sides.
+        Misuse: The dimensions differ, or an argument is not a number.
     """
     for arg in args:
         if arg.kind.boolean:
@@ -55,7 +59,15 @@ def same_dimension(args: Sequence[Node], what: str) -> Dimension:
 
 
 def same_size(args: Sequence[Node], what: str) -> int:
-    """Size of a value-by-value operation: 0 if all arguments are single, else the common size of all groups."""
+    """Number of values of a value-by-value operation: that of all groups; 0 if all arguments are single values.
+
+    Args:
+        args: Arguments.
+        what: Function or operator, for the message.
+
+    Raises:
+        Misuse: Two groups have different sizes.
+    """
     groups = [arg for arg in args if arg.kind.size]
     for group in groups:
         if group.kind.size != groups[0].kind.size:
@@ -172,7 +184,12 @@ def _least_at(args: Sequence[Node]) -> Kind:
 
 
 def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
-    """Kind of temporal operations on truth values."""
+    """Create the `kind` function of a temporal operator on truth values.
+
+    Args:
+        count: Number of arguments, without the window.
+        result: Kind of the result.
+    """
 
     def kind(args: Sequence[Node]) -> Kind:
         _count(args, count)

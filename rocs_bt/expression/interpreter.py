@@ -1,7 +1,7 @@
-"""Reference interpreter: value of an expression on one snapshot; `compiler` computes the same values faster.
+"""Reference interpreter of expressions on one snapshot; the code of `compiler` computes the same values faster.
 
-None is *invalid*, for numbers and truth values; a NaN is invalid. Truth is three-valued (Kleene): `False and invalid`
-is False.
+An *invalid* number or truth value is None; a NaN in the snapshot counts as invalid. Logic is three-valued (Kleene):
+`False and invalid` is False.
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ _SIGNS: Mapping[str, Callable[[Any, Any], bool]] = {
 
 
 def evaluate(node: Node, x: Sequence[float]) -> float | bool | None:
-    """Value of a single-valued expression without temporal operations; None if invalid.
+    """Value of an expression without temporal operators, with a single value; None if invalid.
 
     Args:
         node: Typed tree from `parse`.
-        x: Snapshot, all signals concatenated.
+        x: Snapshot: values of all signals, SI units.
     """
     value: float | bool | None = _value(node, x)
     if isinstance(value, list):
@@ -45,7 +45,12 @@ def _value(node: Node, x: Sequence[float]) -> Value:
 
 
 def combine(node: Node, values: Sequence[Value]) -> Value:
-    """Value of a non-temporal operation, given the values of its arguments."""
+    """Value of an operation that is not temporal.
+
+    Args:
+        node: Operation.
+        values: Values of its operands.
+    """
     if not node.kind.size:
         return known(_single(node, values))
     rows = [[v[k] if isinstance(v, list) else v for v in values] for k in range(node.kind.size)]
@@ -53,7 +58,7 @@ def combine(node: Node, values: Sequence[Value]) -> Value:
 
 
 def known(value: Value) -> Value:
-    """The value, or None for NaN."""
+    """Replace NaN by None, in a number or in all items of a list."""
     if isinstance(value, list):
         return [known(v) for v in value]
     return None if isinstance(value, float) and math.isnan(value) else value
@@ -74,7 +79,7 @@ def some(values: Sequence[bool | None]) -> bool | None:
 
 
 def _single(node: Node, values: Sequence[Value]) -> Value:
-    """One operation on single values; only the functions that reduce groups get groups."""
+    """Value of an operation on single values; only functions that reduce a group, such as `min`, get a list."""
     match node.op:
         case "and":
             return every(values)
@@ -102,7 +107,7 @@ def _flat(*values: Value) -> list[Any]:
 
 
 def _sum(values: Sequence[float]) -> float:
-    """Sum in order; Python's own sum is more exact, but differs between platforms."""
+    """Sum of values from left to right. Python's `sum` is more exact, but its result depends on the platform."""
     total = values[0]
     for value in values[1:]:
         total += value
@@ -110,7 +115,7 @@ def _sum(values: Sequence[float]) -> float:
 
 
 def hypot(a: float, b: float) -> float:
-    """Hypotenuse by the C library: Python's own differs from it in the last digit."""
+    """Hypotenuse as computed by the C library, for agreement with the kernel; `math.hypot` differs in the last digit."""
     try:
         return abs(complex(a, b))
     except OverflowError:

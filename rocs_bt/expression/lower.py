@@ -1,4 +1,4 @@
-"""Lowering of typed trees to a Program, with value numbering: common subexpressions are computed once."""
+"""Compiler from typed trees to a register program (`Program`); common subexpressions are computed only once."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _TRUTHS = {Op.LT, Op.LE, Op.EQ, Op.NE, Op.NOT, Op.AND, Op.OR, Op.ANY, Op.ALL, Op
 
 
 def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) -> Program:
-    """Lower expressions to one program.
+    """Compile expressions to one register program.
 
     Args:
-        nodes: Expressions without `within`.
-        also: Expressions with temporal parts that the program must update for other users.
-        margins: Number of expressions, from the first of `nodes`, to compute margins for; they must be single truth
-            values.
+        nodes: Expressions, without the operator `within`.
+        also: Expressions that are evaluated outside the program, but whose temporal operators the program must update.
+        margins: Number of expressions, from the first of `nodes` on, whose robustness margins are computed; each must
+            have a single truth value.
     """
     return _Lowering([*nodes, *also]).program(nodes, also, margins)
 
@@ -78,7 +78,7 @@ class _Lowering:
         )
 
     def node(self, node: Node) -> int:
-        """First register of a node's value."""
+        """First register of the value of an expression."""
         key = id(node)
         if key not in self._done:
             self._done[key] = self._lowered(node)
@@ -128,7 +128,13 @@ class _Lowering:
         return self._joined(Op.AND, node, found)
 
     def _joined(self, op: Op, node: Node, found: Sequence[tuple[int, int]]) -> int:
-        """Register of the parts of a chain, given as registers and sizes, combined by an operation."""
+        """Combine the comparisons of a chain such as `a < b < c`; returns the register of the result.
+
+        Args:
+            op: Instruction that combines two values.
+            node: The chain.
+            found: Register and number of values of each comparison.
+        """
         (register, size), *others = found
         for other, more in others:
             register = self._emit(op, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
@@ -155,7 +161,7 @@ class _Lowering:
         return self._emit(_REDUCERS[node.op], node, first, n=n) if size else first
 
     def _remember(self, node: Node) -> int:
-        """Register of a temporal operation; `once(a)` is `not held(not a)`."""
+        """Register of the value of a temporal operator; `once(a)` is computed as `not held(not a)`."""
         args = [self.node(arg) for arg in node.args]
         match node.op:
             case "held":
@@ -189,7 +195,12 @@ class _Lowering:
         return self._emit(op, node, a, b, constants, cells=cells, truth=truth)
 
     def margin(self, node: Node, mixed: bool) -> int:
-        """First register of the robustness margin of a truth value; positive if it is true."""
+        """First register of the robustness margin of an expression, which is positive if the expression is true.
+
+        Args:
+            node: Expression with a truth value.
+            mixed: Whether the margins of comparisons must be normalised, because their units differ.
+        """
         key = (id(node), mixed)
         if key not in self._margins:
             self._margins[key] = self._margin(node, mixed)
@@ -233,7 +244,12 @@ class _Lowering:
         return self._gaps(node, self._constant(margin_scale(node) if mixed else 1.0))
 
     def _gaps(self, node: Node, scale: int) -> int:
-        """Register of the margin of a comparison."""
+        """Register of the robustness margin of a comparison.
+
+        Args:
+            node: Comparison.
+            scale: Register of the divisor that normalises the margin.
+        """
         found = []
         for sign, (left, right) in zip(node.signs, pairwise(node.args), strict=True):
             if sign in (">", ">="):
@@ -270,7 +286,7 @@ class _Lowering:
         cells: list[float] | None = None,
         truth: bool | None = None,
     ) -> int:
-        """Register of an operation; reuses that of an equal operation."""
+        """Append an instruction; returns the register of its result, or that of an equal instruction if there is one."""
         n = max(1, node.kind.size if n is None else n)
         first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0
         key = (op, n, a, b, c, wide, first)
@@ -314,12 +330,15 @@ def _runs(indices: Sequence[int]) -> tuple[tuple[int, int], ...]:
 
 
 def mixed_units(node: Node) -> bool:
-    """Whether comparisons have different units, so that their margins must be normalised."""
+    """Whether the comparisons in an expression have different units, so that their margins must be normalised."""
     return len({part.args[0].kind.dimension for part in node.walk() if part.op == "compare"}) > 1
 
 
 def margin_scale(node: Node) -> float:
-    """Divisor of a comparison's margin for mixed units: the smallest span of the signals read, else 1 SI unit."""
+    """Divisor that normalises the margin of a comparison, if an expression mixes units.
+
+    The divisor is the smallest finite range of values of the signals that the comparison reads, or 1 SI unit.
+    """
     wanted = node.args[0].kind.dimension
     spans = [part.span for part in node.walk() if part.op == "read" and part.kind.dimension == wanted]
     return min((span for span in spans if 0.0 < span < math.inf), default=1.0)

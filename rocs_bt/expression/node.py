@@ -1,4 +1,4 @@
-"""Typed tree of an expression: created by `parse`, used by the interpreter and by `lower`."""
+"""Typed tree of an expression: created by `parse`; evaluated by the interpreter; compiled by `lower`."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from ..units import NONE, Dimension
 
 @dataclass(frozen=True)
 class Kind:
-    """Kind of a value.
+    """Kind of an expression's value: dimension, number of values, and whether it is a truth value.
 
     Attributes:
-        dimension: Common dimension of the numbers; None for truth values, and if dimensions differ (as in a pose).
+        dimension: Common dimension of the numbers; None for truth values, and for numbers of different dimensions, as
+            in a pose.
         size: Number of values; 0 for a single value.
         boolean: Whether the values are truth values.
     """
@@ -47,22 +48,23 @@ TEMPORAL_OPS = frozenset({"held", "once", "since", "time_since", "rate", "delay"
 
 @dataclass(frozen=True)
 class Node:
-    """Operation of an expression.
+    """Node of a typed tree: one operation, constant or read of a signal.
 
-    Nodes that compute the same value are equal, independent of their position in a text.
+    Nodes that compute the same value are equal, whatever their text or position is.
 
     Attributes:
-        op: `number`, `truth`, `read`, `vector`, `neg`, `+`, `-`, `*`, `/`, `compare`, `and`, `or`, `not`, `if`, a
-            function, or `delay` (the argument's value a fixed time ago), which only `look_back` creates.
-        args: Operands. Of `if`: condition, then, else. Of temporal operations: without the window.
+        op: `number`, `truth`, `read`, `vector`, `neg`, `+`, `-`, `*`, `/`, `compare`, `and`, `or`, `not`, `if`,
+            `within`, the name of a function, or `delay` (value of the argument a fixed time ago), which only
+            `look_back` creates.
+        args: Operands. Those of `if` are condition, then, else; those of temporal operators do not include the window.
         kind: Kind of the result.
-        value: Value of `number` and `truth`, in SI units; length of the window [s] of temporal operations.
-        start: First index in the snapshot, of `read`.
-        stop: Index after the last one, of `read`.
-        signs: Comparison signs between the operands, of `compare`.
-        text: Text of the operation.
-        span: Width of the signal's bounds in SI units, of `read`; +inf if unbounded.
-        column: Column in the text, counted from 1; 0 if unknown.
+        value: For `number` and `truth`: the value, in SI units. For temporal operators: length of the window [s].
+        start: For `read`: first index in the snapshot.
+        stop: For `read`: index after the last one in the snapshot.
+        signs: For `compare`: comparison signs between the operands.
+        text: Source text of the node.
+        span: For `read`: upper minus lower bound of the signal, in SI units; +inf if unbounded.
+        column: Column in the source text, counted from 1; 0 if unknown.
     """
 
     op: str
@@ -90,7 +92,7 @@ class Node:
 
     @cached_property
     def extent(self) -> tuple[int, int]:
-        """Nesting depth and number of operations; aliases count at each use."""
+        """Nesting depth and number of operations; an alias counts at each of its uses."""
         depth = operations = 0
         for arg in self.args:
             inner, count = arg.extent

@@ -1,7 +1,7 @@
-"""Parser from text to a typed tree: Python's own parser, then a whitelist.
+"""Parser of expressions: from text to a typed tree.
 
-The text is never executed: `ast` gives the structure, `_Reader` accepts a few node types and rejects all others
-(attributes, calls of unlisted functions, strings, lambdas, comprehensions ...).
+The text is never executed. Python's module `ast` parses its structure; then `_Reader` accepts a few types of syntax
+and rejects all others (attributes, calls of unlisted functions, strings, lambdas, comprehensions ...).
 """
 
 from __future__ import annotations
@@ -42,12 +42,12 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
 
     Args:
         text: Expression such as `min(front) < stop_distance + 0.10 m and speed > 0.05 m/s`.
-        environment: Meaning of its names.
-        ahead: Whether `within` and `always` are allowed, as in requirements.
+        environment: Meaning of the names in the expression.
+        ahead: Whether `within` and `always`, which refer to later samples, are allowed, as in requirements.
 
     Raises:
-        InputError: Not an expression of the language, unknown names, mixed dimensions or kinds, or too long or too
-            deep. Each fault has its column in the text, counted from 1.
+        InputError: The text is not an expression of the language, has unknown names, mixes dimensions or kinds, or is
+            too long or too deeply nested. Each fault has its column in the text, counted from 1.
     """
     if len(text) > MAX_LENGTH:
         raise InputError(Fault(f"an expression has at most {MAX_LENGTH} characters, found {len(text)}."))
@@ -63,7 +63,7 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
 
 
 def _bounded(node: Node) -> None:
-    """Reject expressions that aliases make too large, before any function walks through them."""
+    """Reject an expression that its aliases make too large, before other functions traverse it."""
     depth, operations = node.extent
     if depth > MAX_DEPTH:
         raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {depth} with its aliases."))
@@ -102,7 +102,7 @@ def _span(signal: Signal) -> float:
 
 
 class _Reader:
-    """Converts an `ast` to typed nodes."""
+    """Converter from Python's syntax tree to a typed tree."""
 
     def __init__(self, text: str, indent: int, folded: Folded, environment: Environment, ahead: bool) -> None:
         self._text = text
@@ -113,7 +113,7 @@ class _Reader:
         self._depth = 0
 
     def read(self, tree: ast.expr) -> Node:
-        """Typed tree; all unknown names are reported at once."""
+        """Convert a syntax tree to a typed tree; all unknown names are reported together."""
         # Fast path: if all words are known, the tree need not be searched for unknown names.
         words = {*_WORD.findall(self._folded.text)}
         if self._names.forms is not None or all(self._known(word) or word in _KEYWORDS for word in words):
@@ -168,7 +168,7 @@ class _Reader:
         raise self._refusal(tree, f"'{self._source(tree)}' is not allowed in an expression.", hint=_HELP)
 
     def _at(self, tree: ast.expr) -> int:
-        """Offset of a part in the text, counted from 0."""
+        """Offset of a subexpression in the text, counted from 0."""
         return tree.col_offset + self._indent
 
     def _made(self, tree: ast.expr, op: str, kind: Kind, args: tuple[Node, ...] = (), **more: Any) -> Node:
@@ -293,7 +293,14 @@ class _Reader:
         return self._made(tree, op, TRUTH, args)
 
     def _implied(self, tree: ast.BoolOp, parts: list[tuple[ast.expr, Node]]) -> Node:
-        """Convert an `or` with replaced `implies` operators, which have lower precedence and associate to the right."""
+        """Convert an `or` of which some operators were written as `implies`, and replaced before Python's parser ran.
+
+        `implies` has lower precedence than `or` and associates to the right.
+
+        Args:
+            tree: The `or`.
+            parts: Operands, as syntax trees and as typed trees.
+        """
         gaps = [(left[0].end_col_offset or 0, right[0].col_offset) for left, right in pairwise(parts)]
         marks = [any(a <= at - self._indent < b for at in self._folded.implies) for a, b in gaps]
         split = marks.index(True) + 1 if True in marks else len(parts)
@@ -324,7 +331,7 @@ class _Reader:
         return self._made(tree, "within", TRUTH, (arg,), value=self._window(tree, meant))
 
     def _window(self, tree: ast.expr, node: Node) -> float:
-        """Length of a window [s]."""
+        """Length of a time window [s], from its constant expression."""
         length = evaluate(node, ()) if node.constant and not node.kind.size else None
         if node.kind != Kind(TIME) or length is None:
             raise self._refusal(tree, f"a window is a fixed time, such as 0.5 s, but {node.text} is {node.kind.words}.")
@@ -386,7 +393,7 @@ class _Reader:
         return InputError(self._fault(tree, Fault(message, hint=hint)))
 
     def _bare_hint(self, tree: ast.expr) -> str:
-        """Hint for a number without a unit next to a quantity."""
+        """Hint about a number without a unit next to a quantity; empty if there is none."""
         parts: Sequence[ast.expr] = [tree.left, *tree.comparators] if isinstance(tree, ast.Compare) else []
         if isinstance(tree, ast.BinOp):
             parts = [tree.left, tree.right]

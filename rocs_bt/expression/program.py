@@ -1,15 +1,15 @@
-"""The lowered form of expressions: one flat register program, each shared part computed once.
+"""Program: expressions compiled to one flat register program, in which common subexpressions are computed once.
 
 **Registers.** A program computes an array `r` of float64. It begins as a copy of `Program.registers`, which contains
 the constants; every other register is written by exactly one instruction, before it is read. A truth value is 1.0 or
 0.0; NaN is *invalid*, for numbers and truth values. All instructions run in order at every step. There are no jumps,
 because three-valued logic needs none (`False and invalid` is False in either order).
 
-**Instructions.** Row i of `code`, int32 of shape (n, 8), is one instruction: `op, n, dst, a, b, c, wide, cell`. A value
+**Instructions.** Each row of `code` (int32, 8 columns) is one instruction: `op, n, dst, a, b, c, wide, cell`. A value
 by value operation does `r[dst + i] = f(A, B, C)` for i in 0 .. n-1, where A is `r[a + i]` if bit 0 of `wide` is set and
-`r[a]` if not; B and C likewise by bits 1 and 2. A reduction reads `r[a .. a+n-1]` and writes `r[dst]`. Unused
-operands are 0. A result that is not a number is invalid, so every operation gives NaN if a required operand is NaN; the
-exceptions are listed below. Comparisons, minima and maxima are strict: of equal values the first is kept.
+`r[a]` if not; B and C likewise by bits 1 and 2. A reduction reads `r[a .. a+n-1]` and writes `r[dst]`. Unused operands
+are 0. Every operation gives NaN if a required operand is NaN; the exceptions are listed below. Of equal values, minima
+and maxima keep the first.
 
 ====================  ==========================================================================================
 LOAD                  r[dst + i] = x[a + i], i in 0 .. n-1: the snapshot; the first instructions of a program
@@ -31,7 +31,7 @@ MIN_VALID             minimum of the values that are not NaN; NaN if fewer than 
 DOT                   r[a]*r[b] + r[a+1]*r[b+1] ..., in this order, each product rounded before it is added
 HELD SINCE AGO        temporal, truth in (below)
 RATE DELAY            temporal, numbers or truth in
-GAP                   a margin: 0.0 if A == B, else (B - A) / C; NaN if any is
+GAP                   robustness margin of A < B: 0.0 if A == B, else (B - A) / C; NaN if any is
 WORST BEST            margins joined by and, by or: m = the less of those that are not NaN; NaN if either operand is
                       and not m < 0. BEST is -WORST(-A, -B)
 WORST_OF BEST_OF      WORST, BEST folded over the n values, from the first to the last
@@ -84,11 +84,11 @@ from .node import Node
 
 TOLERANCE = 1e-9  # [s]; periods such as 0.05 s have no exact sums
 GRAIN = 0.01  # [s]; minimum time resolution of a ring buffer
-PAIRS = 256  # number of intervals that a ring buffer resolves in a long window
+PAIRS = 256  # number of intervals into which a ring buffer divides a long window
 
 
 class Op(IntEnum):
-    """Instructions; the numbers are those of the compiled kernel, so new instructions must be appended."""
+    """Instructions. The compiled kernel uses the same numbers, so new instructions must be appended."""
 
     LOAD = 0
     NEG = 1
@@ -162,18 +162,19 @@ _OPERANDS = [0 if op is Op.LOAD else 1 if op in _UNARY else 3 if op in _TERNARY 
 
 @dataclass(frozen=True, eq=False)
 class Program:
-    """Lowered expressions; see the module.
+    """Register program of several expressions; the module describes registers, instructions and time.
 
     Attributes:
         code: Instructions, int32, shape (n, 8), C order.
-        registers: Initial registers, float64: constants, NaN elsewhere.
+        registers: Initial values of the registers, float64: constants, and NaN elsewhere.
         truth: Whether each register is a truth value, bool, as long as `registers`.
         constant: Whether each register is a constant, bool.
-        cells: Initial state, float64.
+        cells: Initial state of the temporal operators, float64.
         roots: Register of each expression's value, int32, in the order of the expressions.
-        margins: Register of each expression's margin, int32; -1 if it has none (numbers, or not requested).
-        temporal: Register of each temporal node's value, for evaluators of the enclosing expressions.
-        texts: Source text of each instruction, one per row of `code`.
+        margins: Register of each expression's robustness margin, int32; -1 if it has none, because its value is a
+            number or its margin was not requested.
+        temporal: Register of each temporal operator's value. Expressions that are evaluated outside the program use it.
+        texts: Source text of the expression for each instruction, one per row of `code`.
         reads: Ranges (start, stop) of the snapshot that are read, in ascending order.
     """
 
@@ -190,11 +191,11 @@ class Program:
 
 
 def operands(op: int, a: int, b: int, c: int) -> tuple[int, ...]:
-    """Registers that an instruction reads, without the constants of temporal ones."""
+    """Registers that an instruction reads, without those with the constants of a temporal operator."""
     return (a, b, c)[: _OPERANDS[op]]
 
 
 def ring_shape(window: float) -> tuple[float, int]:
-    """Width of a ring's pairs [s] and capacity of the ring, for the length of a window [s]."""
+    """Time resolution [s] and capacity [pairs] of a ring buffer for a window [s]."""
     width = max(GRAIN, window / PAIRS)
     return width, int(window / width) + 3

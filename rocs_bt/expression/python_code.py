@@ -1,10 +1,12 @@
-"""Generated Python source of a Program, readable and executable by `exec`.
+"""Generator of readable Python source from a Program.
 
-The code contains only numbers, register names and helper names; user text appears only in comments, on one line. The
-snapshot is a plain list (`ndarray.tolist()`): a guard on an array takes two to three times as long.
+The code is executed by `exec`, so it contains only numbers and names of registers and helpers; user text appears only
+in comments of one line. The snapshot is a list (`ndarray.tolist()`), because a guard on an array takes two to three
+times as long.
 
-A program has two variants. *Careful*: every operation checks for invalid values. *Fast*, for snapshots without NaN:
-operations that cannot be invalid then are plain Python (`a < b and c`), and only the others check.
+The code has two variants. In the *careful* one, every operation checks for invalid values. The *fast* one is for
+snapshots without NaN: operations whose result is then always valid are plain Python, such as `a < b and c`, and only
+the others check.
 """
 
 from __future__ import annotations
@@ -24,11 +26,11 @@ _SMALL = {Op.SIGN, Op.SIDE, Op.ATAN2, Op.ARGMIN, Op.COUNT, Op.WRAP}
 
 
 class Validity:
-    """Static analysis of which registers cannot be invalid.
+    """Static analysis that finds the registers of a program which are never invalid.
 
     Args:
-        program: The program.
-        fast: Whether snapshots contain no NaN.
+        program: Program to analyse.
+        fast: Whether snapshots can be assumed to contain no NaN.
     """
 
     def __init__(self, program: Program, fast: bool) -> None:
@@ -41,7 +43,7 @@ class Validity:
             self._learn(Op(op), n, dst, a, b, c, wide, fast)
 
     def valid(self, register: int, n: int) -> bool:
-        """Whether n registers, beginning with this one, are never invalid."""
+        """Whether n consecutive registers, from `register` on, are never invalid."""
         return all(self._valid[register : register + n])
 
     def _learn(self, op: Op, n: int, dst: int, a: int, b: int, c: int, wide: int, fast: bool) -> None:
@@ -66,7 +68,13 @@ class Validity:
 
     @staticmethod
     def _gives_numbers(op: Op, finite: list[bool], nonzero: list[bool]) -> bool:
-        """Whether valid operands always give a number."""
+        """Whether the result of an instruction is valid for all valid operands.
+
+        Args:
+            op: Instruction.
+            finite: Whether each operand is always finite.
+            nonzero: Whether each operand is never zero.
+        """
         match op:
             case Op.ADD | Op.SUB:
                 return any(finite)
@@ -79,8 +87,8 @@ class Validity:
         return op in _ALWAYS
 
 
-_FEW = 4  # maximum number of values that are added faster one by one than by a sum over a slice
-_DEEP = 12  # maximum nesting on one line, for readability and because of the limit of Python's parser
+_FEW = 4  # up to this many values, x[0] + x[1] ... is faster than a sum over a slice
+_DEEP = 12  # maximum nesting on one line: for readability, and because Python's parser has a limit
 _CALLS = {
     Op.SIGN: "sign", Op.SIDE: "side", Op.SQRT: "root", Op.WRAP: "angle", Op.DIV: "divide", Op.HYPOT: "length",
     Op.CLIP: "clip", Op.LT: "lt", Op.LE: "le", Op.EQ: "eq", Op.NE: "ne", Op.NOT: "negate", Op.AND: "both",
@@ -95,12 +103,12 @@ _PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.M
 
 
 class PythonCode:
-    """Generates the Python source of a program, in the careful or the fast variant (see the module).
+    """Generator of the Python source of a program, in the careful or the fast variant (see the module).
 
     Args:
-        program: The program.
-        used: Registers to return, with repetitions.
-        fast: Whether to write the variant for snapshots without NaN.
+        program: Program to convert.
+        used: Registers whose values the caller uses, listed once for each use.
+        fast: Whether to generate the variant for snapshots without NaN.
     """
 
     def __init__(self, program: Program, used: Sequence[int], fast: bool) -> None:
@@ -122,11 +130,11 @@ class PythonCode:
                 self._write(row, text)
 
     def value(self, register: int) -> str:
-        """Python expression for the value of a register; the code must execute `lines` before it."""
+        """Python expression for the value of a register; generated code must have `lines` before this expression."""
         return self._operand(register, 1, False)
 
     def sure(self, register: int) -> bool:
-        """Whether the register's value can never be invalid."""
+        """Whether the value of a register is never invalid."""
         return self._sure.valid(register, 1)
 
     def _count(self, used: Sequence[int]) -> dict[int, int]:
@@ -173,7 +181,7 @@ class PythonCode:
         return self._each(op, n, dst, registers, wide, sure, result)
 
     def _each(self, op: Op, n: int, dst: int, registers: Sequence[int], wide: int, sure: bool, result: bool) -> str:
-        """Value-by-value operation; single values are computed once, groups are iterated in parallel."""
+        """Source of a value-by-value operation; operands with a single value are computed once."""
         names = "abc"[: len(registers)]
         groups = [(name, r) for i, (name, r) in enumerate(zip(names, registers, strict=True)) if wide >> i & 1]
         once = "".join(
@@ -187,7 +195,15 @@ class PythonCode:
         return f"[{self._one(op, list(names), sure, result, self._truth[dst])}{once}{walk}]"
 
     def _one(self, op: Op, args: Sequence[str], sure: bool, result: bool, truth: bool) -> str:
-        """Operation on sources; `sure`: no operand is ever invalid; `result`: the result is never invalid."""
+        """Source of an operation on single values.
+
+        Args:
+            op: Instruction.
+            args: Sources of the operands.
+            sure: Whether the operands are never invalid.
+            result: Whether the result is never invalid.
+            truth: Whether the result is a truth value.
+        """
         match op:
             case Op.ADD | Op.SUB | Op.MUL:
                 return f"({args[0]} {_SIGNS[op]} {args[1]})"
@@ -252,14 +268,20 @@ class PythonCode:
 
 
 def sum_code(program: Program) -> str:
-    """Source of the sum of all values that a program reads: NaN if any of them is, because NaN propagates."""
+    """Source of the sum of all values that a program reads. The sum is NaN if any value is NaN."""
     short = [range(a, b) if b - a <= _FEW else () for a, b in program.reads]
     terms = [[f"x[{i}]" for i in r] or [f"sum(x[{a}:{b}])"] for r, (a, b) in zip(short, program.reads, strict=True)]
     return " + ".join(term for group in terms for term in group)
 
 
 def define(source: str, name: str, extra: Mapping[str, Any] | None = None) -> Callable[..., Any]:
-    """Function with this name in generated source; `extra` are additional names besides the helpers."""
+    """Execute generated source and return one of its functions.
+
+    Args:
+        source: Generated source.
+        name: Name of the function.
+        extra: Objects that the source uses in addition to the helpers, by name.
+    """
     names = {**HELPERS, **(extra or {})}
     exec(compile(source, "<generated>", "exec"), names)  # contains no user text: see the module's docstring
     function: Callable[..., Any] = names[name]

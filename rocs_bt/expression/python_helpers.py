@@ -1,6 +1,7 @@
-"""Helpers of generated Python: operations of a Program on Python values, where None is an invalid truth value.
+"""Functions that generated Python code calls: the instructions of a Program on Python values.
 
-An invalid number is NaN. Cells are a plain list; see `program` for their content per operation.
+An invalid number is NaN, an invalid truth value is None. The state is a list of cells; `program` describes the cells of
+each instruction.
 """
 
 from __future__ import annotations
@@ -214,7 +215,7 @@ def _push(
 
 
 def _pairs(cells: Cells, k: int, capacity: int) -> list[int]:
-    """Indices of a ring's values, from the oldest on."""
+    """Indices in `cells` of the values in a ring buffer, the oldest first."""
     head, count = int(cells[k]), int(cells[k + 1])
     return [k + 3 + 2 * ((head + i) % capacity) for i in range(count)]
 
@@ -226,7 +227,7 @@ def _first(old: float, new: float) -> float:
 def _then(
     cells: Cells, k: int, value: float, t: float, window: float, grain: float, capacity: int
 ) -> tuple[float, float]:
-    """Time and value at the beginning of the window, from the oldest pair; NaN if the window is not covered."""
+    """Push a sample to a ring buffer; return time and value of the oldest pair, or NaN if the window is not covered."""
     _drop(cells, k, t, window, capacity)
     _push(cells, k, t, value, grain, capacity, _first)
     at = k + 2 + 2 * int(cells[k])

@@ -1,8 +1,9 @@
-"""Pre-tokeniser: handles quantities such as `0.5 m` and `60 deg`, which Python's grammar does not know.
+"""Preprocessor of expressions: replaces units and keywords that Python's grammar does not have.
 
-Units are replaced by blanks, so that columns of the text that Python parses equal those of the original text; each unit
-is stored by the column of its number. The keywords of requirements are replaced by Python operators with the right
-precedence: `a implies b` is parsed as `a or b`, `within 0.2 s a` as `not a`, and their positions are stored.
+Units, as in `0.5 m`, are replaced by blanks, so that columns in the text that Python parses equal those in the original
+text. Each unit is stored by the column of its number. The keywords of requirements are replaced by Python operators
+with the right precedence, and their columns are stored: `a implies b` is parsed as `a or b`, `within 0.2 s a` as
+`not a`.
 """
 
 from __future__ import annotations
@@ -30,15 +31,15 @@ _QUOTED = re.compile(r"""(["'])(.*?)\1""", re.DOTALL)
 
 @dataclass(frozen=True)
 class Folded:
-    """Text without its units.
+    """Preprocessed text of an expression, with the units and keywords that were replaced.
 
     Attributes:
-        text: Text with blanks for units, as long as the original.
-        units: Units by the column of the number's first character, counted from 0.
-        ends: End of the unit by the column of the number's end, counted from 0.
-        implies: Columns of `implies`, which the text replaces by `or`, counted from 0.
-        within: Windows of `within`, which the text replaces by `not`, by column counted from 0.
-        always: Whether the text began with `always`.
+        text: Text for Python's parser, as long as the original.
+        units: Unit of each number, by the column of the number's first character, counted from 0.
+        ends: Column at which each unit ends, by the column at which its number ends, counted from 0.
+        implies: Columns of `implies`, which is replaced by `or`, counted from 0.
+        within: Window of each `within`, which is replaced by `not`, by its column, counted from 0.
+        always: Whether the original text begins with `always`.
     """
 
     text: str
@@ -55,14 +56,14 @@ def blank_texts(text: str) -> str:
 
 
 def fold_quantities(text: str, texts: bool = False) -> Folded:
-    """Replace units by blanks.
+    """Preprocess the text of an expression: replace units by blanks, and keywords by Python operators.
 
     Args:
         text: Original text.
-        texts: Whether quoted texts are allowed; they are blanked out too.
+        texts: Whether quoted texts are allowed; their characters are replaced by `_`.
 
     Raises:
-        InputError: Invalid character, or a word after a number that is not a unit.
+        InputError: The text has an invalid character, or a word after a number is not a unit.
     """
     if texts:
         text = blank_texts(text)
@@ -92,7 +93,7 @@ def fold_quantities(text: str, texts: bool = False) -> Folded:
 
 
 def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | str:
-    """Window of a `within`: a quantity, or a name."""
+    """Window of a `within`: a quantity, or the name of a threshold."""
     if word[1][0].isalpha() or word[1][0] == "_":
         return word[1]
     unit = units.get(word.start(1), Quantity(1.0, NONE))
@@ -100,7 +101,12 @@ def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | st
 
 
 def _unit_end(text: str, at: int) -> int | None:
-    """End of the unit after a number; None if there is none."""
+    """Column at which the unit after a number ends; None if the number has no unit.
+
+    Args:
+        text: Text.
+        at: Column at which the number ends.
+    """
     word = _WORD.match(text, at)
     if word is None:
         return None

@@ -1,4 +1,4 @@
-"""Current values in an expression as text: `min(front) = 0.21 m, speed = 0.48 m/s`."""
+"""Text with the values that decide an expression: `min(front) = 0.21 m, speed = 0.48 m/s`."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ _WORDS: Mapping[float | bool | None, str] = {True: "true", False: "false", None:
 
 
 def reading(node: Node, x: Sequence[float]) -> str:
-    """Operands of the comparisons that depend on the snapshot alone, with their values.
+    """Text with the values of the operands of all comparisons; temporal operands are left out.
 
-    Of an `or` only the operands that make it true are included, or else those that make it invalid.
+    Of an `or`, only the alternatives that are true are included; if none is, those that are invalid; if none is, all.
 
     Args:
-        node: The expression.
-        x: The snapshot.
+        node: Expression.
+        x: Values of the snapshot, SI units.
     """
     found: dict[str, str] = {}
     for comparison in _comparisons(node, x):

@@ -1,8 +1,8 @@
-"""Requirements on a whole run, such as `always (near implies within 0.2 s slow)`.
+"""Requirement: condition on a whole run, such as `always (near implies within 0.2 s slow)`.
 
-`within` depends on later values, so its verdict is delayed. `look_back` converts a requirement at time t to an
-expression over the past that has the same value a fixed `delay` after t (O. Maler, D. Nickovic, "Monitoring Temporal
-Properties of Continuous Signals", 2004: a bounded future formula can be monitored by its delayed past form).
+Whether `within` holds at time t depends on later samples, so it is known only after a delay. `look_back` converts a
+requirement to an expression over past samples, whose value at t + delay is that of the requirement at t (O. Maler,
+D. Nickovic, "Monitoring Temporal Properties of Continuous Signals", 2004).
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from .parser import parse
 
 @dataclass(frozen=True)
 class Requirement:
-    """Requirement on a run, such as `always min(front) > 0.05 m`.
+    """Condition on a whole run, such as `always min(front) > 0.05 m`.
 
     Attributes:
         text: Text of the requirement.
-        node: Expression over past samples. Its value at time t says whether the requirement holds at t - delay; invalid
-            if that is not known.
+        node: Expression over past samples. Its value at time t is that of the requirement at t - delay; it is invalid
+            if that value is not known.
         always: Whether the requirement must be true at all times (`always`) instead of at the end of the run.
-        delay: Time after which it is known whether the requirement holds at a moment [s].
+        delay: Time after a sample at which it is known whether the requirement holds at this sample [s].
     """
 
     text: str
@@ -37,7 +37,7 @@ def parse_requirement(text: str, environment: Environment) -> Requirement:
     """Parse a requirement such as `always min(front) > 0.05 m`.
 
     Raises:
-        InputError: See `parse`; or the requirement is not true or false.
+        InputError: The text cannot be parsed (see `parse`), or its value is not a single truth value.
     """
     node = parse(text, environment, ahead=True)
     if node.kind != TRUTH:
@@ -50,17 +50,17 @@ def parse_requirement(text: str, environment: Environment) -> Requirement:
 
 
 def horizon(node: Node) -> float:
-    """Time that an expression looks ahead [s]."""
+    """Time by which an expression depends on later samples [s]: the sum of nested `within` windows."""
     own = float(node.value) if node.op == "within" else 0.0
     return own + max(map(horizon, node.args), default=0.0)
 
 
 def look_back(node: Node, delay: float) -> Node:
-    """Delayed form of an expression: its value at time t is that of `node` at t - delay.
+    """Convert an expression to its delayed form, whose value at time t is that of `node` at t - delay.
 
     Args:
-        node: The expression, possibly with `within`.
-        delay: Delay [s], at least the expression's horizon.
+        node: Expression, which may contain `within`.
+        delay: Delay [s], at least the horizon of the expression.
 
     Raises:
         InputError: A group of values is combined with `within`.
