@@ -1,7 +1,7 @@
-"""Shipped actions (paper, Table 2, and the motion macros) and the table from name to class.
+"""Shipped actions (paper, Table 2, and motion actions on top of these), and the table from name to class.
 
-Code that builds agents or checks content imports this package. Blocks receive the table and name actions by string;
-only `reactive` imports an action: Stop, for a reflex that cannot act.
+Code that builds agents or checks content imports this package. The blocks of an agent receive the table and refer to
+actions by name. Only `reactive` imports an action itself: Stop, for a reflex whose own action cannot run.
 """
 
 from .avoid_collision import AvoidCollision

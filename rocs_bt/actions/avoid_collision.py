@@ -12,20 +12,21 @@ from .room import free_turn, room_back
 from .set_wheel_speed import SetWheelSpeed
 from .turn import TurnAngle
 
-BACK = 0.3  # [m] largest distance of backing off
+BACK = 0.3  # [m] maximum distance of backing off
 BACKING = 0.35  # [m/s] speed of backing off
-LEFT = 0.1  # share of the turn left when the robot drives on: exact closing-in costs time while the obstacle nears
+LEFT = 0.1  # share of the turn that may be left when the robot drives on; an exact turn would cost time
 
 
 @dataclass(kw_only=True, eq=False)
 class AvoidCollision(MacroAction):
     """Turn away, then drive straight for a time.
 
-    The action does not look for obstacles ahead; the rule that submits it does. The robot starts to drive when a tenth
-    of the turn is left, while it still rotates.
+    The action does not check for obstacles ahead; the rule that submits it does. The robot starts to drive when a tenth
+    of the turn is left, while it is still rotating.
 
-    The corners of the hull are protected: the turn is limited to the signal `free_turn`, if the robot has it. If less
-    than half of the requested turn is free, the robot first backs off over ground that is known to be free.
+    To protect the corners of the hull, the turn is limited to the angle in the signal `free_turn`, if the robot has
+    this signal. If less than half of the requested turn is free, the robot first backs off over ground that is known to
+    be free.
 
     Attributes:
         turn: Turn angle, left positive [rad].

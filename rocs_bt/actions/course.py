@@ -1,6 +1,6 @@
-"""Predicted course of a peer from its recent displacement.
+"""Course: prediction of a peer's motion from its recent displacement.
 
-The momentary turn rate does not predict its position several seconds ahead.
+A prediction from the momentary turn rate would be wrong several seconds ahead.
 """
 
 from __future__ import annotations
@@ -14,14 +14,14 @@ from ..control.drive import Array
 from ..geometry import Pose2, Twist2
 
 SPAN = 1.0
-"""Time window of the displacement [s]."""
+"""Length of the time window in which the displacement is measured [s]."""
 
 WATCHED = 0.3
-"""Minimum observation time for a displacement; a gap this long between observations restarts it [s]."""
+"""Minimum time of observation for a displacement [s]; after a longer gap between observations it begins again."""
 
 
 class Course:
-    """Straight-line prediction of a peer from its mean velocity over the last `SPAN`."""
+    """Straight-line prediction of a peer's motion from its mean velocity over the last `SPAN`."""
 
     def __init__(self) -> None:
         self._seen: deque[tuple[float, Pose2]] = deque()
@@ -40,10 +40,10 @@ class Course:
             self._seen.popleft()
 
     def ahead(self, twist: Twist2, times: Array) -> Array:
-        """Predicted poses after the last observation.
+        """Predict poses of the peer after the last observation.
 
         Args:
-            twist: Velocity of the peer, used until it has been observed for `WATCHED`.
+            twist: Velocity of the peer, body frame; used until the peer has been observed for `WATCHED`.
             times: Times after the last observation, shape (n,) [s].
 
         Returns:

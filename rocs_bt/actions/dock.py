@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 READY = 0.05
-"""Distance from the staging pose at which it counts as reached [m]."""
+"""Distance from the staging pose at which this pose counts as reached [m]."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -88,7 +88,15 @@ class Dock(MacroAction):
     def _drive(
         self, body: Body, to: Pose2, speed: float, tolerance: float, touch: float | None = None
     ) -> Iterator[Action]:
-        """Drive straight to a pose until the robot is stationary there, has passed it, or touches."""
+        """Drive straight to a pose until the robot is stationary there, has passed it, or has contact.
+
+        Args:
+            body: Robot.
+            to: Pose to reach, world frame.
+            speed: Speed [m/s].
+            tolerance: Distance from the pose at which it is reached [m].
+            touch: Range ahead that counts as contact [m]; 0 or None disables contact.
+        """
         drive, begun = PathDrive(body, speed), False
         while True:
             pose = drive.pose()
@@ -123,7 +131,7 @@ class Dock(MacroAction):
         return self._ahead <= touch
 
     def _missed(self, body: Body, dock: Pose2) -> str:
-        """Error that exceeds its tolerance, as text; empty if docked. Contact excuses the error along the heading."""
+        """Text about an error above its tolerance; empty if docked. With contact, the error ahead is ignored."""
         pose = body.knowledge.robot.pose(body.clock.now())
         along, aside = _offset(dock, pose)
         skew = abs(wrap_angle(pose.yaw - dock.yaw))

@@ -12,29 +12,29 @@ from ..units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, Posit
 from .room import Gaps, bend_off, corner_sweep
 from .turn import TurnAngle
 
-STANDING = 0.05  # [m/s] below which a robot with neutral wheels is stationary
-SLOW = 0.15  # [m/s] below which backing off does not help
-CENTRED = 0.04  # [m] difference of the gaps ahead and behind that is not worth creeping
-BESIDE = 0.15  # [m] gap beside the robot without which it does not creep
-TURN = math.radians(60.0)  # [rad] turned to get out, ...
-RATE = 2.5  # [rad/s] ... at this rate
-PUSHED = 0.04  # [m] by which a robot must be pushed before it drives back, ...
-BACK = 0.01  # [m] ... until so little is left
-CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose may look like a push
+STANDING = 0.05  # [m/s] speed below which a robot with neutral wheels counts as stationary
+SLOW = 0.15  # [m/s] speed below which backing off counts as failed
+CENTRED = 0.04  # [m] difference of the gaps ahead and behind up to which the robot does not creep
+BESIDE = 0.15  # [m] minimum gap beside the robot for creeping
+TURN = math.radians(60.0)  # [rad] angle of the turn to get out, ...
+RATE = 2.5  # [rad/s] ... and its rate
+PUSHED = 0.04  # [m] displacement by a push from which on the robot drives back, ...
+BACK = 0.01  # [m] ... until this displacement is left
+CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose might be mistaken for a push
 LOST = 0.3  # [m] displacement after which the robot holds its new position instead
-JUMP = 0.6  # [m/s] above which a pose jumps because of a better fix
-PULL = 8.0  # [1/s] speed of driving back for each metre
+JUMP = 0.6  # [m/s] apparent speed above which the pose has jumped because of a better fix
+PULL = 8.0  # [1/s] speed of driving back [m/s] per metre of displacement
 
 
 @dataclass
 class _Course:
-    """Progress of a drive ahead or back, or of a standstill."""
+    """State of one drive forward or backward, or of one standstill."""
 
     sign: int  # 1 ahead, -1 back, 0 standstill
     begun: float  # [s]
     start: Pose2 | None = None  # first known pose; in a standstill, the pose to hold
     last: Pose2 | None = None  # in a standstill, the pose one period ago
-    blind: float = 0.0  # [m] commanded without a pose
+    blind: float = 0.0  # [m] distance driven without a pose, by the commanded speed
     pushed: bool = False  # whether the robot drives back to `start`
 
 
@@ -103,7 +103,7 @@ class Flinch(AtomicAction):
         return self._drive_off(body, math.copysign(self.creep, off_centre) if creeps else 0.0)
 
     def _turn_out(self, body: Body, gaps: Gaps) -> TurnAngle | None:
-        """Turn on the spot toward the freer side; None if the corners of the hull have no room."""
+        """Action that turns on the spot toward the freer side; None if the corners of the hull have no room."""
         sweep, ends = corner_sweep(body), min(gaps.front, gaps.rear)
         room = {1: min(ends, gaps.right) - sweep, -1: min(ends, gaps.left) - sweep}
         beside = {1: gaps.left, -1: gaps.right}
@@ -114,7 +114,7 @@ class Flinch(AtomicAction):
         return self._turn if self._turn is not None and math.copysign(1, self._turn.angle) in free else None
 
     def _drive_off(self, body: Body, speed: float) -> Progress | Failure:
-        """Drive ahead or back for the distance; with a speed of zero, hold the position."""
+        """Drive forward or backward for the distance; with a speed of 0, hold the position."""
         now, sign = body.clock.now(), (speed > 0.0) - (speed < 0.0)
         if self._course is None or self._course.sign != sign:
             self._course = _Course(sign, now)
@@ -130,7 +130,7 @@ class Flinch(AtomicAction):
         return Progress.RUNNING
 
     def _gained(self, body: Body, course: _Course, speed: float) -> float:
-        """Distance from the start of the course [m]."""
+        """Distance that the robot has driven since the start of the course [m]."""
         pose = _pose(body)
         if pose is None:
             course.blind += abs(speed) * body.period
@@ -139,7 +139,7 @@ class Flinch(AtomicAction):
         return course.sign * _ahead(course.start, pose)
 
     def _back(self, body: Body, course: _Course) -> float:
-        """Speed toward the position to hold [m/s]."""
+        """Speed at which the robot drives back to the position to hold [m/s]; 0 if it was not pushed."""
         pose, last, speed = _pose(body), course.last, body.knowledge.robot.speed(body.clock.now())
         course.last = pose
         if pose is None or last is None or pose.distance(last) > JUMP * body.period or math.isnan(speed):
@@ -154,7 +154,7 @@ class Flinch(AtomicAction):
 
 
 def _has_beams_all_round(body: Body) -> bool:
-    """Whether the robot has beams on all sides, rather than the signal `bend_off`."""
+    """Whether the robot has range sensors on all sides; a robot without them has the signal `bend_off` instead."""
     return "bend_off" not in body.knowledge.signals
 
 
@@ -180,7 +180,7 @@ def _pose(body: Body) -> Pose2 | None:
 
 
 def _ahead(pose: Pose2, place: Pose2) -> float:
-    """Distance of a position from a pose along the pose's heading [m]; negative behind it."""
+    """Distance from a pose to a position, along the pose's heading [m]; negative if the position is behind."""
     return pose.distance(place) * math.cos(pose.bearing(place))
 
 

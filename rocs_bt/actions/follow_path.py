@@ -18,7 +18,7 @@ from .path_drive import OFF, PathDrive
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
-AGAIN = 0.1  # [m] Of points as near as the nearest within this, the first on the path counts: it may cross itself.
+AGAIN = 0.1  # [m] of points that are at most this much farther than the nearest, the first on the path is joined
 
 
 @dataclass(kw_only=True, eq=False)
@@ -63,7 +63,7 @@ class FollowPath(MacroAction):
 
 
 def _nearest(path: Path, pose: Pose2, driven: float) -> float:
-    """Arc length at which to join the path [m]: the nearest point not yet passed, the first of equally near ones."""
+    """Arc length at which to join the path [m]: that of the nearest point which the robot has not yet passed."""
     stations = np.linspace(0.0, path.length, len(path.samples))
     away = np.hypot(path.samples[:, 0] - pose.x, path.samples[:, 1] - pose.y)
     away[stations < driven - OFF] = np.inf
@@ -72,7 +72,7 @@ def _nearest(path: Path, pose: Pose2, driven: float) -> float:
 
 
 def _rest(path: Path, pose: Pose2, s: float) -> Path:
-    """Path from the robot to the arc length s [m] of a path, and on along it."""
+    """Path from the robot to the point at arc length s [m] of another path, and from there along that path."""
     ahead = path.position(np.arange(s, path.length, path.spacing or 1.0)) if s < path.length else np.empty((0, 2))
     start = [[pose.x, pose.y]] if math.hypot(*(path.position(s) - pose[:2])) > 0.5 * OFF else []
     return Path([*start, *ahead.tolist(), path.position(path.length).tolist()])

@@ -30,16 +30,16 @@ from .room import Room, free_turn, may_turn
 from .set_wheel_speed import SetWheelSpeed
 
 STEP = 0.1  # [s] between poses of the planned path
-AHEAD = 2.5  # [s] duration of the planned path: the follower's horizon and the lag of the wheels
+AHEAD = 2.5  # [s] duration of the planned path: the follower's horizon plus the lag of the wheels
 AFAR = 5.0  # [s] prediction of the leader while the robot gives way
 MOVED = 0.2  # [m] displacement after which a leader counts as moving
-STILL = 0.02  # [m] shorter paths are ignored: the wheels would only creep
-START = 0.08  # [m] the same for a stationary robot: the leader's pose is less certain than that
-BRAKING = 0.5  # share of the wheels' limit: on the tightest arc SUMMIT-XL's outer wheels brake 1.7 times as hard as it
+STILL = 0.02  # [m] shorter paths are ignored, because the wheels would only creep
+START = 0.08  # [m] the same for a stationary robot; the error of the leader's pose is larger than STILL
+BRAKING = 0.5  # share of the wheels' limit; on the tightest arc SUMMIT-XL's outer wheels brake 1.7 times as hard
 
 
 class _StationaryTimer:
-    """Duration of a leader's standstill."""
+    """Timer of a leader's standstill."""
 
     def __init__(self) -> None:
         self._pose: Pose2 | None = None
@@ -58,14 +58,14 @@ class _Search:
     def __init__(self) -> None:
         self._last: Pose2 | None = None
         self._side = 1.0  # direction of the turn: toward the side where the leader was last seen
-        self._searched = 0.0  # [s]; does not count while a reflex has the wheels
+        self._searched = 0.0  # [s] time of the search, without that of reflexes
 
     def found(self, pose: Pose2, leader: Pose2) -> None:
         """Store the known pose of the leader and reset the search."""
         self._last, self._side, self._searched = leader, math.copysign(1.0, pose.bearing(leader)), 0.0
 
     def step(self, follow: FollowRobot, body: Body) -> Action:
-        """Turn of this period, or standstill after a full turn.
+        """Action of this period: turn on, or stand still once a full turn is complete.
 
         Raises:
             ActionFailed: LOST_LEADER, after a full turn and `patience`.
@@ -205,6 +205,6 @@ class FollowRobot(MacroAction):
 
 
 def _first(path: Array, pose: Pose2, least: float) -> Sequence[float] | None:
-    """First pose of a path (k, 3) that is farther than `least` [m]."""
+    """First pose of a path (k, 3) whose distance from the robot exceeds `least` [m]; None if there is none."""
     rows: list[list[float]] = path.tolist()
     return next((row for row in rows if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)

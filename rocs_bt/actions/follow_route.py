@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 LATERAL = 0.5
-"""Lateral acceleration in curves [m/s2]; above it skidding wheels leave the path."""
+"""Maximum lateral acceleration in curves [m/s2]; above it the wheels skid and the robot leaves the path."""
 
 TURN_FIRST = 0.6
 """Heading error beyond which the robot turns on the spot [rad]."""
 
 BEHIND = 1.9
-"""Heading error beyond which a route is driven backward if the robot has no room to turn [rad]."""
+"""Heading error above which a route is driven backward if the robot has no room to turn [rad]."""
 
 ROLLING = 0.25
 """Speed above which the robot brakes before it turns on the spot [m/s]."""
 
 SWING = 0.03
-"""Minimum gap of the hull to obstacles during a turn on the spot that is not a full one [m]."""
+"""Minimum gap of the hull to obstacles during a partial turn on the spot [m]."""
 
 TURNING = 0.06
-"""Gap around the hull that a full turn on the spot needs [m]."""
+"""Minimum gap around the hull for a full turn on the spot [m]."""
 
 GRAIN = 5
-"""Path samples per clearance evaluation: one every 5 cm."""
+"""Number of path samples per evaluation of the clearance, which is every 5 cm."""
 
 SWEEP = 9
-"""Number of yaws at which a turn on the spot is checked."""
+"""Number of yaws at which the clearance during a turn on the spot is checked."""
 
 RENEW = 0.2
-"""Minimum time between updates of the speeds from a changed map [s]."""
+"""Minimum time between two updates of the speeds after changes of the map [s]."""
 
 PROGRESS = 0.1
 """Displacement within `patience` below which the robot is stuck [m]."""
@@ -122,7 +122,7 @@ class FollowRoute(MacroAction):
             if room.changed():
                 drive.limit(self._speeds(room.along(path)), self._end(path, goal))
             turning = abs(drive.heading_error) > TURN_FIRST and not drive.backward
-            # A rolling robot would swing out in the turn.
+            # A robot that still drives forward would swing out in the turn.
             if turning and abs(body.knowledge.robot.speed()) > ROLLING:
                 yield drive.brake()
                 continue
@@ -143,7 +143,7 @@ class FollowRoute(MacroAction):
 
 
 class _Room:
-    """Clearance of the hull along a path and in turns, from the robot's own occupancy grid.
+    """Clearance of the hull along a path and in turns on the spot, from the robot's occupancy grid.
 
     Args:
         body: Robot; Knowledge contains its length and width.
@@ -168,13 +168,13 @@ class _Room:
         return bool((np.hypot(*(window.points() - (x, y)).T) > reach).all())
 
     def turn_blocked(self, pose: Pose2, turn: float) -> bool:
-        """Whether a turn on the spot by an angle [rad] brings the hull nearer than `SWING` to an obstacle."""
+        """Whether a turn on the spot by an angle [rad] would bring the hull nearer than `SWING` to an obstacle."""
         if self._grid is None or self._footprint is None or self.can_turn(pose):
             return False
         reach = 2.0 * self._footprint.outer
         window = self._grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
         points, yaws = window.points(), pose.yaw + np.linspace(0.0, turn, SWEEP)
-        # A skid drive turns on the spot about a point between its base and the pivot of its curves.
+        # A skid drive turns on the spot about a point between its base and its pivot in curves.
         for pivot in (0.0, self._pivot):
             middle = pose.transform(pivot, 0.0)
             poses = np.column_stack([middle - pivot * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
@@ -189,7 +189,7 @@ class _Room:
         return late and self._grid is not None and self._grid.revision != self._revision
 
     def along(self, path: Path) -> Array:
-        """Gap of the hull to the nearest obstacle at each sample of a path, shape (n,) [m]; +inf without a map."""
+        """Gap from the hull to the nearest obstacle at each sample of a path, shape (n,) [m]; +inf without a map."""
         if self._grid is None or self._footprint is None:
             return np.full(len(path.samples), np.inf)
         poses = path.samples[::GRAIN, :3]

@@ -1,4 +1,4 @@
-"""Local planning of a follower: the path of a trailer behind its leader, or a candidate arc that gives way."""
+"""Local planning of FollowRobot: the path of a trailer behind its leader, or a path that gives way."""
 
 from __future__ import annotations
 
@@ -20,22 +20,22 @@ KEEP = 0.6
 """Gap to keep between the hull and the centre of another robot [m]."""
 
 LEVER = 4.0
-"""Cost of a metre too near to another robot, relative to a squared metre too far from the leader."""
+"""Weight of the cost term for nearness to other robots [m], relative to that for distance from the leader [m2]."""
 
 TURN_LAG = 0.3
-"""Time lost while a turn on the spot speeds up and slows down [s]."""
+"""Time that a turn on the spot loses by acceleration and braking [s]."""
 
 STICK = 0.02
-"""Cost advantage of the present candidate, against switching to and fro."""
+"""Cost advantage of the candidate of the last period, which prevents alternation between two candidates [m2]."""
 
 NEARER = 0.02
-"""Distance by which a candidate may lead nearer to the leader than standstill would [m]."""
+"""Distance by which a candidate may come nearer to the leader than a standstill would [m]."""
 
 DETOURS = [math.radians(sign * angle) for angle in (0.0, 20.0, 40.0, 60.0, 80.0) for sign in (1.0, -1.0)][1:]
-"""Changes of direction to pass other robots, the smallest first [rad]."""
+"""Changes of direction that are tried to pass other robots, the smallest first [rad]."""
 
 LOOK = 0.3
-"""Distance ahead of each step that must be clear of other robots [m]."""
+"""Distance ahead of each step at which the distance to other robots is checked [m]."""
 
 
 def trailer_path(
@@ -76,16 +76,16 @@ def trailer_path(
 
 
 def min_distance(path: Array, other: Array) -> float:
-    """Minimum distance between two robots on their paths (k, 3), compared at equal times [m]."""
+    """Minimum over time of the distance between two robots on their paths, both of shape (k, 3) [m]."""
     return float(np.hypot(path[:, 0] - other[:, 0], path[:, 1] - other[:, 1]).min())
 
 
 def braked_distance(speed: Array | float, reach: Array, times: Array, braking: float) -> Array:
-    """Distances driven by a robot that brakes to stop at its reach.
+    """Distances driven by a robot that brakes so that it stops at a given distance.
 
     Args:
-        speed: Speed before braking; reduced if the reach is too short to stop from it [m/s].
-        reach: Distance at which the robot is stationary [m].
+        speed: Speed before braking [m/s]; it is reduced if `reach` is too short to stop from it.
+        reach: Distance at which the robot stops [m].
         times: Times from now [s].
         braking: Deceleration [m/s2].
 
@@ -114,7 +114,7 @@ def min_gap(path: Array, other: Array, half: tuple[float, float]) -> float:
 
 
 def _gaps(paths: Array, other: Array, half: tuple[float, float]) -> Array:
-    """Gaps between the hull on paths (3, n, k) and the centre of another robot (k, 3), shape (n, k) [m]."""
+    """Gaps between the hull on n paths (3, n, k) and the centre of another robot (k, 3), shape (n, k) [m]."""
     x, y, yaw = paths
     c, s = np.cos(yaw), np.sin(yaw)
     dx, dy = other[:, 0] - x, other[:, 1] - y
@@ -174,14 +174,20 @@ class GiveWay:
         self._last = 0
 
     def needed(self, path: Array, leader: Array, others: Sequence[Array]) -> bool:
-        """Whether a path (k, 3) comes too near to another robot."""
+        """Whether a path (k, 3) comes too near to another robot, so that the robot must give way.
+
+        Args:
+            path: Poses of the robot at `times`, shape (k, 3).
+            leader: Poses of the leader at the same times, shape (k, 3).
+            others: Poses of each other robot at the same times, shape (k, 3).
+        """
         if min_distance(path, leader) < self._room:
             return True
-        far = KEEP + math.hypot(*self._half)  # the gap is at least the distance minus half the diagonal
+        far = KEEP + math.hypot(*self._half)  # beyond this distance the gap is certainly above KEEP
         return any(min_distance(path, other) < far and min_gap(path, other, self._half) < KEEP for other in others)
 
     def best(self, pose: Pose2, leader: Array, others: Sequence[Array], room: Room) -> Array:
-        """Candidate with the lowest cost.
+        """Choose the candidate path with the lowest cost.
 
         Args:
             pose: Pose of the robot, world frame.

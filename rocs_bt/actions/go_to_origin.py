@@ -55,7 +55,7 @@ class GoToOrigin(MacroAction):
         return knowledge.robot.pose().distance(_POSE)
 
     def _stops(self, body: Body) -> bool:
-        """Whether to end the straight drive: arrived, off the line, or pose unknown."""
+        """Whether to end the straight drive: arrived, bearing error too large, or pose lost."""
         pose = body.knowledge.robot.pose(body.clock.now())
         if not all(map(math.isfinite, pose)):
             return True

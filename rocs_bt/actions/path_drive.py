@@ -1,4 +1,4 @@
-"""Path driving with the trajectory follower, shared by the motion actions."""
+"""PathDrive: path following with the trajectory follower, as the motion actions use it."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ OFF = 0.3
 
 
 class PathDrive:
-    """Drive of one action along paths, as a stream of SetWheelSpeed actions, one per period.
+    """Converter from paths to SetWheelSpeed actions, one per control period, for one motion action.
 
-    It resets the follower and starts it from the measured wheel speeds.
+    The constructor resets the follower, which then starts from the measured wheel speeds.
 
     Args:
         body: Robot.
@@ -82,7 +82,7 @@ class PathDrive:
 
     @property
     def lost(self) -> bool:
-        """Whether there is no path, or the robot is farther than `OFF` from it."""
+        """Whether the action needs a new path: there is none, or the robot is farther than `OFF` from it."""
         return self._reference is None or abs(self._cross_track) > OFF
 
     def begin(self, path: Path, limit: Array | None = None, end_speed: float = 0.0) -> None:
@@ -90,11 +90,12 @@ class PathDrive:
 
         Args:
             path: Path from the robot's position.
-            limit: Speed limits at its samples, in addition to cruise speed and curves, shape (n,) [m/s].
-            end_speed: Speed at its end [m/s].
+            limit: Speed limits at the samples of the path, in addition to those for cruise speed and curves, shape (n,)
+                [m/s].
+            end_speed: Speed limit at the end of the path [m/s].
         """
         self._reference = self._along(path, limit, end_speed)
-        self._reference.s = 0.0  # otherwise a round trip would start at its end
+        self._reference.s = 0.0  # otherwise a path that ends at its start would count as driven
         self._cross_track = 0.0
 
     def limit(self, limit: Array, end_speed: float = 0.0) -> None:
@@ -116,10 +117,10 @@ class PathDrive:
         return PathReference(path, profile, turn_first=self._turn_first, pivot=self._follower.drive.pivot)
 
     def pose(self) -> Pose2 | None:
-        """Pose of the robot, world frame; None while it is unknown, and then the action must `brake`.
+        """Pose of the robot, world frame; None while it is unknown. While it is None, the action must `brake`.
 
         Raises:
-            ActionFailed: LOST_POSE, if it stays unknown.
+            ActionFailed: LOST_POSE, if the pose stays unknown.
         """
         return self._watch.read(self._body)
 
@@ -158,7 +159,7 @@ class PathDrive:
         return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
 
     def _turned(self, wheels: Array) -> Array:
-        """Wheel speeds (w,) [m/s] of the robot from those of a robot turned by 180 deg; its own inverse."""
+        """Convert wheel speeds (w,) [m/s] between the robot and a robot turned by 180 deg, in either direction."""
         twist = self._body.drive.twist(wheels)
         return self._body.drive.wheel_speeds(Twist2(-twist.forward, twist.turn, -twist.left))
 

@@ -1,4 +1,4 @@
-"""Pose reading for moving actions: tolerates short losses of the pose."""
+"""PoseWatch: reader of the robot's pose for motion actions, which tolerates short losses of the pose."""
 
 from __future__ import annotations
 
@@ -8,17 +8,17 @@ from ..action import ActionFailed, Body, Reason
 from ..geometry import Pose2
 
 PATIENCE = 5
-"""Number of consecutive periods without a pose during which an action waits, stationary."""
+"""Number of consecutive periods without a pose for which a motion action waits at standstill."""
 
 
 class PoseWatch:
-    """Reader of the robot's pose that counts lost periods; one per action."""
+    """Reader of the robot's pose that counts consecutive periods without a pose; each action has its own."""
 
     def __init__(self) -> None:
         self._lost = 0
 
     def read(self, body: Body) -> Pose2 | None:
-        """Pose of the robot, world frame; None while it is lost, and then the robot must be stationary.
+        """Pose of the robot, world frame; None while it is lost. While it is None, the action must stop the wheels.
 
         Raises:
             ActionFailed: LOST_POSE, once the pose has been lost for more than `PATIENCE` periods.

@@ -1,4 +1,4 @@
-"""Free ground and gaps around the robot, read from its signals."""
+"""Free ground and gaps around the robot, as reported by its signals."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..control.arcs import BENDS, HEADINGS, STRAIGHT
 from ..control.drive import Array
 
 BEHIND = 0.25
-"""Gap to keep to obstacles behind [m]."""
+"""Gap that the robot keeps to obstacles behind it [m]."""
 
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
@@ -20,7 +20,7 @@ NOWHERE = np.full(4, math.nan)
 
 
 class Room(NamedTuple):
-    """Distances that are known to be free [m]; 0 where unknown."""
+    """Distances that the robot can drive over ground that is known to be free [m]; 0 where unknown."""
 
     ahead: Array  # (n,) forward on each of `control.arcs.BENDS`
     behind: Array  # (n,) backward on each of them
@@ -41,7 +41,7 @@ class Room(NamedTuple):
 
 
 class Gaps(NamedTuple):
-    """Minimum of each standard group [m]: the gaps around the robot; all NaN if one of them is unknown."""
+    """Gaps around the robot: the minimum of each standard group of ranges [m]; all NaN if one is unknown."""
 
     front: float
     left: float
@@ -58,7 +58,7 @@ class Gaps(NamedTuple):
 
 
 def corner_sweep(body: Body) -> float:
-    """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if its size is unknown."""
+    """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if the hull's size is unknown."""
     robot = body.knowledge.graph.attributes(body.knowledge.agent)
     length, width = robot.get("length") or math.nan, robot.get("width") or math.nan
     return 0.5 * (math.hypot(length, width) - width)
@@ -73,15 +73,16 @@ def room_back(body: Body) -> float:
 
 
 def may_turn(body: Body) -> bool:
-    """Whether at least one heading of `room_turned` has free ground after a turn on the spot; true without it."""
+    """Whether a turn on the spot to at least one heading is free, by the signal `room_turned`; true without it."""
     signals = body.knowledge.signals
     return "room_turned" not in signals or bool((signals.read("room_turned", body.clock.now()) > 0.0).any())
 
 
 def free_turn(body: Body, turn: float) -> float:
-    """Turn on the spot, limited to the angles of the signal `free_turn`; not limited without that signal.
+    """Limit a turn on the spot to the angles in the signal `free_turn`; without this signal it is not limited.
 
-    An invalid signal does not limit the turn: it is invalid when the pose is, and without a pose a turn stops anyway.
+    An invalid signal does not limit the turn. The signal is invalid only when the pose is, and then the turn stops
+    anyway.
 
     Args:
         body: Robot.

@@ -1,4 +1,4 @@
-"""Action table: from the names in files and leaves to action classes."""
+"""Action table: maps the names of actions, as used in files and leaves, to action classes."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ _SHIPPED: tuple[type[Action], ...] = (
 
 
 def action_table(*more: type[Action]) -> Mapping[str, type[Action]]:
-    """Shipped actions and a user's own, keyed by class name.
+    """Create an action table from the shipped actions and a user's own, keyed by class name.
 
     Args:
         more: Additional action classes (paper, 5.3: a mandatory extension point).

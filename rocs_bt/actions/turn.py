@@ -12,8 +12,8 @@ from ..units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 from .stop import Stop
 
-SLOWEST = 0.08  # [rad/s] minimum turn rate: below it real wheels do not move
-SLACK = 3.0  # [s] time limit of a turn beyond twice its ideal duration
+SLOWEST = 0.08  # [rad/s] minimum turn rate, because real wheels do not move at lower rates
+SLACK = 3.0  # [s] time limit of a turn, in addition to twice its ideal duration
 
 
 @dataclass(kw_only=True, eq=False)
@@ -64,9 +64,14 @@ class TurnAngle(AtomicAction):
         return Progress.RUNNING
 
     def _next_speed(self, body: Body, left: float) -> float:
-        """Turn rate of the next period [rad/s]: the fastest from which the robot can still brake in time."""
+        """Turn rate of the next period [rad/s]: the highest from which the robot can still brake in time.
+
+        Args:
+            body: Robot.
+            left: Angle that is left to turn, left positive [rad].
+        """
         limit: float = body.drive.max_wheel_acceleration / body.drive.arm
-        # The motors respond late: the robot turns on at the present rate during their delay.
+        # During the delay of the motors the robot continues at its present rate.
         late = max(self._speed * math.copysign(body.follower.settings.late, left), 0.0)
         rest = max(abs(left) - late, 0.0)
         # Braking is planned at half the limit and ends in a decay over two periods, because the wheels lag.

@@ -1,7 +1,7 @@
 """Agents: build, connect and run the MAPE-K blocks of one robot.
 
-Only this package imports monitors, analysers, planners, Execute and reflexes together. `simulation` and the layers
-above import it.
+Only this package imports monitors, analysers, planners, Execute and reflexes together. `simulation` and the packages
+above it import this package.
 """
 
 from ..catalog import robot_drive

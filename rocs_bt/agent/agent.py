@@ -1,7 +1,8 @@
 """Agent: autonomic manager of one robot (paper, 4.1; docs/architecture.md).
 
-An agent has exactly one Knowledge, Plan, Execute and Pipeline, and no global state: several agents can run in one
-process. It holds the blocks and their order of execution; `lockstep` and `threaded` run the same blocks.
+An agent has exactly one Knowledge, Plan, Execute and Pipeline, and no global state, so several agents can run in one
+process. Class Agent holds the blocks and defines their order of execution in lockstep mode; threaded mode runs the same
+blocks.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 
 PLAN_CLOSE_PERIODS = 3
-"""Timeout for the plan's last run, in plan periods; after that the agent stops without closing the plan."""
+"""Number of plan periods for which a stopping agent waits for the plan's last turn, before it skips closing it."""
 
 
 class Agent:
@@ -32,7 +33,7 @@ class Agent:
 
     Args:
         name: Name of the agent and of its robot's node in Knowledge.
-        knowledge: K of MAPE-K.
+        knowledge: Knowledge of the agent (K of MAPE-K).
         devices: Devices of the robot.
         blocks: Blocks of the agent.
         rates: Rates of the blocks.
@@ -42,7 +43,7 @@ class Agent:
 
     Attributes:
         name: Name of the agent and of its robot's node in Knowledge.
-        knowledge: K of MAPE-K.
+        knowledge: Knowledge of the agent (K of MAPE-K).
         monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
         rule_files: Active rule files, which can be reloaded.
         sharing: Knowledge sharing with other agents; None without sharing.
@@ -99,14 +100,14 @@ class Agent:
 
     @property
     def status(self) -> str:
-        """Status of the mission: `RUNNING`, `SUCCESS` or `FAILURE`; `RUNNING` if Execute failed."""
+        """Status of the mission: `RUNNING`, `SUCCESS` or `FAILURE`. It stays `RUNNING` if Execute failed."""
         if self.execute.broken:
             return "RUNNING"
         return "FAILURE" if self._exceptions.failure else self.plan.status
 
     @property
     def reflex(self) -> str:
-        """Rule of the active reflex; empty if no reflex is active."""
+        """Name of the rule whose reflex is active; empty if no reflex is active."""
         return self.arc.active or ""
 
     @property
@@ -115,7 +116,7 @@ class Agent:
         return self.pipeline.blocked
 
     def reading(self, rule: str) -> str:
-        """Guard values of a rule's last firing, such as `min(front) = 0.21 m`; empty before its first firing."""
+        """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty before its first firing."""
         return self.arc.reading(rule)
 
     @property
@@ -124,9 +125,9 @@ class Agent:
         return str(self.failure) if self.failure is not None else self._exceptions.failure or self.plan.reason
 
     def step(self, count: int) -> None:
-        """Run one control period in lockstep, in the order of docs/architecture.md.
+        """Run one control period in lockstep mode: all blocks, in the order of docs/architecture.md.
 
-        If a block raises, the wheels stop and later calls do nothing.
+        If a block raises an exception, the wheels stop, and later calls do nothing.
 
         Args:
             count: Number of control periods since the start.
@@ -155,14 +156,15 @@ class Agent:
             self._broke(block, error)
 
     def react(self, t: float) -> None:
-        """Evaluate the reflexes on a new snapshot; may be called from the thread of any monitor."""
+        """Evaluate the reflexes on a new snapshot at time `t` [s]; may be called from the thread of any monitor."""
         self.arc.run(self.knowledge.signals.snapshot(t, np.empty(self.knowledge.signals.size)), t)
         self.reacted = t
 
     def decide(self, t: float) -> None:
-        """Run Plan once, unless it is closed, Execute failed, or the limit of content exceptions was reached.
+        """Run one turn of Plan, unless Plan is closed, Execute failed, or content raised too many exceptions.
 
-        If content raises, the exception is reported and the robot brakes. Another thread may stop the agent meanwhile.
+        If content raises an exception, it is reported and the robot brakes. Another thread may stop the agent during
+        the turn.
         """
         with self._planning:
             if not (self._plan_closed or self.execute.broken or self._exceptions.failure):
@@ -171,7 +173,7 @@ class Agent:
                 self.pipeline.charge(self._timer() - begun)
 
     def _blaming(self, turn: Callable[..., None], *args: object) -> None:
-        """Call a method of Plan and handle exceptions of leaves, actions and planners; other exceptions propagate."""
+        """Call a method of Plan and handle the exceptions of users' leaves, actions and planners; others propagate."""
         try:
             turn(*args)
         except BaseException as error:  # block boundary: any exception must stop the agent
@@ -182,7 +184,13 @@ class Agent:
             self._exceptions.take(raised)
 
     def guarded(self, block: str, turn: Callable[..., None], *args: object) -> None:
-        """Run a block once; if it raises or calls for an exit, stop the wheels and record the failure."""
+        """Run a block once. If it raises an exception, also SystemExit, the wheels stop and the failure is recorded.
+
+        Args:
+            block: Name of the block, for the failure.
+            turn: Function that runs the block.
+            args: Arguments of the function.
+        """
         if self.going:
             self._attempt(block, turn, *args)
 
@@ -208,10 +216,10 @@ class Agent:
 
         Args:
             block: Name of the block or actuator.
-            kind: `raised`, `ended` or `hung`.
-            detail: Reason.
-            cause: The exception.
-            owner: `content` for an actuator, `engine` for a block; see `BlockFailed`.
+            kind: Kind of the failure: `raised`, `ended` or `hung`.
+            detail: Reason of the failure.
+            cause: Exception that caused the failure, or None.
+            owner: Owner of the failed code: `content` for an actuator, `engine` for a block; see `BlockFailed`.
         """
         detail += self._shut()
         with self._failing:
@@ -229,19 +237,19 @@ class Agent:
         self.fail(name, error.kind, str(error), error, owner="content")
 
     def brake(self) -> None:
-        """Send all actuators to neutral permanently; thread-safe. The blocks keep running without effect."""
+        """Send all actuators to neutral permanently; thread-safe. Blocks keep running but cannot command anything."""
         self._attempt("execute", self.execute.close)
         self._shut()
 
     def stop(self, by: str = "the end of the run") -> None:
         """Stop the wheels, then halt the plan and cancel all actions. The agent cannot be used afterwards.
 
-        Also works after a failure: running nodes are halted and open tickets are cancelled. A second call does nothing.
+        This also works after a failure. A second call does nothing.
 
         Args:
             by: Reason of the stop, for events.
         """
-        with self._failing:  # lets another thread finish reporting its failure first
+        with self._failing:  # wait until another thread has reported its failure
             if self.stopped:
                 return
         self.brake()
@@ -255,7 +263,7 @@ class Agent:
             self._attempt("sharing", self.sharing.halt, self.clock.now())
 
     def close(self) -> None:
-        """Close all devices, actuators first, and the sharing; each is closed even if another raises."""
+        """Close all devices, actuators first, then the knowledge sharing; each is closed even if another raises."""
         with ExitStack() as stack:
             if self.sharing is not None:
                 stack.callback(self.sharing.close)
@@ -265,7 +273,7 @@ class Agent:
                 stack.callback(actuator.close)
 
     def _close_plan(self) -> None:
-        """Close the plan between two runs; a plan that hangs is not closed."""
+        """Close the plan between two of its turns; a plan whose turn hangs is not closed."""
         if not self._planning.acquire(timeout=PLAN_CLOSE_PERIODS * self.rates.plan.every * self.rates.control.period):
             return
         try:
@@ -275,7 +283,7 @@ class Agent:
             self._planning.release()
 
     def _shut(self) -> str:
-        """Send all actuators to neutral permanently; the result describes those that raised."""
+        """Send all actuators to neutral permanently; returns a text about those that raised an exception."""
         problems = ""
         for actuator in self.actuators.values():
             try:

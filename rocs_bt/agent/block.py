@@ -1,4 +1,4 @@
-"""Construct Monitors and Analyzers from their tables in robot.toml."""
+"""Construction of monitors and analysers from their tables in robot.toml."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _TYPES: Mapping[str, tuple[type, ...]] = {"float": (int, float), "int": (int,), 
 
 
 def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
-    """Construct a block.
+    """Construct a monitor or an analyser.
 
     Args:
         cls: Class of the block.
@@ -25,7 +25,7 @@ def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
 
     Raises:
         InputError: A parameter is unknown, missing, or not of the type that the class annotates.
-        Exception: A user's class raised it.
+        Exception: The constructor of a user's class raised this exception.
     """
     what = f"{cls.__name__} '{args[0]}'"
     declared = _declared(cls)
@@ -46,7 +46,7 @@ def make_block(cls: type[T], parameters: Mapping[str, Any], *args: Any) -> T:
 
 
 def _declared(cls: type) -> dict[str, str]:
-    """Annotations of the constructor parameters of a class and its bases, as text; a subclass overrides its bases."""
+    """Annotations of the constructor parameters of a class and its bases, as text, by parameter."""
     found: dict[str, str] = {}
     for base in reversed(cls.__mro__):
         if inspect.isfunction(make := vars(base).get("__init__")):

@@ -1,4 +1,4 @@
-"""Build an agent: blocks from robot.toml, a mission and rule files, connected as in the paper, 5.2."""
+"""Construction of an agent: blocks from robot.toml, a mission and rule files, connected as in the paper, 5.2."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ class Controller:
     """Controller of an agent: mission, reflexes and initial knowledge, without the robot.
 
     Attributes:
-        build: Mission function: takes a `Mission` and the parameters, returns the tree or a user's own `Plan`.
+        build: Mission function, which takes a `Mission` and the parameters, and returns a tree or a user's own `Plan`.
         mission: Name of the mission.
         parameters: Parameters of the mission, SI units.
         rules: Rule files.
-        reflexes: Factory of reactive models in Python, in addition to the rule files; takes the agent's Knowledge.
-        places: Places and objects known at the start.
-        facts: Facts known at the start (time 0) and facts scheduled for later.
+        reflexes: Function from the agent's Knowledge to reactive models in Python, in addition to those of rule files.
+        places: Places and objects that are known at the beginning.
+        facts: Facts that are known at the beginning (time 0), and facts that are scheduled for later.
         peers: Tags of the other robots, by name; robot sensors identify peers by tag.
         actions: Actions in addition to the shipped ones.
-        latency: Planning latency [s]: decisions take effect this much later. None measures it during the run, which
-            makes the run non-repeatable.
-        world_model: Class of `knowledge.world` (paper, 5.3: optional extension points).
+        latency: Planning latency [s], by which decisions take effect later. None to measure the latency during the run,
+            which makes the run non-repeatable.
+        world_model: Class of `knowledge.world` (paper, 5.3: an optional extension point, as the next two).
         robot_model: Class of `knowledge.robot`.
         strategy_model: Class of `knowledge.strategy`.
         schema: Schema of the Knowledge graph.
@@ -88,7 +88,7 @@ def build_agent(
     cached: Cache = lambda key, make: make(),
     share: Callable[[Knowledge], Sharing] | None = None,
 ) -> Agent:
-    """Build, connect and check all blocks of one agent; nothing runs yet.
+    """Build, connect and check all blocks of one agent, without running them.
 
     Args:
         name: Name of the agent.
@@ -97,11 +97,11 @@ def build_agent(
         rates: Rates of the blocks.
         runtime: Clock, sink, timer and random streams.
         load_class: Loader of classes that robot.toml names as `file.py:Class`.
-        cached: Cache for data that agents of the same content share (`Catalog.cached`).
+        cached: Cache of data that agents with the same content share (`Catalog.cached`).
         share: Factory of the knowledge sharing; None without sharing.
 
     Raises:
-        InputError: An unknown class, signal, action or parameter; lists every fault.
+        InputError: A class, signal, action or parameter is unknown, or content is faulty; the error lists all faults.
     """
     robot, clock, sink = devices.robot, runtime.clock, runtime.sink
     drive = robot_drive(robot.drive)
@@ -141,7 +141,7 @@ def build_agent(
 def _body(
     devices: RobotDevices, knowledge: Knowledge, drive: Drive, rates: Rates, runtime: Runtime, sharing: Sharing | None
 ) -> RobotBody:
-    """The robot's body as the agent's actions use it."""
+    """Create the body of the robot, which the agent's actions use."""
     body = RobotBody(
         knowledge=knowledge,
         drive=drive,
@@ -159,7 +159,7 @@ def _body(
 def _knowledge(
     name: str, robot: RobotSpec, drive: Drive, controller: Controller, clock: Clock, sink: EventSink
 ) -> Knowledge:
-    """Knowledge at the start; also checks that the scheduled facts fit."""
+    """Create the Knowledge at the beginning of the run; also checks that the scheduled facts can be added."""
     knowledge = Knowledge(
         name, clock, sink, controller.schema, controller.world_model, controller.robot_model, controller.strategy_model
     )
@@ -180,7 +180,7 @@ def _rule_files(
     knowledge: Knowledge,
     cached: Cache,
 ) -> list[RuleFile]:
-    """Active rule files; agents with the same robot and mission share the parsed rules."""
+    """Load the rule files; agents with the same robot and mission share the parsed rules."""
     return [
         RuleFile(
             file,
@@ -195,7 +195,7 @@ def _rule_files(
 
 
 def _plan(controller: Controller, mission: Mission) -> Plan:
-    """Plan that the mission's `build` returns; a tree is wrapped in a `TreePlan`."""
+    """Call the mission's `build`; returns its Plan, or a TreePlan for its tree."""
     with located_at(*_source(controller.build)):
         planned = controller.build(mission, **controller.parameters)
         return planned if isinstance(planned, Plan) else TreePlan(planned, mission)
@@ -204,7 +204,7 @@ def _plan(controller: Controller, mission: Mission) -> Plan:
 def describe(
     knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec], peers: Mapping[str, int]
 ) -> None:
-    """Write the robot, its devices, the places and the peers into the graph (paper, 4.2)."""
+    """Write the robot, its devices, the places and the peers to the Knowledge graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
     knowledge.robot.drive = drive
     sizes = {key: value for key, value in (("length", robot.length), ("width", robot.width)) if math.isfinite(value)}
@@ -237,20 +237,20 @@ def describe(
 
 
 def _limits(actuator: ActuatorSpec) -> dict[str, float]:
-    """Attributes of an actuator's node: the command range that holds for all of its values."""
+    """Attributes of an actuator's node: the range of commands that all values of the actuator accept."""
     limits = actuator.limits
     found = {"range_low": max(limits.low), "range_high": min(limits.high), "max_command_age": actuator.max_command_age}
     return found | ({"max_change": limits.max_change} if math.isfinite(limits.max_change) else {})
 
 
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:
-    """Thresholds of a rule file that robot.toml overrides, by name."""
+    """Values of a rule file's thresholds that robot.toml declares, by name of the threshold."""
     own = robot.thresholds.get(rules.stem, {})
     return {name: Override(value, robot.file, *place) for name, (value, *place) in own.items()}
 
 
 def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
-    """Pass the agent's mode, the attribute `mode` of its own node, to the rules now and on every change."""
+    """Pass the agent's mode, the attribute `mode` of its own node, to the rules: now and after every change."""
 
     def enter() -> None:
         mode = knowledge.graph.attributes(knowledge.agent).get("mode", "")
@@ -262,7 +262,7 @@ def _follow_mode(knowledge: Knowledge, models: Sequence[RuleModel]) -> None:
 
 
 def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
-    """Deliver received messages to the robot's mailbox sensor."""
+    """Connect the sharing to the robot's mailbox sensor, which gets the received messages; returns the sharing."""
     sharing.messenger.message_queue = next((s.message_queue for s in sensors.values() if isinstance(s, Mailbox)), None)
     return sharing
 
@@ -288,7 +288,7 @@ def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, Safety
 
 
 def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
-    """File and line of a mission's function; for an XML mission the attribute `file` of the function."""
+    """File and line of a mission: those of its `build` function, or the file of an XML mission."""
     if isinstance(file := getattr(build, "file", None), Path):
         return file, 0
     code = getattr(inspect.unwrap(build), "__code__", None)

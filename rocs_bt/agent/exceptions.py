@@ -1,8 +1,8 @@
 """Handling of exceptions that content raises in a running agent.
 
-The robot brakes, the exception is reported, and the plan replans from the current state. The third exception within
-10 s fails the mission. If the action of a reflex raises, the robot stops until the latch of the rule clears. If a
-reactive model raises, the robot stops until the model no longer raises.
+The robot brakes, the exception is reported, and the plan replans from the present state. The third exception within
+10 s fails the mission. If the action of a reflex raises, the robot stops until the rule is released. If a reactive
+model raises, the robot stops until the model no longer raises.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from ..plan import Plan
 from ..raised import Raised
 
 LIMIT = 3
-"""Number of exceptions within `WINDOW` that fails the mission."""
+"""Number of exceptions within `WINDOW` at which the mission fails."""
 
 WINDOW = 10.0
 """Time window in which exceptions are counted [s]."""
@@ -26,7 +26,7 @@ _OF_REFLEXES = {
     "reflex action": "stops until the latch of the rule clears",
     "reactive model": "stops until the model no longer raises",
 }
-"""Reaction to the exceptions that the reflex arc handles, by kind."""
+"""Reaction to exceptions that the reflex arc handles, by the kind of the content; for events."""
 
 _SLACK = 1e-9  # [s] rounding tolerance of summed periods
 
@@ -36,10 +36,11 @@ class ContentExceptions:
 
     Args:
         agent: Name of the agent.
-        pipeline: Pipeline of the agent; its NORMAL actions are cancelled, an active reflex continues.
+        pipeline: Pipeline of the agent. Its NORMAL actions are cancelled after an exception; an active reflex
+            continues.
         plan: Plan of the agent, which replans after an exception.
         clock: Clock of the run.
-        sink: Sink for ContentRaised events.
+        sink: Sink that receives the ContentRaised events.
 
     Attributes:
         failure: Reason of the mission's failure; empty until the limit is reached.
@@ -79,7 +80,7 @@ class ContentExceptions:
         self._sink.emit(raised.event(self._clock.now(), self._agent, effect))
 
     def _count(self, raised: Raised) -> str:
-        """Count an exception; returns the reaction as text."""
+        """Count an exception; returns a text about the reaction to it."""
         now = self._clock.now()
         with self._lock:
             if self._closed:

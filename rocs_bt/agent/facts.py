@@ -1,4 +1,4 @@
-"""Write the facts of a scenario into an agent's graph as nodes, attributes and relations."""
+"""Functions that write the facts of a scenario to an agent's Knowledge graph."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ POSE = ("x", "y", "yaw")
 
 
 def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
-    """Write facts into the graph: all nodes first, so that a relation can lead to a node of a later fact.
+    """Write facts to the graph: all nodes first, so that a relation can lead to the node of a later fact.
 
     Raises:
-        InputError: A fact violates the schema; lists every fault with its line.
+        InputError: Facts violate the schema; the error lists all faults with their lines.
     """
     faults: list[Fault] = []
     with knowledge.graph.locked():
@@ -34,10 +34,10 @@ def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
 
 
 def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
-    """Check the syntax of queries in facts: guards of strategies and queries of questions.
+    """Check the queries in facts: the guards of strategies and the queries of questions.
 
     Raises:
-        InputError: A text is not a valid query; lists every fault with its line.
+        InputError: A text is not a valid query; the error lists all faults with their lines.
     """
     faults: list[Fault] = []
     for fact in facts:
@@ -58,7 +58,14 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
 
 
 class _FactWriter:
-    """Writes one fact of a scenario into the Knowledge graph of an agent."""
+    """Writer of one fact of a scenario to the Knowledge graph of an agent.
+
+    Args:
+        knowledge: Knowledge of the agent.
+        fact: Fact to write.
+        named: Names of the nodes of all facts.
+        faults: List to which faults are added.
+    """
 
     def __init__(self, knowledge: Knowledge, fact: FactSpec, named: Collection[str], faults: list[Fault]) -> None:
         self._graph = knowledge.graph
@@ -70,7 +77,7 @@ class _FactWriter:
         self._known = True
 
     def add(self) -> None:
-        """Add the node with its attributes, or set attributes of an existing node."""
+        """Add the fact's node with its attributes, or set attributes of a node that exists."""
         graph, fact, table = self._graph, self._fact, self._table
         kind = fact.kind or (graph.kind(fact.node) if graph.has(fact.node) else "")
         if kind not in graph.schema.kinds:
@@ -98,7 +105,7 @@ class _FactWriter:
             table.fault(None, str(error))
 
     def relate(self) -> None:
-        """Add the edges that start at the node."""
+        """Add the relations that start at the fact's node."""
         if not self._known:
             return
         for key in self._keys:
@@ -143,12 +150,12 @@ class _FactWriter:
 
 
 def _relations_of(kind: str, schema: Schema) -> list[str]:
-    """Names of the relations that may start at a kind."""
+    """Names of the relations that may start at a node of a kind."""
     return [r.name for r in schema.relations.values() if any(schema.is_a(kind, source) for source in r.sources)]
 
 
 def _value(table: Table, key: str, attribute: Attribute) -> Any:
-    """Value of a file in the type of the schema; if it is wrong the table records a fault and returns a default."""
+    """Convert a value of the fact to the type that the schema declares; a wrong value is recorded as a fault."""
     dimension = attribute.dimensions[0]
     if attribute.type is float:
         return table.quantity(key, dimension, high=float("inf"))

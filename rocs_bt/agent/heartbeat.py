@@ -1,4 +1,4 @@
-"""Heartbeat of threaded mode: supervises the threads of an agent's blocks, which supervise it in turn."""
+"""Heartbeat: supervisor of the threads of an agent's blocks in threaded mode; these threads supervise it, too."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from .worker import PATIENCE, Ticker, Worker
 
 
 class Heartbeat:
-    """Thread that checks once per control period that no worker has ended or hangs.
+    """Thread that checks once per control period that no worker thread has ended or hangs.
 
-    Each worker calls `check` before its cycle. If the heartbeat itself ends or hangs, the next worker stops the wheels
-    and reports it.
+    Each worker calls `check` before each of its cycles. If the heartbeat itself has ended or hangs, the first worker
+    that calls `check` stops the wheels and reports the failure.
 
     Args:
         agent: Agent of the supervised workers.
         clock: Clock of the agent.
         phase: Offset of the first beat from the start of a control period [s].
-        stop: Event set at the end of the run; supervision ends with it.
+        stop: Event that is set at the end of the run and ends the supervision.
 
     Attributes:
         workers: Supervised workers.
@@ -38,18 +38,18 @@ class Heartbeat:
         self._thread = threading.Thread(target=self._run, name=f"{agent.name}/heartbeat", daemon=True)
 
     def start(self) -> None:
-        """Start the thread. The workers' threads must be running."""
+        """Start the thread, after the threads of the workers were started."""
         self._thread.start()
 
     def join(self) -> None:
-        """Wait for the thread's end after the run, at most 1 s."""
+        """Wait until the thread has ended after the run, at most 1 s."""
         self._thread.join(timeout=1.0)
 
     def check(self) -> None:
         """Stop the agent if the heartbeat's thread has ended or hangs; called by each worker before a cycle.
 
-        Missed periods are counted, not seconds: if the whole process gets no CPU time, the workers do not run either
-        and no failure is reported.
+        Missed periods are counted, and not seconds: if the whole process gets no CPU time, the workers do not run
+        either, and no failure must be reported.
         """
         if self._thread.ident is None or self._stop.is_set():
             return

@@ -1,4 +1,4 @@
-"""Parts of an agent: devices, rates, runtime and blocks."""
+"""Data classes from which an agent is built: devices, rates, runtime services and blocks."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from ..safety import SafetyGate
 
 @dataclass(frozen=True)
 class RobotDevices:
-    """Specification of a robot and its devices, one per sensor and actuator of the specification.
+    """Specification of a robot, and one device for each sensor and actuator in it.
 
     Attributes:
         robot: Content of robot.toml.
@@ -39,11 +39,12 @@ class RobotDevices:
 
 @dataclass(frozen=True)
 class Rates:
-    """Rates of the blocks in control periods.
+    """Rates of the blocks of an agent.
 
     Attributes:
-        control: Control rate: reflexes, Execute and the follower. All other rates are divisions of it.
-        plan: Rate of Plan.
+        control: Control rate, at which reflexes, Execute and the trajectory follower run. All other rates are integer
+            fractions of it.
+        plan: Rate of Plan, in control periods.
     """
 
     control: Rate
@@ -56,9 +57,9 @@ class Runtime:
 
     Attributes:
         clock: Clock of the run.
-        sink: Sink for all events.
-        timer: Timer [s] for the follower's solve times and for planners with measured latency; None disables both.
-        rng: Factory of the mission's random streams, by purpose.
+        sink: Sink that receives all events.
+        timer: Timer [s] that measures the follower's solve times and the planning latency; None to measure neither.
+        rng: Function from a purpose to a random generator of the mission.
     """
 
     clock: Clock
@@ -68,7 +69,7 @@ class Runtime:
 
     @property
     def planning_timer(self) -> Callable[[], float]:
-        """Timer that measures planning time [s]; constant 0 on wall time, where planning causes its own delay."""
+        """Timer that measures planning times [s]; constant in real time, where planning itself causes the delay."""
         timed = self.timer is not None and isinstance(self.clock, SimulatedClock)
         return self.timer if timed and self.timer is not None else lambda: 0.0
 

@@ -1,4 +1,4 @@
-"""Reload of rule files while their agent runs: a changed file is checked, then activated or rejected."""
+"""Reloading of rule files while their agent runs: a changed file is checked, then activated or rejected."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
 
 POLL = 0.2
-"""Interval at which a watching thread checks the files [s]."""
+"""Interval at which the thread of a RuleWatch checks the files [s]."""
 
 
 class RuleFile:
-    """Active rule file of an agent.
+    """Rule file of an agent, which can be reloaded while the agent runs.
 
     Args:
         file: Path of the rule file.
         environment: Signals of the agent.
         actions: Actions of the agent, by name.
-        overrides: Thresholds that robot.toml overrides, by name.
+        overrides: Values of thresholds that robot.toml declares, by name of the threshold.
         knowledge: Knowledge of the agent.
-        cached: Cache of parsed rules, shared by agents of the same content.
+        cached: Cache of parsed rules, which agents with the same content share.
 
     Attributes:
         file: Path of the rule file.
@@ -55,19 +55,19 @@ class RuleFile:
         self.model = RuleModel(self._stamped(cached(self._load)))
 
     def changed(self) -> bool:
-        """Whether the file or an included file has changed since the last load."""
+        """Whether the file, or a file that it includes, has changed since it was last loaded."""
         return any(stamp != _stamp(path) for path, stamp in self._stamps.items())
 
     def reload(self) -> RuleSet:
-        """Read and check the file again; its rules are active from the next snapshot on. Thread-safe.
+        """Read and check the file again, and activate its rules from the next snapshot on. Thread-safe.
 
-        Rules of the same name keep their latches and timers; the windows of temporal operators restart empty.
+        Rules of the same name keep their latches and timers; the time windows of temporal operators are reset.
 
         Returns:
-            The active rules.
+            Rules that are now active.
 
         Raises:
-            InputError: The file is invalid; lists every fault. The old rules stay active.
+            InputError: The file is invalid; the error lists all faults. The previous rules stay active.
         """
         from ..reactive.analysis import examine_rules
 
@@ -79,7 +79,7 @@ class RuleFile:
         except InputError as error:
             wrong = wrong or list(error.faults)
         if wrong:
-            # The fault may be in a newly included file: watch it too.
+            # The fault may be in a newly included file, so this file is watched, too.
             self._stamps = {path: _stamp(path) for path in included_files(self.file)} | before
             raise InputError(*wrong)
         rules = self._stamped(rules)
@@ -113,12 +113,12 @@ class RuleFile:
 
 
 class RuleWatch:
-    """Watcher of rule files in a separate thread; a context manager. It never delays control.
+    """Watcher that reloads changed rule files, in a separate thread, so that control is not delayed; a context manager.
 
     Args:
-        files: Rule files with the names of their agents.
+        files: Pairs of an agent's name and a rule file of this agent.
         clock: Clock of the events.
-        sink: Sink for RulesReplaced events; must be thread-safe.
+        sink: Sink that receives the RulesReplaced events; it must be thread-safe.
     """
 
     def __init__(self, files: Iterable[tuple[str, RuleFile]], clock: Clock, sink: EventSink) -> None:
@@ -147,7 +147,7 @@ class RuleWatch:
             file.reload_if_changed(agent, self._clock, self._sink)
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """A function that calls `check`, then `watch`; in lockstep it is called once per control period."""
+        """Create a function that calls `check`, then `watch`, to be called once per control period in lockstep mode."""
 
         def check_and_watch(t: float) -> bool:
             self.check()

@@ -1,8 +1,8 @@
 """Threaded mode: the blocks of an agent on wall time, one thread each (paper, 5.2; docs/architecture.md).
 
-Every Monitor, Analyze, Plan and Execute has a thread. The reflex arc runs in the thread of the monitor whose sample
-triggers it, and a HIGH submission wakes Execute; nothing is polled. A heartbeat detects a thread that ended or hangs
-within three periods of its block; the threads detect the end of the heartbeat.
+Every monitor and analyser, Plan and Execute have a thread each. The reflex arc runs in the thread of the monitor whose
+sample triggers it, and an action with HIGH priority wakes Execute, so nothing is polled. A heartbeat detects a thread
+that has ended or hangs, within three periods of its block; the threads detect the end of the heartbeat.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from .agent import Agent
 from .heartbeat import Heartbeat
 from .worker import FAST_SWITCHING, Step, Ticker, Worker
 
-_UNWATCHED = 1.5  # control periods without a sample until the reflexes are evaluated without one
-_SHARED = 0.2  # [s] normal duration of a sharing cycle
-_REST = 4.0  # pause of sharing per duration of its last cycle: a flooding peer gets at most 1/5 of a CPU
+_UNWATCHED = 1.5  # number of control periods without a sample after which the reflexes are evaluated anyway
+_SHARED = 0.2  # [s] normal maximum duration of a cycle of knowledge sharing
+_REST = 4.0  # pause of sharing per duration of its last cycle, so that sharing uses at most 1/5 of a CPU
 
 
 class ThreadedRunner:
-    """Runs one agent's blocks in threads; a context manager. Leaving it ends the threads and stops the agent.
+    """Runner of one agent's blocks in threads; a context manager, whose exit ends the threads and stops the agent.
 
     Args:
         agent: Agent, built with a `WallClock`.
@@ -107,7 +107,7 @@ class ThreadedRunner:
         self.agent.react(self._clock.now())
 
     def _wait_unwatched(self) -> bool:
-        """Wait until no monitor has evaluated the reflexes for `_UNWATCHED` periods, to detect stale signals."""
+        """Wait until the reflexes have not been evaluated for `_UNWATCHED` periods, so that signals may be stale."""
         patience, since = _UNWATCHED * self._period, self._clock.now()
         while True:
             if not self._clock.wait_until(max(since, self.agent.reacted) + patience, self._stop):
@@ -120,7 +120,7 @@ class ThreadedRunner:
         return not self._stop.is_set()
 
     def _wait_plan(self) -> bool:
-        """Wait until the plan is due or called; as in lockstep, it runs at most once per control period."""
+        """Wait until the plan is due or called. As in lockstep mode, it runs at most once per control period."""
         plan, now = self.agent.plan, self._clock.now
         if not self._clock.wait_until(self._plan_called_at + self._period, self._stop):
             return False
@@ -137,14 +137,14 @@ class ThreadedRunner:
             if self._stop.is_set():
                 return False
             if pipeline.top() is not self.agent.execute.running:
-                self._act_at = now() + self._period  # restart the phase: at most one act per period
+                self._act_at = now() + self._period  # the next period begins now: at most one action step per period
                 return True
         late = now() > self._act_at + self._period
         self._act_at = (now() if late else self._act_at) + self._period
         return not self._stop.is_set()
 
     def _wait_share(self, sharing: Sharing) -> bool:
-        """Wait until there is something to share or the period is over, within the maximum rate."""
+        """Wait until there is something to share or the control period is over, and the next cycle is allowed."""
         sharing.awake.wait(self._period)
         return self._clock.wait_until(max(sharing.due_at, self._rested_at), self._stop)
 

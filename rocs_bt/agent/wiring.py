@@ -1,4 +1,4 @@
-"""Construct and connect the Monitors and Analyzers of a robot.toml, and declare their signals (paper, 5.2)."""
+"""Construction and connection of the monitors and analysers in robot.toml, with their signals (paper, 5.2)."""
 
 from __future__ import annotations
 
@@ -28,10 +28,11 @@ def make_monitors(
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Monitor]:
-    """Monitors of a robot.toml with their sensors, in the order of the file.
+    """Construct the monitors that robot.toml declares, with their sensors, in the order of the file.
 
     Raises:
-        InputError: An unknown class or sensor, wrong parameters, or another number of values than a monitor expects.
+        InputError: A class or sensor is unknown, parameters are wrong, or a sensor has another number of values than
+            its monitor expects.
     """
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
@@ -59,10 +60,12 @@ def make_analyzers(
     sink: EventSink,
     load_class: LoadClass,
 ) -> list[Analyze]:
-    """Analyzers, attached to their monitors; those that write signals first, since the others may read these.
+    """Construct the analysers and connect them to their monitors.
+
+    Analysers that write signals come first in the result, because the others may read these signals.
 
     Raises:
-        InputError: An unknown class or signal, or wrong parameters.
+        InputError: A class or signal is unknown, or parameters are wrong.
     """
     analyzers: list[Analyze] = []
     for spec in robot.analyzers:
@@ -90,10 +93,10 @@ def make_analyzers(
 
 
 def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], robot: RobotSpec) -> None:
-    """Declare the signals that monitors and analysers write; this fixes the layout of a snapshot.
+    """Declare the signals that monitors and analysers write, which fixes the layout of a snapshot.
 
     Raises:
-        InputError: Two blocks write one signal, or a sensor of robot.toml names a signal that no block writes.
+        InputError: Two blocks write the same signal, or a sensor in robot.toml names a signal that no block writes.
     """
     lines = {f"monitor '{m.name}'": m.line for m in robot.monitors}
     lines |= {f"analyze '{a.name}'": a.line for a in robot.analyzers}
@@ -119,13 +122,13 @@ def declare_signals(knowledge: Knowledge, writers: Sequence[Monitor | Analyze], 
 
 
 def _written(block: Monitor | Analyze) -> list[str]:
-    """Names of the signals that a block writes."""
+    """Names of the signals that a monitor or an analyser writes."""
     with running_class(type(block)):
         return [signal.name for signal in block.signals()]
 
 
 def _resolve(kind: str, name: str, table: Mapping[str, type[T]], robot: RobotSpec, load_class: LoadClass) -> type[T]:
-    """Class of a block: a shipped one by name, or a user's by `file.py:Class`, relative to robot.toml."""
+    """Find the class of a block: a shipped one by name, or a user's by `file.py:Class`, relative to robot.toml."""
     if is_reference(name):
         file, _, cls = name.partition(":")
         return load_class(robot.beside(file), cls)

@@ -1,4 +1,4 @@
-"""Threads of an agent's blocks: worker, periodic timer, and the interpreter's switch interval."""
+"""Threads of an agent's blocks: worker, periodic timer, and switch interval of the Python interpreter."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from ..clock import WallClock
 from .agent import Agent
 
 SWITCH_INTERVAL = 0.0005
-"""Interpreter switch interval [s]: time after which a busy thread yields to others; Python's default is 5 ms."""
+"""Switch interval of the interpreter [s], after which a busy thread yields to others; Python's default is 5 ms."""
 
 PATIENCE = 3
-"""Number of periods within which an ended or hanging block is detected."""
+"""Number of periods within which it is detected that a block has ended or hangs."""
 
 
 @dataclass(frozen=True)
 class Step:
-    """Part of a worker's cycle.
+    """Step of a worker's cycle.
 
     Attributes:
-        block: Name of the block that runs, for messages.
-        run: Function to call.
+        block: Name of the block that the step runs, for messages.
+        run: Function that runs the block.
     """
 
     block: str
@@ -31,21 +31,21 @@ class Step:
 
 
 class Worker:
-    """Thread that runs cycles of a block until `wait` returns False, or the agent fails or is stopped.
+    """Thread that runs a block in cycles until `wait` returns False, or the agent has failed or was stopped.
 
     Args:
         agent: Agent of the blocks.
         name: Name of the thread's block, for messages.
         steps: Steps of one cycle.
-        wait: Sleeps until the next cycle; False ends the thread.
+        wait: Function that sleeps until the next cycle; it returns False to end the thread.
         period: Normal maximum duration of a cycle [s].
         beat: Interval between calls of `hangs` [s].
-        check_heartbeat: Called before each cycle; fails the agent if the heartbeat has ended.
+        check_heartbeat: Function that is called before each cycle, and that fails the agent if the heartbeat has ended.
 
     Attributes:
         name: Name of the thread's block.
         patience: Duration of a cycle after which it counts as hung [s].
-        thread: The thread; a daemon, so that a hanging block does not keep the process alive.
+        thread: Thread of the worker; a daemon, so that a hanging block does not keep the process alive.
     """
 
     def __init__(
@@ -73,10 +73,10 @@ class Worker:
         self._beats = 0
 
     def hangs(self) -> str | None:
-        """Name of the block that hangs, or None; called once per beat.
+        """Name of the block that hangs, or None. The heartbeat calls this once per beat.
 
-        Beats are counted, not seconds: if the whole process gets no CPU time, the heartbeat does not run either and
-        no failure is reported.
+        Beats are counted, and not seconds: if the whole process gets no CPU time, the heartbeat does not run either,
+        and no failure must be reported.
         """
         doing, turns = self._doing, self._turns
         self._beats = self._beats + 1 if doing is not None and turns == self._seen else 0
@@ -85,7 +85,7 @@ class Worker:
 
     @property
     def overdue(self) -> str:
-        """Reason that a block counts as hung, as text."""
+        """Text of the reason why a block counts as hung."""
         return f"one cycle has not ended after {PATIENCE} periods of {self.patience / PATIENCE:.3g} s"
 
     def _run(self) -> None:
@@ -126,7 +126,7 @@ class Ticker:
 
 
 class FastSwitching:
-    """Short interpreter switch interval while at least one threaded runner is active.
+    """Setter of a short switch interval of the interpreter while at least one threaded runner is active.
 
     The switch interval is global to the process: the first runner sets it, the last one restores it.
     """

@@ -1,6 +1,6 @@
-"""A of MAPE-K: analysers detect changes of the world, update Knowledge and notify Plan (paper, 4.2).
+"""Analyze block of MAPE-K: analysers detect changes of the world, update Knowledge and notify Plan (paper, 4.2).
 
-Imported by `agent` and the layers above; other blocks never import it.
+Only `agent` and the packages above it import this package.
 """
 
 from collections.abc import Mapping

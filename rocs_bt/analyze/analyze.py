@@ -13,22 +13,23 @@ from ..signal import Signal
 
 
 class Analyze(MonitorSubscriber, ABC):
-    """Processes the samples of its monitors and publishes a Change only when something changed.
+    """Base class of analysers, which process samples of monitors and publish a Change when something has changed.
 
-    One Analyze may listen to several Monitors. A user's analyser implements `process` (paper, 5.3: a deliberative
-    extension point), which covers the paper's DataProcessor and DataAggregator and has access to Knowledge.
+    An analyser may receive samples of several monitors. A user's analyser implements `process` (paper, 5.3: a
+    deliberative extension point), which does the work of the paper's DataProcessor and DataAggregator and can use
+    Knowledge.
 
     An analyser that computes signals for other blocks, such as a localisation, declares them in `signals` and writes
-    them to Knowledge. Analysers that expect these signals read them there, because analysers are not connected to each
-    other. In lockstep the writer runs before them.
+    them to Knowledge. Other analysers that expect these signals read them from Knowledge, because analysers are not
+    connected to each other. In lockstep mode, the analyser that writes a signal runs before those that read it.
 
     Args:
         name: Name in robot.toml.
         knowledge: Knowledge to read and write.
-        sink: Event sink.
+        sink: Sink that receives the analyser's events.
 
     Attributes:
-        from_knowledge: Expected signals that another Analyze writes; set by the agent.
+        from_knowledge: Names of expected signals that another analyser writes; set by the agent.
     """
 
     def __init__(self, name: str, knowledge: Knowledge, sink: EventSink) -> None:
@@ -40,19 +41,19 @@ class Analyze(MonitorSubscriber, ABC):
         self._publisher: Publisher[Change] = Publisher(name)
 
     def expects(self) -> Sequence[str]:
-        """Names of the signals that it needs from its monitors or from another Analyze; none by default."""
+        """Names of the signals that the analyser needs from its monitors or from other analysers; none by default."""
         return ()
 
     def signals(self) -> Sequence[Signal]:
-        """Signals that it writes, declared in Knowledge before the first period; none by default."""
+        """Declarations of the signals that the analyser writes; they are added to Knowledge before the first period."""
         return ()
 
     @abstractmethod
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
-        """Process the samples that arrived since the last call and yield the changes.
+        """Process the samples that have arrived since the last call, and yield the Changes.
 
         Args:
-            samples: Samples, oldest first, never empty.
+            samples: Samples of the monitors, oldest first; at least one.
         """
 
     def attach(self, plan: AnalyzeSubscriber) -> None:
@@ -65,7 +66,7 @@ class Analyze(MonitorSubscriber, ABC):
         self._publisher.connect(plan.inbox)
 
     def run(self, t: float) -> None:
-        """Process all queued samples and publish the changes, at time t [s]."""
+        """Process all queued samples, and publish the Changes. `t` is the present time [s]."""
         samples = self.inbox.drain()
         if not samples:
             return
@@ -77,7 +78,7 @@ class Analyze(MonitorSubscriber, ABC):
             self._publisher.publish(t, change)
 
     def write(self, t: float, values: Signals) -> None:
-        """Write the signals that this Analyze block computes, in one update valid at time t [s]."""
+        """Write signals that this analyser has computed, all with the time stamp t [s]."""
         self.knowledge.signals.update(values, t)
         self._sink.emit(
             SignalsWritten(
@@ -91,6 +92,13 @@ class Analyze(MonitorSubscriber, ABC):
         )
 
     def change(self, t: float, kind: str, subject: str = "", **values: Value) -> Change:
-        """A Change with this analyser as its source."""
+        """Create a Change with this analyser as its source.
+
+        Args:
+            t: Time of the Change [s].
+            kind: Kind of the Change, such as `arrived`.
+            subject: Name of the node that has changed.
+            values: Values that describe the Change.
+        """
         agent = self.knowledge.agent
         return Change(t=t, agent=agent, source=self.name, kind=kind, subject=subject, values=values)

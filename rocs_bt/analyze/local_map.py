@@ -1,4 +1,4 @@
-"""LocalMap: occupancy grid from a lidar, and time to contact."""
+"""LocalMap: occupancy grid from a lidar, and time to contact with an obstacle."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from ..units import TIME
 from .analyze import Analyze
 
 SCAN = "scan"
-"""Signal with the ranges."""
+"""Name of the signal with the ranges of the lidar."""
 
 CONTACT = "contact_time"
-"""Signal with the time until the hull touches an obstacle [s]."""
+"""Name of the signal with the time until the hull touches an obstacle [s]."""
 
 AHEAD: Array = np.arange(1.0, 25.0) * 0.05
 """Times at which contact is checked, from now on [s]."""
 
 POSES = 8
-"""Number of stored poses, for the interpolation of the pose of a scan."""
+"""Number of recent poses that are stored, to interpolate the pose at which a scan was taken."""
 
 NEAREST = 3
-"""Distance below which cells are not updated, because the robot covers them [cells]."""
+"""Distance from the scanner below which cells are not marked free, because the robot covers them [cells]."""
 
 
 class LocalMap(Analyze):
@@ -163,7 +163,7 @@ class LocalMap(Analyze):
         return grid.add_scan(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
-        """Indices of the disc's cells that the beams cross.
+        """Indices of those cells around the scanner (`self._disc`) that the beams cross.
 
         Args:
             dx: Offset of the scanner from the centre of the disc's middle cell, east [m].

@@ -1,4 +1,4 @@
-"""Analysers that report changes of position, orientation, ranges and messages to Plan (paper, 4.2)."""
+"""Analysers that pass on changes of position, orientation, ranges and messages to Plan (paper, 4.2)."""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from ..geometry import Pose2, wrap_angle
 from .analyze import Analyze
 
 STATIONARY = 0.08
-"""Speed below which a peer counts as stationary and keeps its heading [m/s]."""
+"""Speed below which a peer counts as stationary, so that its estimated heading is kept [m/s]."""
 
 SURE, CERTAIN = 1.0, 2.0
 """A stationary peer counts as moving if its speed exceeds SURE standard deviations for BEGUN, or CERTAIN once [1].
@@ -23,13 +23,13 @@ SURE, CERTAIN = 1.0, 2.0
 For robots/summit_xl a stationary peer at 1.5 m exceeds SURE 20 times a minute, and for BEGUN once in six minutes."""
 
 BEGUN = 0.2
-"""Duration above SURE after which a peer counts as moving [s]."""
+"""Time of a speed above SURE after which a peer counts as moving [s]."""
 
 GOES_ON = 0.7
-"""A moving peer counts as stationary below this many standard deviations of its speed, or below STATIONARY [1]."""
+"""Number of standard deviations of its speed below which a moving peer counts as stationary [1]."""
 
 GREW = 0.1
-"""Relative change of a peer's spread that is written to the graph [1]."""
+"""Minimum relative change of the standard deviation of a peer's position that is written to the graph [1]."""
 
 
 @dataclass
@@ -166,7 +166,7 @@ class PeerAnalyze(Analyze):
 
 
 def _moves(track: _Track, speed: float) -> bool:
-    """Whether a peer with this estimated speed [m/s] moves; dead band and duration suppress noise."""
+    """Whether a peer with this estimated speed [m/s] moves; thresholds with hysteresis suppress noise."""
     found = track.filter
     deviation = math.sqrt(max(found.covariance[2, 2], found.covariance[3, 3]))
     if speed <= max(STATIONARY, SURE * deviation):

@@ -15,20 +15,20 @@ from ..knowledge.belief.beams import Beams
 from .analyze import Analyze
 
 MOVED = 0.02
-"""Change of position that is written to the graph [m]."""
+"""Minimum change of an object's position that is written to the graph [m]."""
 
 GREW = 0.2
-"""Relative change of existence or spread that is written to the graph."""
+"""Minimum relative change of an object's existence or standard deviation that is written to the graph [1]."""
 
 RENEWED = 1.0
-"""Maximum age of the written values of an object in view [s]."""
+"""Time after which the values of an object in view are written again even if they have not changed [s]."""
 
 MOVING = 0.1
 """Speed below which an object counts as stationary [m/s]; the speed must also exceed two standard deviations."""
 
 
 STEADY = 1.8
-"""Time in which a moving object may change its velocity completely [s]."""
+"""Time in which a moving object can change its velocity completely [s]; it sets the process noise."""
 
 
 @dataclass

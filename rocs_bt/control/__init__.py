@@ -1,5 +1,5 @@
-"""Numerics without MAPE-K: drive kinematics, paths, speed profiles, the trajectory follower and filters.
+"""Numerics of motion control: drive kinematics, paths, speed profiles, the trajectory follower and filters.
 
-This package imports only geometry and errors, and is the only one that imports casadi. Any code that moves a robot may
-import it.
+The package does not depend on MAPE-K: it imports only geometry and errors, so any code that moves a robot may import
+it. It is the only package that imports casadi.
 """

@@ -1,4 +1,4 @@
-"""Candidate arcs and headings: monitors measure the free ground along them, actions choose among them."""
+"""Candidate arcs and headings for driving: monitors measure the free distance along them, actions choose among them."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 def along(motions: Sequence[tuple[Pose2, Twist2]], durations: Array) -> Array:
-    """Poses after constant body twists: a vectorised `geometry.along_arc`.
+    """Poses of several motions with constant body twist, each at several times: a vectorised `geometry.along_arc`.
 
     Args:
         motions: Start pose and body twist of each of p motions.
-        durations: Durations, shape (p, k) [s].
+        durations: Times from the start of each motion, shape (p, k) [s].
 
     Returns:
         Poses, shape (p, k, 3) [m, m, rad].

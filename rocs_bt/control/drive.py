@@ -1,8 +1,8 @@
 """Drive kinematics between wheel speeds and body twist, as small matrices.
 
-Source: Lynch and Park, Modern Robotics (2017), 13.2 (mecanum) and 13.3 (differential). A skid drive is a
-differential one with an effective track, wider than the built one and identified from turns (Mandow et al.,
-Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
+Source: Lynch and Park, Modern Robotics (2017), 13.2 (mecanum) and 13.3 (differential). A skid drive is modelled as a
+differential drive with an effective track (wheel separation), which is wider than the geometric one and identified from
+turns (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 
 Here and in the follower matrices are multiplied by `dot`: for small ones it is twice as fast as `@`, with bit-identical
 results.
@@ -27,19 +27,20 @@ Array: TypeAlias = npt.NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Drive:
-    """Linear drive kinematics in a few coordinates q.
+    """Linear drive kinematics, expressed in n drive coordinates q.
 
     q is (left, right) wheel linear speeds for a differential drive and (forward, left, turn) for a mecanum drive.
     `twist = twist_from_q @ q` and `wheel speeds = wheels_from_q @ q`, so wheel limits are linear in q.
 
     Attributes:
         name: Kind of drive, such as `differential`.
-        wheels: Wheel names, in the order of every wheel command, length w.
-        twist_from_q: Rows forward [m/s], left [m/s], turn [rad/s], shape (3, n).
-        wheels_from_q: Wheel linear speeds [m/s], shape (w, n).
-        max_wheel_speed: Planning limit of the wheel linear speed, in both directions [m/s]; at most the actuator's.
-        max_wheel_acceleration: Planning limit of the wheel linear acceleration, in both directions [m/s2]; at most the
-            actuator's.
+        wheels: Names of the w wheels, in the order of every wheel command.
+        twist_from_q: Matrix from q to body twist; rows forward [m/s], left [m/s], turn [rad/s]; shape (3, n).
+        wheels_from_q: Matrix from q to wheel linear speeds [m/s], shape (w, n).
+        max_wheel_speed: Limit of the wheel linear speeds in both directions [m/s]; planning uses it, and the actuator's
+            own limit may be higher.
+        max_wheel_acceleration: Limit of the wheel linear accelerations in both directions [m/s2]; planning uses it, and
+            the actuator's own limit may be higher.
 
     Raises:
         InputError: A limit is not positive, or the matrices do not fit each other.
@@ -75,8 +76,8 @@ class Drive:
 
     @cached_property
     def q_from_twist(self) -> Array:
-        """Matrix from body twist to coordinates, shape (n, 3); ignores motions that the drive cannot make."""
-        # A skid drive moves sideways only as a consequence of a turn, so this part is not commanded.
+        """Matrix from body twist to drive coordinates, shape (n, 3); it ignores motions that the drive cannot make."""
+        # A skid drive moves sideways only as a consequence of a turn, so its lateral velocity is not commanded.
         commanded = self.twist_from_q * [[1.0], [0.0], [1.0]]
         if np.linalg.matrix_rank(commanded) < commanded.shape[1]:
             commanded = self.twist_from_q
@@ -84,7 +85,7 @@ class Drive:
 
     @cached_property
     def q_from_wheels(self) -> Array:
-        """Least-squares matrix from wheel speeds to coordinates, shape (n, w)."""
+        """Least-squares matrix from wheel linear speeds to drive coordinates, shape (n, w)."""
         return np.asarray(np.linalg.pinv(self.wheels_from_q), dtype=float)
 
     @cached_property
@@ -104,12 +105,12 @@ class Drive:
 
     @cached_property
     def pivot(self) -> float:
-        """Distance ahead of the base of the point without lateral velocity in turns [m]; 0 but for skid drives."""
+        """Distance from the base forward to the point without lateral velocity in turns [m]; 0 unless a skid drive."""
         return 0.0 - float(self.twist_from_q[1] @ self.q_from_twist[:, 2])
 
     @cached_property
     def without_pivot(self) -> Drive:
-        """This drive with the pivot at its base, which is nearly so for a skid drive in reverse."""
+        """Copy of this drive with the pivot at the base, which approximates a skid drive in reverse."""
         turning = self.twist_from_q.copy()
         turning[1] += self.pivot * turning[2]
         return self if self.pivot == 0.0 else replace(self, twist_from_q=turning)
@@ -136,16 +137,17 @@ class Drive:
         return twist2((forward, turn, left))
 
     def saturate(self, wheel_speeds: Array) -> Array:
-        """Wheel speeds (w,) [m/s] scaled by one factor into the planning limit; the safety gate limits commands."""
+        """Wheel speeds (w,) [m/s], all scaled by one factor so that the fastest is within `max_wheel_speed`."""
         fastest = _largest(wheel_speeds)
         if fastest <= self.max_wheel_speed:
             return wheel_speeds
         return wheel_speeds * (self.max_wheel_speed / fastest)
 
     def approach(self, now: Array, wanted: Array, period: float) -> Array:
-        """Wheel speeds nearest to the desired ones, on the line from the present ones, that one period allows.
+        """Wheel speeds as near to the desired ones as the limits allow within one control period.
 
-        Both limits are convex and `now` is within them, so a proportionally shortened step is within both.
+        The change of all wheels is scaled by one factor. As both limits are convex and `now` is within them, the result
+        is within both, too.
 
         Args:
             now: Present wheel speeds, within the limits, shape (w,) [m/s].
@@ -214,11 +216,11 @@ def mecanum_drive(
 
 
 def make_drive(kind: str, **numbers: float) -> Drive:
-    """Drive of a kind in `DRIVES`.
+    """Create a drive of a kind in `DRIVES`.
 
     Args:
         kind: Kind of drive.
-        numbers: Arguments of its constructor.
+        numbers: Parameters of this kind of drive, by name.
 
     Raises:
         UnknownName: No such kind; the message lists the kinds.
@@ -236,7 +238,7 @@ def make_drive(kind: str, **numbers: float) -> Drive:
 
 _FOUR = ("front_left", "front_right", "rear_left", "rear_right")
 LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
-"""Parameters of every kind: the limits of the robot's actuator, or lower ones from its `[drive]` table."""
+"""Parameters of every kind of drive: the limits of the actuator, or lower ones from the `[drive]` table."""
 
 DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
     "differential": (differential_drive, ("track", *LIMITS)),
@@ -245,7 +247,7 @@ DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
 }
 
 OPTIONAL = {"skid": ("pivot",)}
-"""Optional parameters by kind."""
+"""Optional parameters by kind of drive."""
 
 
 def _largest(numbers: Array) -> float:

@@ -1,4 +1,4 @@
-"""Elastic-band path smoothing: a stiff, smooth path that keeps the hull in the middle of what it passes.
+"""Elastic-band path smoothing: makes a path smooth and keeps the robot's hull in the middle between obstacles.
 
 Sources: Quinlan and Khatib, Elastic bands: connecting path planning and control, ICRA 1993; Kass, Witkin and
 Terzopoulos, Snakes: active contour models, International Journal of Computer Vision 1, 1988 (implicit steps).
@@ -18,14 +18,14 @@ STEP = 0.1
 """Distance between the points of a path [m]."""
 
 ROUNDS, STIFF, PUSH = 25, 20.0, 0.02
-"""First relaxation: iterations, stiffness of the band, and largest push on a point of the hull's outline [m]."""
+"""First relaxation: number of iterations, stiffness of the band, largest push on a point of the hull's outline [m]."""
 
 RIM, ROOM = 12, 0.3
-"""Number of pushed points on the outline, and the gap below which an obstacle pushes them [m]."""
+"""Number of points on the hull's outline that obstacles push, and the gap below which they push [m]."""
 
 FITTED, SUPPLE, FIT, FIT_PUSH, SHARP = 20, 2.0, 0.08, 0.01, 0.005
-"""Second relaxation, by the exact positions of obstacles nearer than FIT [m]: iterations, stiffness, FIT, largest push
-[m], and the additional distance at which an obstacle has 1/e of the weight of the nearest one [m]."""
+"""Second relaxation, with the exact positions of obstacles nearer than FIT [m]: number of iterations, stiffness, FIT,
+largest push [m], and the additional distance at which an obstacle has 1/e of the nearest one's weight [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,13 +80,13 @@ def headings(points: Array) -> Array:
 
 
 def relaxed(around: DistanceField, footprint: Footprint, points: Array, fixed: int) -> Array:
-    """Path relaxed as an elastic band that obstacles near the driving hull push away.
+    """Smooth a path as an elastic band, from which obstacles near the hull push the robot away.
 
     Args:
         around: Obstacles around the path.
         footprint: Hull of the robot.
         points: Path at steps of about `STEP` [m], shape (k, 2).
-        fixed: Number of initial points that do not move; the very first and the last never do.
+        fixed: Number of initial points that do not move; the first and the last point never move.
 
     Returns:
         Relaxed path [m], shape (k, 2).
@@ -114,7 +114,14 @@ def relaxed(around: DistanceField, footprint: Footprint, points: Array, fixed: i
 
 
 def _fitted(around: DistanceField, footprint: Footprint, band: Array, first: int) -> Array:
-    """Second relaxation: centres the hull between very near obstacles, for which the field is too coarse."""
+    """Second relaxation: centre the hull between obstacles that are too near for the resolution of the distance field.
+
+    Args:
+        around: Obstacles around the path.
+        footprint: Hull of the robot.
+        band: Path after the first relaxation [m], shape (k, 2); changed in place.
+        first: Index of the first point that may move.
+    """
     from scipy.linalg import cho_solve_banded
 
     factor, bound = _stiff(len(band), first, SUPPLE)
@@ -138,12 +145,22 @@ def _fitted(around: DistanceField, footprint: Footprint, band: Array, first: int
 
 
 def _pushed(footprint: Footprint, points: Array, ahead: Array, obstacles: Array) -> tuple[Array, Array, Array]:
-    """Pushes of obstacles on the hull at points of the band, shape (k,): ahead [m], aside [m] and torque [m2]."""
+    """Pushes of obstacles on the hull at k points of the band.
+
+    Args:
+        footprint: Hull of the robot.
+        points: Points of the band, world frame, shape (k, 2) [m].
+        ahead: Unit vectors along the band at the points, shape (k, 2).
+        obstacles: Positions of obstacles, world frame, shape (m, 2) [m].
+
+    Returns:
+        Push forward [m], push to the left [m], and torque [m2], each of shape (k,).
+    """
     half_x, half_y = 0.5 * footprint.length, 0.5 * footprint.width
     dx, dy = (obstacles[:, axis] - points[:, axis, None] for axis in (0, 1))
     x, y = dx * ahead[:, :1] + dy * ahead[:, 1:], dy * ahead[:, :1] - dx * ahead[:, 1:]
     arm_x, arm_y = np.clip(x, -half_x, half_x), np.clip(y, -half_y, half_y)
-    out_x, out_y = x - arm_x, y - arm_y  # from the hull; an obstacle inside leaves it by the nearest side
+    out_x, out_y = x - arm_x, y - arm_y  # vector from the hull; from inside, it points to the nearest side
     away = np.hypot(out_x, out_y)
     over_x, over_y = np.abs(x) - half_x, np.abs(y) - half_y
     over = np.maximum(over_x, over_y)
@@ -166,9 +183,9 @@ def _turned(arms: Array, forces: Array) -> Array:
 
 
 def _moved(force: Array, turn: Array, aside: Array) -> Array:
-    """Displacements of the band's points by the forces and torques on the hull, shape (k, 2) [m].
+    """Displacements of the band's points that the forces and torques on the hull cause, shape (k, 2) [m].
 
-    A torque turns the hull by moving the neighbouring points: the chord between these defines the heading.
+    A torque turns the hull by moving the two neighbouring points, because the chord between these defines the heading.
     """
     step, turning = force.copy(), turn[:, None] * aside / (2.0 * STEP)
     step[1:] += turning[:-1]
@@ -181,8 +198,8 @@ def _stiff(count: int, first: int, stiff: float) -> tuple[tuple[Array, bool], Ar
     """Bending matrix I + stiff D'D of a band with fixed first points and a fixed last point.
 
     Returns:
-        Cholesky factor of the block of the free points, and the rows of the free points with only the columns of the
-        fixed ones.
+        Cholesky factor of the part of the matrix for the free points; and the part that couples free points to fixed
+        ones.
     """
     from scipy.linalg import cholesky_banded
     from scipy.sparse import diags_array

@@ -1,7 +1,7 @@
 """Trajectory follower: one small quadratic program per control period, with fallbacks if the solver fails.
 
-It computes the next wheel speeds from a reference and a pose in bounded time. Its commands always keep the wheel
-limits. The last fallback is a braking ramp, never an exception or NaN.
+The follower computes the next wheel speeds from a reference and a pose in bounded time. Its commands are always within
+the wheel limits. The last fallback is a braking ramp, never an exception or NaN.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ BRAKING: Final = "braking"
 _INSTANT = 1e-9  # [s] durations below this are rounding errors
 
 FARTHEST = 1e6  # [m, rad] larger coordinates would overflow
-TOLERANCE = 1.01  # plans beyond this share of a limit count as failed; the final step removes a smaller excess
+TOLERANCE = 1.01  # a plan above this multiple of a limit counts as failed; a smaller excess is clipped at the end
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,8 @@ class FollowerSettings:
         patience: Maximum number of consecutive periods that use the previous plan after failed solves.
         wheel_delay: Dead time between a command and the response of the wheels [s].
         wheel_lag: Time constant of the wheels' first-order response after the dead time [s].
-        jump: Distance between two poses beyond which the robot was carried and its plan is discarded [m].
+        jump: Distance between the poses of two periods beyond which the plan is discarded, because the robot must have
+            been carried [m].
     """
 
     blocks: tuple[int, ...] = (1, 1, 1, 2, 2, 3, 4, 6)
@@ -89,8 +90,8 @@ class Command:
 class Follower:
     """Trajectory follower of one drive.
 
-    It assumes that the wheels have the last commanded speeds, which makes every program feasible. Pass `wheel_speeds`
-    to `step` if something else, such as a reflex, has commanded the wheels since.
+    The follower assumes that the wheels have the speeds that it commanded last, which makes every quadratic program
+    feasible. Pass `wheel_speeds` to `step` if something else, such as a reflex, has commanded the wheels since.
 
     Args:
         drive: Drive to command.
@@ -193,7 +194,10 @@ class Follower:
         return max(self.settings.wheel_lag - 0.5 * period, -self.settings.wheel_delay)
 
     def _ahead(self, pose: Pose2, turning: Array, lead: float) -> Pose2:
-        """Pose that responds to the coming command without lag; discards the plan after a jump of the pose."""
+        """Point ahead of the robot that responds to the coming command without lag, as a pose.
+
+        The plan is discarded if this pose has jumped since the last period.
+        """
         ahead = pose
         if lead != 0.0:
             twist = self.drive.twist(turning)
@@ -212,7 +216,7 @@ class Follower:
         return Pose2(pose.x, pose.y, wrap_angle(pose.yaw)), turning
 
     def _send(self, period: float) -> None:
-        """Queue the present command; apply those past the dead time at the period's end to the modelled wheels."""
+        """Queue the present command; apply queued commands older than the dead time to the modelled wheel speeds."""
         delay, lag = self.settings.wheel_delay, self.settings.wheel_lag
         if delay == lag == 0.0:
             return
@@ -227,7 +231,16 @@ class Follower:
             left -= arrived
 
     def _respond(self, turning: Array, wheels: Array, time: float) -> tuple[Array, Array]:
-        """Wheel speeds after a time [s] of one command, and their mean over that time, shape (w,) each [m/s]."""
+        """Model the response of the wheels to a command that is held for a time.
+
+        Args:
+            turning: Wheel speeds before, shape (w,) [m/s].
+            wheels: Commanded wheel speeds, shape (w,) [m/s].
+            time: Time [s].
+
+        Returns:
+            Wheel speeds after that time, and their mean over it, each of shape (w,) [m/s].
+        """
         lag = self.settings.wheel_lag
         if lag == 0.0:
             return wheels, wheels
@@ -235,7 +248,16 @@ class Follower:
         return wheels + decay * off, wheels + (lag / time) * (1.0 - decay) * off
 
     def _plan_ahead(self, pose: Pose2, stages: Array, period: float) -> tuple[Rung, Array]:
-        """Source of the command, and desired wheel speeds (w,) at the end of the period [m/s]."""
+        """Solve the quadratic program, or fall back to the previous plan or to braking.
+
+        Args:
+            pose: Pose from which the plan starts.
+            stages: Reference, as in `Preview.stages`.
+            period: Control period [s].
+
+        Returns:
+            Source of the command, and desired wheel speeds at the end of the period, shape (w,) [m/s].
+        """
         if period != self._shift_period:
             times = np.concatenate([[0.0], self._layout.ends[1:]]) + period
             self._shift, self._shift_period = self._layout.interpolation(times), period
@@ -255,7 +277,7 @@ class Follower:
 
 
 class _Program:
-    """Compiled program with preallocated buffers: a call overhead of 1 us instead of 100 us."""
+    """Compiled quadratic program with preallocated buffers, which reduce the call overhead from 100 us to 1 us."""
 
     def __init__(self, layout: Layout, settings: FollowerSettings) -> None:
         self._function = build(layout, settings.weights, settings.iterations)
@@ -273,7 +295,18 @@ class _Program:
         self._buffer.set_res(0, self._output.data)
 
     def solve(self, pose: Pose2, q: Array, start: Array, stages: Array) -> Array:
-        """Nodes of the plan from q on, shape (blocks + 1, n); NaN where the solver wrote nothing."""
+        """Solve the program.
+
+        Args:
+            pose: Pose of the robot, world frame.
+            q: Present drive coordinates, shape (n,).
+            start: Plan at which the problem is linearised, shape (blocks, n).
+            stages: Reference, as in `Preview.stages`.
+
+        Returns:
+            Drive coordinates now and at the end of each block, shape (blocks + 1, n); NaN where the solver wrote
+            nothing.
+        """
         self._input[:3] = pose
         self._input[3 : 3 + self._n] = q
         self._start[:] = start
@@ -293,7 +326,7 @@ def _moved(pose: Pose2, twist: Twist2, time: float) -> Pose2:
 
 
 def _leading(stages: Array, lead: float) -> Array:
-    """Stages (k, 6) moved on by `lead` [s] of their own twist, for the pose that responds without lag."""
+    """Reference stages (k, 6), each moved on by `lead` [s] of its own twist, to fit the pose that `_ahead` returns."""
     c, s = np.cos(stages[:, 2]), np.sin(stages[:, 2])
     moved = stages.copy()
     moved[:, 0] += lead * (c * stages[:, 3] - s * stages[:, 4])

@@ -36,7 +36,7 @@ class Weights:
 
     Attributes:
         along: Weight of the position error along the reference's heading [1/m2].
-        across: Weight of the position error across it [1/m2].
+        across: Weight of the position error across the reference's heading [1/m2].
         heading: Weight of the heading error [1/rad2].
         speed: Weight of the wheel speeds' difference from the reference [s2/m2].
         acceleration: Weight of the wheel accelerations [s4/m2].
@@ -53,7 +53,7 @@ class Weights:
 
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """Sizes and constant matrices of the program.
+    """Sizes and constant matrices of the quadratic program.
 
     Attributes:
         drive: Drive with the wheel limits.
@@ -73,7 +73,7 @@ class Layout:
 
     @cached_property
     def _content(self) -> tuple[object, ...]:
-        """All inputs of a program, for equality and hash."""
+        """All data that determine the program, for equality and hash."""
         drive = self.drive
         matrices = tuple((m.shape, m.tobytes()) for m in (drive.twist_from_q, drive.wheels_from_q))
         return matrices, drive.max_wheel_speed, drive.max_wheel_acceleration, self.blocks, self.dt
@@ -101,7 +101,7 @@ class Layout:
 
     @cached_property
     def ends(self) -> Array:
-        """Times of the plan's nodes, the first of them 0, shape (blocks + 1,) [s]."""
+        """Times of the plan's nodes: now (0) and the end of each block, shape (blocks + 1,) [s]."""
         return self.dt * np.concatenate([[0.0], np.cumsum(self.blocks)])
 
     @cached_property
@@ -167,7 +167,7 @@ def build(layout: Layout, weights: Weights, iterations: int) -> Any:
 
 
 def _linearise(ca: Any, layout: Layout, weights: Weights, p: Any) -> tuple[Any, Any, Any, Any]:
-    """Hessian, gradient, present q and the plan to linearise at, as expressions of p."""
+    """Hessian, gradient, present q and plan to linearise at, as expressions of the input vector p."""
     n, size = layout.n, layout.size
     now, plan = p[3 : 3 + n], p[3 + n : 3 + n + size]
     wanted = ca.reshape(p[3 + n + size :], 3 + n, layout.stages)

@@ -16,10 +16,10 @@ from ..geometry import Twist2
 from .drive import Array
 
 GROUP = 4
-"""Number of consecutive poses with a common search for the nearest points."""
+"""Number of consecutive poses for which the nearest points are searched together."""
 
 CLOSING = 0.008
-"""Approach of a point inside the margin that counts as contact [m]; below it the point is only passed."""
+"""Minimum approach of a point that is already within the margin to count as contact [m]; else the robot passes it."""
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ class Footprint:
         return least[: len(poses)]
 
     def contact_time(self, points: Array, twist: Twist2, times: Array, margin: float = 0.0) -> float:
-        """First time at which a hull with constant twist has a point within a margin.
+        """Predict when a point comes within a margin of the hull, for a robot that moves with constant twist.
 
         A point that is already within the margin counts only once it has come nearer by `CLOSING`, so that a robot
         close to an obstacle can leave or pass it.

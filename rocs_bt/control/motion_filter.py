@@ -74,7 +74,7 @@ class MotionFilter:
         self.covariance[:2, :2] = lever @ self._spread @ lever.T
 
     def predict(self, t: float) -> None:
-        """Propagate the state to time t [s]; an earlier time changes nothing."""
+        """Propagate the state to time t [s]; does nothing if t is before the time of the state."""
         dt = t - self.t
         if dt <= 0.0:
             return
@@ -110,13 +110,13 @@ class MotionFilter:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the position along its major axis [m]."""
+        """Standard deviation of the position along the major axis of its error ellipse [m]."""
         (a, b), (_, d) = self.covariance[:2, :2].tolist()
         return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
 
 
 def _disturbance(noise: MotionNoise, dt: float) -> Array:
-    """Process noise covariance of dt [s], shape (5, 5)."""
+    """Covariance of the process noise during a time dt [s], shape (5, 5)."""
     added = np.zeros((5, 5))
     q = noise.acceleration
     for axis in (0, 1):
@@ -127,7 +127,7 @@ def _disturbance(noise: MotionNoise, dt: float) -> Array:
 
 
 def _propagated(state: Array, dt: float, kept: float) -> tuple[Array, Array]:
-    """State (5,) after a coordinated turn, and its derivatives (5, 5) by the state before.
+    """State (5,) after a coordinated turn, and its Jacobian (5, 5) with respect to the state before.
 
     Args:
         state: (5,) State, as in `MotionFilter`.
@@ -149,14 +149,14 @@ def _propagated(state: Array, dt: float, kept: float) -> tuple[Array, Array]:
 
 
 def _inverse(matrix: Array) -> Array:
-    """Inverse of a positive matrix (2, 2), ten times faster than the general routine."""
+    """Inverse of a positive definite matrix (2, 2), ten times faster than the general routine."""
     (a, b), (c, d) = matrix.tolist()
     scale = 1.0 / (a * d - b * c)
     return np.array([[scale * d, -scale * b], [-scale * c, scale * a]])
 
 
 def _arc_terms(w: float, dt: float) -> tuple[float, float, float, float]:
-    """sin(w dt)/w and (1 - cos(w dt))/w [s], and their derivatives by w [s2]; their limits for small w."""
+    """sin(w dt)/w and (1 - cos(w dt))/w [s], and their derivatives by w [s2]; for small w their limits are used."""
     angle = w * dt
     if abs(angle) < 1e-4:
         return dt, 0.5 * angle * dt, -angle * dt * dt / 3.0, 0.5 * dt * dt

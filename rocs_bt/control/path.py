@@ -50,13 +50,13 @@ class Grid:
 class Path:
     """Polyline resampled at equal arc length, with heading and curvature.
 
-    Heading and curvature are those of chords over `REACH` each way, so a corner becomes a short, sharp bend, and the
-    small kinks of a sampled curve are smoothed. Repeated points are dropped. A path of one position (one point, or all
-    equal) is legal: length, heading and curvature are 0, and every point projects onto it.
+    Heading and curvature are computed from chords that reach `REACH` in both directions, so a corner becomes a short,
+    sharp bend, and the small kinks of a sampled curve are smoothed. Repeated points are dropped. A path of one position
+    (one point, or all points equal) is allowed: its length, heading and curvature are 0.
 
     Args:
         points: Positions along the path, world frame, shape (m, 2) [m].
-        spacing: Arc length between samples, reduced so that they fit evenly [m].
+        spacing: Maximum arc length between samples [m]; it is reduced so that the samples divide the path evenly.
 
     Attributes:
         length: Arc length [m].
@@ -64,7 +64,8 @@ class Path:
         samples: x [m], y [m], continuous heading [rad], curvature, left positive [1/m]; read-only, shape (n, 4).
 
     Raises:
-        InputError: No points, not (m, 2), not finite, or longer than `MAX_SAMPLES` times the spacing.
+        InputError: There are no points, they have another shape, they are not finite, or the path is longer than
+            `MAX_SAMPLES` times the spacing.
     """
 
     def __init__(self, points: npt.ArrayLike, spacing: float = SPACING) -> None:
@@ -89,7 +90,7 @@ class Path:
 
     @classmethod
     def line(cls, a: Sequence[float], b: Sequence[float]) -> Path:
-        """Straight path from a to b, of which the first two numbers are x and y [m]."""
+        """Straight path from a to b; their first two numbers are x and y, world frame [m]."""
         return cls([list(a[:2]), list(b[:2])])
 
     @classmethod
@@ -120,7 +121,7 @@ class Path:
         return rows if np.ndim(s) else rows[0]
 
     def sample(self, s: float) -> tuple[float, float, float, float]:
-        """Faster `at` for one arc length [m]: x [m], y [m], heading [rad], curvature [1/m]."""
+        """Interpolated x [m], y [m], heading [rad] and curvature [1/m] at one arc length [m]; faster than `at`."""
         x, y, heading, curvature = self._grid.row(s)
         return x, y, heading, curvature
 
@@ -139,9 +140,9 @@ class Path:
     def project(self, x: float, y: float, hint: float | None = None, window: float = 0.5, least: float = 0.0) -> float:
         """Arc length of the nearest point on the path [m].
 
-        With a hint the search begins near it, so a path that crosses itself is followed in order. The window doubles
-        while the best point is at its edge or farther away than half its width, so a robot that was carried away is
-        found again.
+        With a hint, only a window of the path around the hint is searched, so that a path that crosses itself is
+        followed in order. The window doubles while the nearest point is at its edge or farther away than half its
+        width, so that a robot that was carried away is found, too.
 
         Args:
             x: Position, world frame [m].
@@ -171,7 +172,7 @@ class Path:
             half *= 2
 
     def _refine(self, x: float, y: float, best: int) -> float:
-        """Arc length of the nearest point on the two segments that meet at a sample [m]."""
+        """Arc length of the point nearest to (x, y) on the two segments that meet at sample number `best` [m]."""
         nearest, found = math.inf, best * self.spacing
         for cell in (best - 1, best):
             if not 0 <= cell < self._cells:
@@ -220,7 +221,7 @@ def _bend(xy: Array, spacing: float) -> tuple[Array, Array]:
 
 
 def _arc(before: Array, corner: Array, after: Array, radius: float) -> Array:
-    """Points on the arc that rounds a corner, shape (k, 2) [m]; the corner itself if the path is straight there."""
+    """Points on the arc that rounds a corner, shape (k, 2) [m]; only the corner if the path is straight there."""
     to, away = corner - before, after - corner
     length_to, length_away = float(np.hypot(*to)), float(np.hypot(*away))
     to, away = to / length_to, away / length_away

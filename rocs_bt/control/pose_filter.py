@@ -20,7 +20,7 @@ from .drive import Array
 
 @dataclass(frozen=True)
 class PoseNoise:
-    """Noise parameters of the filter, as standard deviations; growing ones are given for one unit of motion or time.
+    """Noise parameters of the filter, as standard deviations; those that grow are given for one unit of motion or time.
 
     Attributes:
         along: Error of the driven distance, after a metre [m].
@@ -97,7 +97,12 @@ class PoseFilter:
         self.covariance[1, 0] += (a - b) * c * s
 
     def widen(self, distance: float, angle: float) -> None:
-        """Increase the uncertainty: add standard deviations of the position [m] and of the heading [rad]."""
+        """Increase the uncertainty by an independent error with these standard deviations.
+
+        Args:
+            distance: Standard deviation of each coordinate of the position [m].
+            angle: Standard deviation of the heading [rad].
+        """
         self.covariance[[0, 1, 2], [0, 1, 2]] += distance**2, distance**2, angle**2
 
     def fix_position(self, x: float, y: float) -> None:
@@ -115,12 +120,18 @@ class PoseFilter:
 
     @property
     def spread(self) -> float:
-        """Standard deviation of the position along its major axis [m]."""
+        """Standard deviation of the position along the major axis of its error ellipse [m]."""
         (a, b), (_, d) = self.covariance[:2, :2].tolist()
         return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
 
     def _correct(self, which: Sequence[int], error: Array, deviation: float) -> None:
-        """Correct by a measurement of some state variables, all with the same standard deviation."""
+        """Correct the state by a measurement of some of its variables.
+
+        Args:
+            which: Indices of the measured variables.
+            error: Measured minus estimated values.
+            deviation: Standard deviation of each measured value.
+        """
         chosen = np.eye(4)[list(which)]
         across = self.covariance @ chosen.T
         spread = deviation**2 * np.eye(len(which))

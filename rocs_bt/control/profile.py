@@ -15,12 +15,12 @@ from .drive import Array, Drive
 from .path import Path
 
 CRAWL = 1e-6
-"""Minimum speed for the passing times [m/s]; lower speeds of a profile are rounding errors."""
+"""Minimum speed in the computation of passing times [m/s]; lower speeds of a profile are rounding errors."""
 
 
 @dataclass(frozen=True, eq=False)
 class SpeedProfile:
-    """Speed limits at a path's samples, and passing times at these speeds.
+    """Speed profile: the speed limit at each sample of a path, and the passing times at these speeds.
 
     Attributes:
         stations: Arc lengths of the samples, shape (n,) [m].
@@ -40,7 +40,7 @@ class SpeedProfile:
     _squared: Array = field(init=False, repr=False)
 
     def speed(self, s: float | Array) -> Array:
-        """Limits at arc lengths s [m], shape () or (k,) [m/s]; linear in the squared speed (constant acceleration)."""
+        """Speed limits at arc lengths s [m], shape () or (k,) [m/s]; the squared speed is interpolated linearly."""
         return np.sqrt(np.interp(s, self.stations, self._squared))
 
     def time(self, s: float) -> float:
@@ -52,7 +52,7 @@ class SpeedProfile:
         return np.asarray(np.interp(time, self.times, self.stations))
 
     def ahead(self, s: float, speed: float, limit: float, times: Array) -> Array:
-        """Predicted arc lengths of a robot that accelerates within the limits.
+        """Predict the arc lengths of a robot on the path that accelerates as fast as the profile allows.
 
         Args:
             s: Present arc length [m].
@@ -69,7 +69,7 @@ class SpeedProfile:
         found: Array = s + 0.5 * (speed + gained) * times
         over = gained > self.speed(found)
         first = int(over.argmax())
-        if over[first]:  # after the last time of free acceleration, the profile's own passing times apply
+        if over[first]:  # from where the profile limits the speed, its own passing times apply
             start, since = (float(found[first - 1]), float(times[first - 1])) if first else (s, 0.0)
             found[first:] = self.station(self.time(start) - since + times[first:])
         return found

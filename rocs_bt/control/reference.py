@@ -1,4 +1,4 @@
-"""References for the follower: a path, timed poses, or a turn on the spot."""
+"""References for the trajectory follower: a path with a speed profile, timed poses, or a turn on the spot."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .profile import SpeedProfile
 
 TURN_RATE = 1.5  # [rad/s] slow enough for sonars
 TURN_ACCELERATION = 4.0  # [rad/s2]
-SHARP = math.radians(100.0)  # beyond this angle a corner leads back, and the robot turns on the spot
+SHARP = math.radians(100.0)  # at a sharper corner the robot turns on the spot
 
 
 class Preview(NamedTuple):
@@ -46,24 +46,24 @@ class Reference(ABC):
         Args:
             pose: Pose of the robot, world frame, predicted by the follower.
             twist: Velocity of the robot, body frame.
-            times: Times of the stages after the time of that pose, ascending, shape (k,) [s].
-            lead: Time of that pose after the present time [s].
+            times: Times of the stages, relative to the time of `pose`, ascending, shape (k,) [s].
+            lead: Time of `pose`, relative to the present time [s].
         """
 
 
 class PathReference(Reference):
-    """Path with a speed profile, sampled from the robot's present arc length.
+    """Path with a speed profile, sampled from the robot's present arc length on.
 
-    A delayed robot therefore continues from its position instead of chasing a moving target. The arc lengths are s0 +
-    the integral of min(profile(s), v + a t). A robot with a large heading error turns on the spot first, and so does a
-    robot at a sharp corner, after which the arc length is that of the next leg's start.
+    A delayed robot therefore continues from its position instead of chasing a moving target. The arc length at time t
+    is s0 plus the integral of min(profile(s), v + a t). A robot with a large heading error turns on the spot first. A
+    robot at a sharp corner also turns on the spot, then continues from the beginning of the next leg.
 
     Args:
-        path: Path.
-        profile: Speed profile of the same path.
+        path: Path to follow.
+        profile: Speed profile of this path.
         turn_first: Heading error beyond which the robot turns on the spot [rad].
-        turn_rate: Maximum rate of that turn [rad/s].
-        turn_acceleration: Angular acceleration of that turn [rad/s2].
+        turn_rate: Maximum turn rate on the spot [rad/s].
+        turn_acceleration: Angular acceleration on the spot [rad/s2].
         pivot: Pivot of the drive ahead of its base, see `Drive.pivot` [m].
 
     Raises:
@@ -100,7 +100,7 @@ class PathReference(Reference):
 
     @property
     def remaining(self) -> float:
-        """Arc length to the end [m]."""
+        """Arc length from the robot to the end of the path [m]."""
         return self.path.length - (self.s or 0.0)
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
@@ -124,7 +124,7 @@ class PathReference(Reference):
         return Preview(stages, cross, error)
 
     def _project(self, pose: Pose2) -> float:
-        """Arc length of the robot on the path [m]; never before a sharp corner that it has reached."""
+        """Arc length of the robot on the path [m]; never before a sharp corner that the robot has reached."""
         if not self._corners:
             return self.path.project(pose.x, pose.y, self.s)
         passed = max((leg for leg in self._corners if leg <= (self.s or 0.0)), default=0.0)
@@ -223,7 +223,7 @@ class TurnReference(Reference):
 
 
 def _sharp_corners(path: Path) -> list[float]:
-    """Arc lengths at which the heading of a path changes by more than SHARP within REACH each way [m]."""
+    """Arc lengths of sharp corners [m]: the heading changes by more than SHARP from REACH before to REACH after."""
     if path.length <= 2.0 * REACH:
         return []
     cells, heading = round(REACH / path.spacing), path.samples[:, 2]
@@ -233,7 +233,16 @@ def _sharp_corners(path: Path) -> list[float]:
 
 
 def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: float, times: Array) -> tuple[Array, Array]:
-    """Yaws [rad] and turn rates [rad/s] of a trapezoidal turn by `error` from `yaw`, at a present rate of `turn`."""
+    """Yaws [rad] and turn rates [rad/s] of a turn with trapezoidal rate profile.
+
+    Args:
+        yaw: Present yaw [rad].
+        error: Angle to turn, left positive [rad].
+        turn: Present turn rate [rad/s].
+        rate: Maximum turn rate [rad/s].
+        acceleration: Angular acceleration [rad/s2].
+        times: Times from now on, shape (k,) [s].
+    """
     if error * turn < 0.0 and abs(error) > math.pi - 0.3:
         error -= math.copysign(math.tau, error)  # already near the half turn: continue instead of reversing
     sign = math.copysign(1.0, error)
@@ -250,7 +259,14 @@ def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: floa
 
 
 def _turn_stages(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
-    """Reference poses and twists of a turn on the spot, about a pivot ahead of the base [m], shape (k, 6)."""
+    """Stages of a turn on the spot, as in `Preview.stages`, shape (k, 6).
+
+    Args:
+        pose: Present pose of the base, world frame.
+        yaws: Yaws, shape (k,) [rad].
+        rates: Turn rates, shape (k,) [rad/s].
+        pivot: Distance from the base forward to the point about which the robot turns [m].
+    """
     stages = np.zeros((len(yaws), 6))
     stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = pose.x, pose.y, yaws, rates
     if pivot != 0.0:

@@ -1,6 +1,6 @@
-"""E of MAPE-K: takes actions from the pipeline, decomposes and executes them (paper, 4.2).
+"""Execute block of MAPE-K: takes actions from the pipeline, decomposes and executes them (paper, 4.2).
 
-Imported by `agent` and the layers above; the other blocks never import it.
+Only `agent` and the packages above it import this package.
 """
 
 from .body import CommandedActuator, RobotBody

@@ -1,4 +1,4 @@
-"""RobotBody: interface of the robot for actions, with actuators that record every command."""
+"""RobotBody: what actions can use of the robot, with actuators that record every command."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class ControlPeriod:
 
 
 class CommandedActuator(Actuator):
-    """Actuator for actions: records the commands that the device gets; a command lasts one control period.
+    """Actuator that actions command. Each command lasts one control period and is recorded as the device gets it.
 
     Args:
         gate: Safety gate of the actuator.
@@ -55,7 +55,7 @@ class CommandedActuator(Actuator):
         period = self._body.control_period
         if not period.open:
             return
-        # Before the command: a device that raises may move nevertheless, and must then go to neutral.
+        # Set before the command: a device that raises may move nevertheless, and must then go to neutral.
         self._active = True
         try:
             given = self._gate.give(values, period.action)
@@ -76,7 +76,7 @@ class CommandedActuator(Actuator):
         self._fresh = False
 
     def settle(self) -> None:
-        """End the period: without a command in it the actuator goes to neutral."""
+        """End the control period: the actuator goes to neutral if it got no command in this period."""
         if self._active and not self._fresh:
             self.neutral()
         self._fresh = False
@@ -147,12 +147,12 @@ class RobotBody:
             actuator.neutral()
 
     def withdraw(self) -> None:
-        """Discard the commands of this period: actuators that no other action commands go to neutral in `settle`."""
+        """Discard the commands of this period. Actuators that get no new command then go to neutral in `settle`."""
         self.control_period.commanded = False
         for actuator in self.actuators.values():
             actuator.withdraw()
 
     def settle(self) -> None:
-        """End the period: each actuator without a command in it goes to neutral, once."""
+        """End the control period: each actuator that got no command in this period goes to neutral, once."""
         for actuator in self.actuators.values():
             actuator.settle()

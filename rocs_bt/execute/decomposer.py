@@ -13,17 +13,18 @@ MAX_DEPTH = 16
 """Maximum nesting depth of macro-actions."""
 
 MAX_STEPS = 64
-"""Maximum number of decomposition steps without an atomic action."""
+"""Maximum number of decomposition steps in a row that give no atomic action."""
 
 
 class ActionDecomposer:
-    """Decomposition of one submitted action: a stack of macro-actions, each suspended in its `decompose`.
+    """Decomposition of one submitted action: a stack of macro-actions, each suspended in its method `decompose`.
 
-    A macro-action yields its next action only after the previous one has ended, so it reads the Knowledge of that time.
+    A macro-action yields its next action only after the previous one has ended, so its decisions use the Knowledge of
+    that time.
 
     Args:
         action: Submitted action.
-        body: Argument of every `decompose`.
+        body: Body of the robot, which is passed to every `decompose`.
     """
 
     def __init__(self, action: Action, body: Body) -> None:
@@ -35,7 +36,7 @@ class ActionDecomposer:
         self._take(action)
 
     def next(self) -> AtomicAction | None:
-        """Present atomic action: the same one until it has ended; None if the decomposition is complete.
+        """Atomic action to run: the same one until it has ended; None if the decomposition is complete.
 
         Raises:
             ActionFailed: A macro-action failed and no outer one handled the failure; or there was no atomic action
@@ -54,7 +55,7 @@ class ActionDecomposer:
         return bool(self._stack)
 
     def lines(self) -> Iterator[CodeLocation]:
-        """Lines of content at which macro-actions are suspended, innermost first."""
+        """Source lines of users' macro-actions at which these are suspended, innermost first."""
         for _, steps in reversed(self._stack):
             if (line := waiting_at(steps)) is not None:
                 yield line
@@ -64,7 +65,7 @@ class ActionDecomposer:
         self._atomic = None
 
     def failed(self, failure: Failure) -> None:
-        """Record the failure of the atomic action: `ActionFailed` is raised at the yield of its macro-action.
+        """Record the failure of the atomic action: `ActionFailed` is raised in the macro-action that yielded it.
 
         Raises:
             ActionFailed: No macro-action handled the failure.
@@ -73,7 +74,7 @@ class ActionDecomposer:
         self._resume(failure)
 
     def cancel(self) -> None:
-        """Stop the atomic action, then its macro-actions from the inside out, each once."""
+        """Stop the atomic action, then the macro-actions around it, the innermost first."""
         with ExitStack() as ends:  # last in, first out; each is called even if another raises
             ends.callback(self.close)
             for macro, _ in self._stack:

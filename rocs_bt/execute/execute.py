@@ -1,4 +1,4 @@
-"""Execute: executes the actions in the pipeline, one control period at a time (paper, 4.2 and 5.2)."""
+"""Execute: block of MAPE-K that runs the actions in the pipeline, period by period (paper, 4.2 and 5.2)."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from .body import RobotBody
 from .decomposer import ActionDecomposer
 
 BehaviorPipeline = Pipeline
-"""Name of the pipeline in the paper, where it is a module of Execute."""
+"""The paper's name of Pipeline, which is a module of Execute there."""
 
 MAX_TRANSITIONS = 16
-"""Maximum number of actions of one ticket in one period without a command."""
+"""Maximum number of actions of one ticket that may end in one period without a command."""
 
 _ROUTES = {Priority.HIGH: "reactive", Priority.NORMAL: "deliberative"}
 
 
 class AtomicActionExecutor:
-    """Runs atomic actions on a body and emits an event at the start of each.
+    """Runs atomic actions on the robot's body, and emits an event when an action starts.
 
     Args:
         body: Body of the robot.
@@ -37,11 +37,11 @@ class AtomicActionExecutor:
         """Run an action for one control period.
 
         Args:
-            action: The action.
-            ticket: Number of its ticket.
+            action: Atomic action.
+            ticket: Number of the ticket to which the action belongs.
 
         Returns:
-            Result of the action; a raised ActionFailed or InputError is returned as a Failure.
+            Result of the action. If the action raises ActionFailed or InputError, this is returned as a Failure.
 
         Raises:
             PipelineError: The action returned neither a Progress nor a Failure.
@@ -71,7 +71,7 @@ class AtomicActionExecutor:
 
 
 class Execute:
-    """Runs the actions in the pipeline, one control period at a time.
+    """Execute block: runs the actions in the pipeline, one control period at a time.
 
     Each submitted action has a ticket, which holds its priority and state. Every period, Execute takes the ticket with
     the highest priority and runs one atomic action of it. A macro action is decomposed step by step: its next action is
@@ -88,8 +88,9 @@ class Execute:
         body: Body of the robot.
 
     Attributes:
-        broken: Whether Execute itself failed; it is set before the ticket fails, so that the plan does not react to it.
-        on_exception: Handler of the exceptions of actions; None raises them.
+        broken: Whether Execute itself failed. It is set before the ticket fails, so that the plan does not react to
+            that failure.
+        on_exception: Handler of exceptions that actions raise; None to raise them.
     """
 
     def __init__(self, pipeline: Pipeline, body: RobotBody) -> None:
@@ -123,7 +124,7 @@ class Execute:
         called. Exceptions outside of actions propagate to the agent.
 
         Args:
-            t: Time [s].
+            t: Present time [s].
         """
         with self._lock:
             period = self._body.control_period
@@ -212,7 +213,7 @@ class Execute:
                 return True
 
     def _advance(self) -> bool:
-        """Run the atomic action once; True if it ends this period."""
+        """Run the atomic action once; returns whether Execute has finished this period."""
         ticket = self._ticket
         if ticket is None:
             return True
@@ -238,7 +239,7 @@ class Execute:
         return self._body.control_period.commanded
 
     def _end(self, failure: Failure | None) -> None:
-        """End the ticket with success (None) or a failure; if it was cancelled, stop its actions instead."""
+        """End the ticket, with success if `failure` is None; if the ticket was cancelled, stop its actions instead."""
         ticket, decomposer = self._ticket, self._decomposer
         if ticket is None:
             return
@@ -258,7 +259,12 @@ class Execute:
             self._handling(decomposer.cancel, ticket)
 
     def _handling(self, step: Callable[[], None], ticket: Ticket | None = None) -> None:
-        """Call a function in which an action of an inactive ticket may raise, and handle its exception."""
+        """Call a function that runs code of an action, and handle an exception of the action.
+
+        Args:
+            step: Function to call.
+            ticket: Ticket of the action, if it is known.
+        """
         try:
             step()
         except BaseException as error:  # an action may raise anything

@@ -115,7 +115,7 @@ def _sum(values: Sequence[float]) -> float:
 
 
 def hypot(a: float, b: float) -> float:
-    """Hypotenuse as computed by the C library, for agreement with the kernel; `math.hypot` differs in the last digit."""
+    """Hypotenuse as the C library and so the kernel compute it; `math.hypot` differs in the last digit."""
     try:
         return abs(complex(a, b))
     except OverflowError:

@@ -286,7 +286,7 @@ class _Lowering:
         cells: list[float] | None = None,
         truth: bool | None = None,
     ) -> int:
-        """Append an instruction; returns the register of its result, or that of an equal instruction if there is one."""
+        """Append an instruction, unless an equal one exists; returns the register of the result."""
         n = max(1, node.kind.size if n is None else n)
         first = int(cells[0] > 0.0) if op is Op.HELD and cells else 0
         key = (op, n, a, b, c, wide, first)

@@ -1,6 +1,6 @@
-"""M of MAPE-K: monitors read sensors, interpret readings, write signals to Knowledge and publish them (paper, 4.2).
+"""Monitor block of MAPE-K: monitors read sensors, write signals to Knowledge and publish them (paper, 4.2).
 
-Imported by `agent` and the layers above; other blocks never import it.
+Only `agent` and the packages above it import this package.
 """
 
 from collections.abc import Mapping

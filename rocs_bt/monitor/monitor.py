@@ -22,7 +22,7 @@ from ..raised import Raised
 from ..signal import Signal
 
 MOVING = 0.05
-"""Wheel linear speed above which consecutive samples must differ [m/s]."""
+"""Wheel linear speed above which consecutive samples of a sensor must differ by default [m/s]."""
 
 _STAMP = attrgetter("stamp")
 
@@ -34,12 +34,12 @@ Problem = str | Raised
 
 @dataclass
 class MonitoredSensor:
-    """A sensor with the state that its monitor keeps.
+    """Sensor, with its rate and with the state that its monitor keeps about it.
 
     Attributes:
-        sensor: Device.
-        rate: Reading rate, in control periods.
-        max_age: Validity of a reading [s]; None for three of its periods.
+        sensor: Sensor device.
+        rate: Rate at which the sensor is read, in control periods.
+        max_age: Time for which a reading is valid [s]; None for three reading periods.
     """
 
     sensor: Sensor
@@ -53,19 +53,20 @@ class MonitoredSensor:
 
 
 class Monitor(ABC):
-    """Reads its sensors when they are due, interprets the readings, writes the signals and publishes them.
+    """Base class of monitors, which read sensors, interpret the readings, and write and publish signals.
 
     A user's monitor implements `interpret` and `signals` (paper, 5.3: a deliberative extension point). If a sensor
-    fails or freezes, or a sensor or monitor raises, its signals become stale or NaN; there is no other indication of a
-    failure. The start of a failure is reported once, and the sensor is read again in the next period.
+    fails or freezes, or the sensor's driver or the monitor raises an exception, the signals become stale or NaN; rules
+    and plans notice a failure only by that. An event reports the start of a failure, and the sensor is read again in
+    the next period.
 
     Args:
         name: Name in robot.toml.
-        monitored: Sensors, of one kind or several.
-        knowledge: Knowledge to write signals to and to read.
-        sink: Event sink.
-        frozen_after: Time of bit-identical finite values after which a sensor that must vary counts as broken [s];
-            +inf for never.
+        monitored: Sensors of the monitor.
+        knowledge: Knowledge to which signals are written.
+        sink: Sink that receives the monitor's events.
+        frozen_after: Time after which a sensor counts as broken if its finite values stay bit-identical although they
+            must vary [s]; +inf for never.
     """
 
     def __init__(
@@ -88,20 +89,20 @@ class Monitor(ABC):
 
     @property
     def rate(self) -> Rate:
-        """Rate of its fastest sensor."""
+        """Rate of the monitor's fastest sensor."""
         return min((m.rate for m in self.monitored), key=lambda r: r.every)
 
     @cached_property
     def max_age(self) -> float:
-        """Validity of its signals: the largest `max_age` of its sensors [s]."""
+        """Time for which the monitor's signals are valid [s]: the largest `max_age` of its sensors."""
         return max(3.0 * m.rate.period if m.max_age is None else m.max_age for m in self.monitored)
 
     @abstractmethod
     def signals(self) -> Sequence[Signal]:
-        """Signals that it writes, declared in Knowledge before the first period."""
+        """Declarations of the signals that the monitor writes; they are added to Knowledge before the first period."""
 
     def expects(self) -> Mapping[str, int]:
-        """Names of the sensors that it needs, and the number of values of each; none by default."""
+        """Names of the sensors that the monitor needs, and the number of values of each; none by default."""
         return {}
 
     @abstractmethod
@@ -116,42 +117,42 @@ class Monitor(ABC):
         """
 
     def stamp(self, readings: Mapping[str, Reading]) -> float:
-        """Time stamp of the signals from these readings: that of the oldest one [s].
+        """Time stamp of the signals that result from readings [s]: that of the oldest reading.
 
-        A monitor that keeps readings between periods must include them.
+        A monitor that also uses readings of earlier periods must override this method to include these.
         """
         oldest: float = min(map(_STAMP, readings.values()))
         return oldest
 
     def varies(self, sensor: str) -> bool:
-        """Whether consecutive samples of a sensor must differ now; checked only with a finite `frozen_after`.
+        """Whether consecutive samples of a sensor must differ at present; called only if `frozen_after` is finite.
 
-        By default they must differ while any wheel turns.
+        By default, samples must differ while any wheel turns.
         """
         return bool(np.any(np.abs(self.knowledge.robot.wheel_speeds()) > MOVING))
 
     def reject(self, sensor: str, reading: Reading) -> str:
         """Reason to reject an implausible reading, which then counts as NaN; empty to accept it.
 
-        By default all readings are accepted. Called once per reading, in order.
+        By default all readings are accepted. The method is called once per reading, in order.
         """
         return ""
 
     def attach(self, analyze: MonitorSubscriber) -> None:
-        """Connect an Analyze to the signals of this monitor.
+        """Connect an analyser to the signals of this monitor.
 
         Raises:
-            WiringError: The argument is not an Analyze.
+            WiringError: The argument is not an analyser.
         """
         check_wire(f"Monitor '{self.name}'", analyze, MonitorSubscriber)
         self._publisher.connect(analyze.inbox)
 
     def due(self, count: int) -> bool:
-        """Whether any of its sensors is due in this control period."""
+        """Whether any sensor of the monitor is due in the control period with this number."""
         return any(m.rate.due(count) for m in self.monitored)
 
     def run(self, t: float, count: int) -> None:
-        """Read the sensors that are due, interpret, write and publish.
+        """Read the sensors that are due, interpret the readings, and write and publish the signals.
 
         Args:
             t: Present time [s].
@@ -188,7 +189,11 @@ class Monitor(ABC):
             self._publisher.publish(t, written)
 
     def _read(self, monitored: MonitoredSensor, t: float) -> tuple[Reading | None, Problem]:
-        """Reading of a sensor, NaN if it was rejected or the sensor raised, and its fault."""
+        """Read a sensor.
+
+        Returns:
+            Reading, with NaN if it was rejected or the sensor raised an exception, or None; and the fault.
+        """
         sensor, raised = monitored.sensor, None
         try:
             reading = sensor.read()
@@ -231,7 +236,7 @@ class Monitor(ABC):
         return monitored.unchanged > self._frozen_after
 
     def _bounded(self, written: Signals) -> tuple[Signals, str]:
-        """Signals with NaN for values out of bounds, as stored in Knowledge, and a message about one such value."""
+        """Replace values out of bounds by NaN, as Knowledge does; returns the signals and a message about one value."""
         bounded, beyond = {}, ""
         for name, values in written.items():
             low, high = self.knowledge.signals.spec(name).bounds
@@ -251,7 +256,7 @@ class Monitor(ABC):
         monitored.failed = bool(problem)
 
     def _report_exception(self, t: float, error: BaseException) -> None:
-        """Report an exception of the monitor itself, once until it stops raising."""
+        """Report an exception of the monitor itself, but only the first of consecutive periods in which it raises."""
         if not self._raises:
             self._raises = True
             raised = Raised.of("monitor", self.name, error, self.interpret)

@@ -14,7 +14,7 @@ from ..units import ANGLE, LENGTH, NONE
 from .monitor import Monitor
 
 TAGS = 1e6
-"""Largest plausible tag."""
+"""Largest plausible tag, which is the number that identifies a robot."""
 
 
 class PeerMonitor(Monitor):

@@ -17,7 +17,7 @@ FARTHEST = 1e6
 """Largest plausible coordinate [m]."""
 
 TURNING = 0.1
-"""Turn rate by the wheels above which consecutive orientations must differ [rad/s]."""
+"""Turn rate, computed from the wheels, above which consecutive orientations must differ [rad/s]."""
 
 
 class PoseMonitor(Monitor):

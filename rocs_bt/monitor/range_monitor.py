@@ -1,4 +1,4 @@
-"""RangeMonitor: ranges and the standard groups that rules use."""
+"""RangeMonitor: ranges of sonars or similar sensors, and the standard groups of beams that rules use."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ from ..units import LENGTH
 from .monitor import Monitor
 
 MOST_BEAMS = 1000
-"""Maximum number of beams of one sensor: each adds a number to every snapshot."""
+"""Maximum number of beams of one sensor; it is limited because each beam adds a value to every snapshot."""
 
 
 @dataclass(frozen=True)
 class BeamGroup:
-    """Beams of a group.
+    """Group of beams of a range sensor.
 
     Attributes:
-        beams: Indices into the values of the sensor; empty for a blind group.
+        beams: Indices of the beams in the values of the sensor; empty for a blind group.
         weights: Weight of each beam, in (0, 1].
     """
 
@@ -33,7 +33,7 @@ class BeamGroup:
 
     @cached_property
     def weighed(self) -> tuple[tuple[int, float], ...]:
-        """Pairs of beam and weight."""
+        """Pairs of beam index and weight."""
         return tuple(zip(self.beams, self.weights, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""ScanMonitor: scan of a lidar and the standard groups that rules use."""
+"""ScanMonitor: ranges of a lidar, and the standard groups of sectors that rules use."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from .monitor import Monitor
 Array = npt.NDArray[np.float64]
 
 SCAN = "scan"
-"""Signal with the ranges."""
+"""Name of the signal with the ranges of the lidar."""
 
 MOST_BEAMS = 4000
-"""Maximum number of rays: each adds a number to every snapshot."""
+"""Maximum number of rays; it is limited because each ray adds a value to every snapshot."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,13 @@ class ScanMonitor(Monitor):
 
 
 def _to_hull(bearings: Array, mount: Pose2, half: tuple[float, float]) -> Array:
-    """Length of each ray inside the hull's box, shape (beams,) [m]; 0 if the scanner is outside the box."""
+    """Length of the part of each ray inside the hull, shape (beams,) [m]; 0 if the scanner is outside the hull.
+
+    Args:
+        bearings: Bearings of the rays from the scanner's axis, left positive, shape (beams,) [rad].
+        mount: Pose of the scanner, body frame.
+        half: Half the length and half the width of the hull [m].
+    """
     x, y, yaw = mount
     if abs(x) > half[0] or abs(y) > half[1]:
         return np.zeros_like(bearings)

@@ -1,7 +1,7 @@
 """Plan block of MAPE-K: decides what to do next, with a behaviour tree or a user's own planner (paper, 4.2 and 5.2).
 
-Connects the trees of `rocs_bt.trees` to an agent. Imported by `agent`, the layers above and missions; the other blocks
-never import it.
+The package connects the trees of `rocs_bt.trees` to an agent. Only `agent`, the packages above it, and missions import
+it.
 """
 
 from .act import Act

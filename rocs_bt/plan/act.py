@@ -1,4 +1,4 @@
-"""Act: leaf that executes an action."""
+"""Act: leaf of a behaviour tree that executes an action of the robot."""
 
 from __future__ import annotations
 
@@ -16,31 +16,31 @@ from ..trees.xml.write import value_text
 from .context import MissionContext
 
 PROGRESS = 0.05
-"""Reduction of the remaining distance [m] that counts as progress."""
+"""Minimum reduction of the remaining distance to the goal that counts as progress [m]."""
 
 MAX_PREEMPTIONS = 30
 """Maximum number of pre-emptions by reflexes without progress before the leaf fails."""
 
 
 class Act(Leaf):
-    """Submits one action to the pipeline and returns its state; it never blocks.
+    """Leaf that submits one action to the pipeline and returns the action's state; it never blocks.
 
-    RUNNING while the action is queued or runs, SUCCESS or FAILURE when it has ended, with the reason in
-    `feedback_message`. When a reflex cancels the action, the leaf stays RUNNING and submits the action again once the
-    reflex is over. The new submission uses current knowledge and what the action's `resume` takes over from the
-    cancelled one. A leaf that is halted cancels its own ticket, and only that.
+    The leaf is RUNNING while the action is queued or runs, and returns SUCCESS or FAILURE when the action has ended,
+    with the reason in `feedback_message`. When a reflex cancels the action, the leaf stays RUNNING and submits a new
+    action after the reflex. The new action uses current knowledge, and its method `resume` can take over state of the
+    cancelled one. When the leaf is halted, it cancels its action.
 
     Args:
         name: Name in displays.
-        mission: Mission of the leaf.
-        make: Function that creates the action, called for each submission.
-        max_preemptions: Maximum number of pre-emptions without progress.
+        mission: Context of the mission that contains the leaf.
+        make: Function that creates the action; it is called for each submission.
+        max_preemptions: Maximum number of pre-emptions by reflexes without progress; then the leaf fails.
 
     Attributes:
         make: Function that creates the action without submitting it.
-        ticket: Current ticket, or the last one.
-        replans: Number of submissions after a reflex.
-        failure: Reason of the failure; None if the leaf has not failed.
+        ticket: Ticket of the last submission; None before the first.
+        replans: Number of submissions after an interruption by a reflex or an exception.
+        failure: Reason why the leaf failed; None if it has not failed.
     """
 
     def __init__(
@@ -102,7 +102,7 @@ class Act(Leaf):
         return Status.RUNNING
 
     def terminate(self, new_status: Status) -> None:
-        # py_trees also terminates leaves with INVALID that have ended already: those have nothing to cancel.
+        # py_trees also calls this for leaves that have already ended; these have nothing to cancel.
         if new_status is Status.INVALID and self.status is Status.RUNNING and self.ticket is not None:
             self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
             self._drop_goal()
@@ -115,7 +115,12 @@ class Act(Leaf):
         self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 
     def _resubmit(self, ticket: Ticket, cause: str) -> Status:
-        """Submit the action again after a reflex or an exception interrupted it."""
+        """Submit a new action after a reflex or an exception interrupted the previous one.
+
+        Args:
+            ticket: Ticket of the interrupted action.
+            cause: Name of the reflex rule, or text about the exception.
+        """
         if not self._counted and self._stuck(ticket):
             reading = self.mission.rule_reading(cause)
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"
@@ -130,7 +135,7 @@ class Act(Leaf):
         return Status.RUNNING
 
     def _stuck(self, ticket: Ticket) -> bool:
-        """Count this pre-emption, once; progress beyond the nearest approach so far resets the count."""
+        """Count a pre-emption; returns whether the maximum is exceeded. Progress towards the goal resets the count."""
         self._counted = True
         left = ticket.action.remaining(self.mission.knowledge)
         if left <= self._nearest - PROGRESS:
@@ -141,13 +146,13 @@ class Act(Leaf):
     def _fail(self, failure: Failure) -> Status:
         self.failure = failure
         self.feedback_message = str(failure)
-        if self.ticket is not None:  # also if it waits for the end of a reflex
+        if self.ticket is not None:  # the action may still wait for the end of a reflex
             self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
         self._drop_goal()
         return Status.FAILURE
 
     def _drop_goal(self) -> None:
-        """Stop pursuing the goal of the action; a cancelled action cannot do so itself."""
+        """Remove the action's goal from the world model as the pursued goal; a cancelled action cannot do so itself."""
         world = self.mission.knowledge.world
         goal = None if self.ticket is None else getattr(self.ticket.action, "goal", None)
         if goal is not None and world.pursued() == goal:

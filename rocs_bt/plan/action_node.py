@@ -1,4 +1,4 @@
-"""Action nodes that a document may name: `<GoTo goal="dock" cruise="0.5 m/s"/>`."""
+"""Action nodes of XML missions, one class for each action: `<GoTo goal="dock" cruise="0.5 m/s"/>`."""
 
 from __future__ import annotations
 
@@ -17,13 +17,14 @@ from .context import MissionContext, mission_of
 
 
 class ActionNode(Act):
-    """Base class of nodes that execute an action; see `action_nodes`.
+    """Base class of tree nodes that execute an action of the robot; `action_nodes` creates the classes.
 
-    The ports are the action's parameters. They are read when the action is submitted, also after a reflex; parameters
-    that the action declares as live are read in each tick. Omitted ports take the action's defaults.
+    The ports are the action's parameters. They are read when the action is submitted, and again when it is submitted
+    after a reflex. Parameters that the action declares as live are read in each tick. A port that is omitted takes the
+    action's default.
 
     Attributes:
-        action: Name in the action table.
+        action: Name of the action in the action table.
     """
 
     action: ClassVar[str] = ""
@@ -48,7 +49,7 @@ class ActionNode(Act):
         return super().update()
 
     def written(self) -> None:
-        """The node's own ports, because it was created by name."""
+        """Write the node's own tag and ports, because a document can contain it."""
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         mission = self.runtime.owner
@@ -70,7 +71,7 @@ class ActionNode(Act):
 
 
 def action_nodes(actions: Mapping[str, type[Action]]) -> list[type[ActionNode]]:
-    """Create a node class for each action of a table, named like the action, with its parameters as ports."""
+    """Create a node class for each action of a table. The class has the action's name, and its parameters as ports."""
     return [_node(name, action) for name, action in sorted(actions.items())]
 
 
@@ -89,7 +90,13 @@ def _port(parameter: Parameter, action: str) -> Input[Any]:
 
 
 def _parsed(parameter: Parameter, action: str, text: str) -> Any:
-    """Parse a quantity, several quantities separated by `;`, or points with coordinates separated by `,`."""
+    """Parse the text of a port: a quantity, or quantities separated by `;`, or points `x,y` separated by `;`.
+
+    Args:
+        parameter: Parameter of the action.
+        action: Name of the action, for messages.
+        text: Text of the port.
+    """
     dimension, what = parameter.dimension or NONE, f"{parameter.name} of {action}"
     value: Any
     if parameter.type is float:
@@ -104,5 +111,5 @@ def _parsed(parameter: Parameter, action: str, text: str) -> Any:
 
 
 def _writable(parameter: Parameter) -> bool:
-    """Whether a file can contain a parameter's value."""
+    """Whether the value of a parameter can be written in a file."""
     return parameter.dimension is not None or parameter.type in (str, int, bool)

@@ -1,4 +1,4 @@
-"""Context of a mission: the agent's interfaces for leaves and nodes."""
+"""Context of a mission: what leaves and nodes can use of their agent."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from .route import RoutePlanner
 
 @dataclass(frozen=True, eq=False)
 class SignalCondition:
-    """Condition on signals, evaluated on one snapshot per tick.
+    """Condition on signals; all conditions of a tick are evaluated on the same snapshot.
 
     Attributes:
-        expression: Expression with a truth value.
+        expression: Compiled expression with a truth value.
         snapshot: Function that returns the snapshot of the current tick and its time [s].
     """
 
@@ -39,19 +39,19 @@ class SignalCondition:
         return bool(self.expression(*self.snapshot()))
 
     def reading(self) -> str:
-        """Current values in the expression, such as `min(front) = 0.21 m`."""
+        """Text with the current values in the expression, such as `min(front) = 0.21 m`."""
         return reading(self.expression.node, self.snapshot()[0])
 
 
 class Content(Protocol):
-    """Node classes and route planners of a project and of this package."""
+    """Interface to the node classes and route planners of a project and of this package."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
-        """Available node classes with these names, or all."""
+        """Load the available node classes with these names; all classes if `names` is None."""
         ...
 
     def load_route(self, name: str) -> type[RoutePlanner]:
-        """Route planner with a name.
+        """Load a route planner class by its name.
 
         Raises:
             InputError: No route planner has this name.
@@ -60,10 +60,10 @@ class Content(Protocol):
 
 
 class NoContent:
-    """Empty content of a mission that was not loaded by a catalog."""
+    """Content without nodes and route planners, for a mission that was not loaded by a catalog."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
-        """No node classes."""
+        """Return no node classes."""
         return ()
 
     def load_route(self, name: str) -> type[RoutePlanner]:
@@ -78,13 +78,14 @@ class NoContent:
 
 @dataclass(frozen=True)
 class CheckOptions:
-    """Options of a check of a mission; leaves with faults are created, and their faults are collected.
+    """Options of a mission check, in which leaves with faults are created and their faults collected.
 
     Attributes:
-        fit: Whether the robot is the mission's own robot; only then its actions are checked against the robot.
-        passed: Values of the mission's parameters. A wrong goal or leader among them is reported at the scenario's
-            parameter instead of the mission's line.
-        later: Nodes that may become known during the run; None if any node may.
+        fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
+            robot's limits.
+        passed: Values of the mission's parameters, as the scenario sets them. A fault of such a value is reported at
+            the scenario's parameter instead of the mission's line.
+        later: Names of knowledge-graph nodes that may become known during the run; None if any node may.
     """
 
     fit: bool = True
@@ -93,29 +94,30 @@ class CheckOptions:
 
 
 class MissionContext:
-    """Interfaces of one agent's mission for leaves and nodes.
+    """Context of one agent's mission: what its leaves and nodes can use.
 
     Args:
         name: Name of the mission.
         knowledge: Knowledge of the agent.
         pipeline: Pipeline for the actions of the leaves.
-        actions: Action table.
+        actions: Actions of the agent, keyed by name.
         compile_guard: Compiler of expressions over the signals; None if there are no signals.
-        rule_reading: Function that returns a rule's guard with its current values, for the reason of a stuck robot.
+        rule_reading: Function from the name of a reflex rule to the text of its guard values when it last fired, for
+            the reason of a failure.
         check_options: Options of a check of the mission; None in a run.
-        rng: Function that returns a random stream for a purpose, such as `samples`; in a run the streams are keyed by
-            the scenario and the seed, so that runs repeat.
+        rng: Function from a purpose, such as `samples`, to a random generator. In a run the generators are seeded by
+            the scenario and the seed of the run, so that runs are repeatable.
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
 
     Attributes:
         leaves: Leaves created by `build`, in order.
-        faults: Faults found by a check.
-        swap: Function that replaces a named subtree while the mission runs (see `TreePlan.swap`).
+        faults: Faults that a check of the mission has collected.
+        swap: Function that replaces a subtree, given by its name, while the mission runs (see `TreePlan.swap`).
         check_options: Options of a check; None in a run.
-        passed: Parameters of the mission that are texts; only set in a check.
+        passed: Values of the mission's parameters that are texts; set only in a check.
         board: Blackboard of the root, where `build` may store values for nodes.
-        content: Node classes and route planners by name, from the catalog if it loaded the mission.
-        shared: Objects shared by nodes of the tree, by purpose, such as route planners with their state.
+        content: Access to node classes and route planners; empty unless a catalog loaded the mission.
+        shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
     """
 
@@ -158,7 +160,7 @@ class MissionContext:
 
     @property
     def parts(self) -> dict[str, Any]:
-        """Keyword arguments for a `Plan` of the mission's agent: `Patrol("patrol", **mission.parts)`."""
+        """Keyword arguments for the constructor of a `Plan`, as in `Patrol("patrol", **mission.parts)`."""
         return {name: getattr(self, name) for name in ("knowledge", "pipeline", "actions", "clock", "sink")}
 
     def signal_condition(self, expression: str) -> SignalCondition:
@@ -170,20 +172,30 @@ class MissionContext:
         return SignalCondition(self._guard(expression), lambda: (self._snapshot_of_tick(), self._time))
 
     def report(self, *faults: Fault) -> None:
-        """Record faults in a check; no effect in a run."""
+        """Record faults if the mission is being checked; does nothing in a run."""
         if self.check_options:
             self.faults.extend(faults)
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Emit an event of this agent with the current time."""
+        """Emit an event of this agent with the current time.
+
+        Args:
+            event: Class of the event.
+            values: Its fields, except `t` and `agent`.
+        """
         self.sink.emit(event(t=self.clock.now(), agent=self.knowledge.agent, **values))
 
     def path(self, node: Behaviour) -> str:
-        """Path of a node from the root, names joined by `/`; its name if it is not in a tree."""
+        """Path of a node: names from the root to the node, joined by `/`. Only its name if it is not in the tree."""
         return self._paths.get(node.id, node.name)
 
     def begin(self, t: float, paths: Mapping[Any, str]) -> None:
-        """Begin a tick: all conditions use one snapshot, taken when the first of them is evaluated."""
+        """Begin a tick. Its conditions share one snapshot, which is taken when the first of them is evaluated.
+
+        Args:
+            t: Time of the tick [s].
+            paths: Path of each node, keyed by its `id`.
+        """
         self._time, self._paths, self._snapshot = t, paths, None
 
     def _guard(self, text: str) -> Expression:
@@ -203,14 +215,14 @@ class MissionContext:
         return guard
 
     def _snapshot_of_tick(self) -> list[float]:
-        """Snapshot of this tick."""
+        """Values of the snapshot of this tick."""
         if self._snapshot is None:
             self._snapshot = self.knowledge.signals.snapshot(self._time).tolist()
         return self._snapshot
 
 
 def mission_of(node: Node) -> MissionContext:
-    """Mission of the tree that contains a node.
+    """Context of the mission whose tree contains a node.
 
     Raises:
         TreeError: The tree does not belong to a mission.
@@ -222,5 +234,5 @@ def mission_of(node: Node) -> MissionContext:
 
 
 def _no_tree(name: str, new: Behaviour) -> None:
-    """Value of `swap` before the mission has a tree."""
+    """Raise an error; this is the value of `swap` until the mission has a tree."""
     raise InputError(f"cannot swap '{name}': the mission has no running tree yet.")

@@ -12,14 +12,14 @@ from ..trees.nodes import Instant, Leaf
 
 
 class Condition(Instant):
-    """SUCCESS while an expression is true, FAILURE while it is false or invalid; never RUNNING.
+    """Leaf that returns SUCCESS while an expression is true, and FAILURE while it is false or invalid.
 
     Args:
         name: Name in displays.
         text: Text of the expression.
         holds: Function that returns whether the expression is true.
-        reading: Function that returns the current values, such as `min(front) = 0.21 m`; called if the expression is
-            not true.
+        reading: Function that returns a text with the values in the expression, such as `min(front) = 0.21 m`; it is
+            called if the expression is not true.
     """
 
     def __init__(self, name: str, text: str, holds: Callable[[], bool], reading: Callable[[], str]) -> None:
@@ -40,11 +40,13 @@ class Condition(Instant):
 
 
 class Enter(Instant):
-    """Sets the attribute `mode` of the agent's own node; returns SUCCESS.
+    """Leaf that sets the mode of the agent and returns SUCCESS.
+
+    The mode is an attribute of the agent's own node in the knowledge graph.
 
     Args:
         name: Name in displays.
-        mode: Mode, as listed by rules.
+        mode: Name of the mode, as rules list it in `modes`.
         knowledge: Knowledge of the agent.
     """
 
@@ -62,7 +64,9 @@ class Enter(Instant):
 
 
 class Wait(Leaf):
-    """RUNNING for a duration, then SUCCESS. Unlike py_trees' Timer it reads the injected clock, so that runs repeat.
+    """Leaf that is RUNNING for a duration, then returns SUCCESS.
+
+    Unlike py_trees' Timer, it reads the agent's clock, so that runs are repeatable.
 
     Args:
         name: Name in displays.

@@ -1,4 +1,4 @@
-"""Mission: argument of a mission file's `build`, which creates leaves with it."""
+"""Mission: argument of `build` in a mission file, which creates leaves with it."""
 
 from __future__ import annotations
 
@@ -24,41 +24,41 @@ from .xml_mission import embedded
 
 @dataclass(frozen=True)
 class MissionLine:
-    """Source line of a Python mission that created a node, as an element does in an XML mission.
+    """Origin of a node in a Python mission: the source line that created it. In an XML mission this is an Element.
 
     Attributes:
-        location: File and line.
+        location: File and line of the source.
     """
 
     location: CodeLocation
 
     @classmethod
     def here(cls) -> MissionLine | None:
-        """Line of user content that is being executed; None if there is none."""
+        """Origin for the line of a mission that is being executed; None if no line of user content is."""
         location = called_at()
         return None if location is None else cls(location)
 
     def fault(
         self, message: str, hint: str = "", *, attribute: str = "", column: int | None = None, warning: bool = False
     ) -> Fault:
-        """Fault at the line; attribute and column are not used."""
+        """Create a fault at this line; `attribute` and `column` are ignored, as a line has neither."""
         return Fault(message, self.location.file, self.location.line, hint=hint, warning=warning)
 
 
 def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
-    """Check that the goal of an action has a known pose at the start of the run.
+    """Check that the goal of an action has a known pose at the beginning of the run.
 
-    Nothing is reported if the robot knows no place at all.
+    No fault is returned if the robot knows no place at all.
 
     Args:
-        world: World model at the start.
+        world: World model at the beginning of the run.
         action: Name of the action.
-        goal: Name of its goal.
-        later: Nodes that may become known during the run; None if any node may. A goal that is not among them is an
-            error, else a warning.
+        goal: Name of the action's goal.
+        later: Names of nodes that may become known during the run; None if any node may. An unknown goal is an error if
+            it is not among them, else a warning.
 
     Returns:
-        The fault, or None.
+        Fault, or None if the goal is known.
     """
     known = [*world.goals(), *world.places(), *world.objects(), *world.peers()]
     if not known or world.pose_of(goal) is not None:
@@ -79,7 +79,7 @@ L = TypeVar("L", bound=Node)
 
 
 class Mission(MissionContext):
-    """Creates the leaves of a Python mission and gives access to its context (see MissionContext).
+    """Factory for the leaves of a Python mission, with access to the mission's context (see MissionContext).
 
     The docstring of a mission file describes the mission; the file defines
 
@@ -96,12 +96,12 @@ class Mission(MissionContext):
 
         Args:
             action: Name in the action table, such as `GoTo`.
-            name: Name of the leaf in displays; the action and its goal if empty.
-            max_preemptions: Maximum number of pre-emptions by reflexes without progress.
+            name: Name of the leaf in displays; by default the action and its goal.
+            max_preemptions: Maximum number of pre-emptions by reflexes without progress; then the leaf fails.
             parameters: Parameters of the action: SI numbers, or quantities such as `"0.5 m/s"`.
 
         Raises:
-            InputError: Unknown action or parameter, missing parameter, wrong unit or value.
+            InputError: The action or a parameter is unknown, a parameter is missing, or a unit or value is wrong.
         """
         given = dict(parameters)
         try:
@@ -120,7 +120,7 @@ class Mission(MissionContext):
         return self._made(Act(shown, self, lambda: make_action(self.actions, action, given), max_preemptions))
 
     def when(self, expression: str, /, *, name: str = "") -> Condition:
-        """Create a leaf that evaluates an expression over the signals, such as `min(front) > 0.5 m`.
+        """Create a leaf that succeeds while an expression over the signals is true, such as `min(front) > 0.5 m`.
 
         Raises:
             InputError: The text is not an expression or names an unknown signal.
@@ -139,18 +139,18 @@ class Mission(MissionContext):
         return self._made(leaf)
 
     def node(self, tag: str, /, *children: Behaviour, name: str = "", **attributes: Any) -> Node:
-        """Create a node by its name in XML files: a built-in node, one of `planners/nodes`, or an action.
+        """Create a node by the name of its class in XML files: a built-in node, one of `planners/nodes`, or an action.
 
             mission.node("Inverter", mission.node("Known", node="dock", _skipIf="blind"))
 
         Args:
-            tag: Name of the class.
-            children: Children of a control or decorator.
-            name: Name in displays; the tag if empty.
+            tag: Name of the node class.
+            children: Children, for a control or decorator.
+            name: Name of the node in displays; by default the name of its class.
             attributes: Ports, with `"{key}"` for a key of the blackboard, and conditions such as `_skipIf`.
 
         Raises:
-            InputError: All faults: unknown node, wrong number of children, faulty attributes.
+            InputError: The class is unknown, the number of children is wrong, or attributes are faulty.
         """
         if self._nodes is None:
             self._nodes = BUILTIN.with_(action_nodes(self.actions))
@@ -162,7 +162,7 @@ class Mission(MissionContext):
         return made
 
     def enter(self, mode: str, /, *, name: str = "") -> Enter:
-        """Create a leaf that sets the agent's mode, such as `dock`; rules that list modes are active only in those."""
+        """Create a leaf that sets the agent's mode, such as `dock`. A rule that lists modes is active only in these."""
         return self._made(Enter(name or f"enter {mode}", mode, self.knowledge))
 
     def wait(self, duration: float | str, /, *, name: str = "") -> Wait:
@@ -194,16 +194,16 @@ class Mission(MissionContext):
         Args:
             source: Path of a file, or text of a document.
             main: ID of the tree; the document's main tree by default.
-            nodes: Additional node classes that it names; the robot's actions are always available.
-            values: Values of the tree's keys, or `"{key}"` for a key of the mission's own blackboard.
+            nodes: Additional node classes that the document uses; the robot's actions are always available.
+            values: Values of blackboard keys of the tree, or `"{key}"` to refer to a key of the mission's blackboard.
 
         Raises:
-            InputError: All faults, each with its line and column.
+            InputError: The document has errors; the exception lists all of them, each with its line and column.
         """
         return embedded(self, source, nodes, main, values)
 
     def _made(self, leaf: L) -> L:
-        """Record a new leaf and the line of the mission that created it."""
+        """Record a new leaf and the source line of the mission that created it; returns the leaf."""
         leaf.origin = MissionLine.here()
         self.leaves.append(leaf)
         return leaf
@@ -235,25 +235,28 @@ class Mission(MissionContext):
             self._warn(Fault(found.message, hint=hint, warning=True), about=leader)
 
     def _fault(self, error: InputError) -> None:
-        """Raise the faults, or collect them in a check. Columns within an expression are removed."""
+        """Raise faults, or collect them if the mission is being checked.
+
+        Columns are removed, because they refer to an expression and not to the line of the mission.
+        """
         faults = [replace(fault, column=0) if fault.file is None else fault for fault in error.faults]
         if not self.check_options:
             raise type(error)(*faults) from error
         self._warn(*faults)
 
     def _warn(self, *faults: Fault, about: object = None) -> None:
-        """Collect faults of a check, at the line of the mission that is being executed.
+        """Collect faults in a check, located at the line of the mission that is being executed.
 
         Args:
-            faults: The faults.
-            about: Faulty value; the faults get no line if it is a parameter of the mission.
+            faults: Faults to collect.
+            about: Faulty value; if it is the value of a mission parameter, the faults get no line.
         """
         here = None if about in self.passed else called_at()
         self.faults.extend(faults if here is None else (fault.at(here.file, here.line) for fault in faults))
 
 
 def _converted(value: Any, dimension: Dimension, what: str) -> Any:
-    """Value with all quantities, also those in lists, converted to SI numbers."""
+    """Convert a quantity, or all quantities in a list, to numbers in SI units."""
     if isinstance(value, str):
         return convert(value, dimension, what)
     if isinstance(value, (list, tuple)):

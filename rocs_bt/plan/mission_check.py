@@ -36,12 +36,12 @@ _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN
 
 
 def mission_faults(tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None) -> list[Fault]:
-    """Faults and warnings of a mission's tree: those of any tree, and actions that the robot cannot execute.
+    """Errors and warnings of a mission's tree: those of any tree, and actions that the robot cannot execute.
 
     Args:
-        tree: The tree, bound.
+        tree: Tree of the mission.
         knowledge: Knowledge of the robot, with its limits and places.
-        later: Nodes that may become known during the run; None if any node may.
+        later: Names of nodes that may become known during the run; None if any node may.
     """
     flow = flow_of(tree)
     return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later))))
@@ -50,13 +50,13 @@ def mission_faults(tree: Tree, knowledge: Knowledge, later: Collection[str] | No
 def infeasible_actions(
     tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None
 ) -> Iterator[Fault]:
-    """Faults of actions beyond the robot's limits and of goals without a place.
+    """Faults of actions that exceed the robot's limits, and of goals that are not known.
 
     Args:
-        tree: The tree, bound.
-        flow: Uses of its keys; keys that a node changes are not checked.
-        knowledge: Knowledge of the robot at the start.
-        later: Nodes that may become known during the run; None if any node may.
+        tree: Tree of the mission.
+        flow: Uses of the blackboard keys; a goal in a key that a node changes is not checked.
+        knowledge: Knowledge of the robot at the beginning of the run.
+        later: Names of nodes that may become known during the run; None if any node may.
     """
     yield from _beyond_limits(tree, knowledge)
     yield from dict.fromkeys(_unknown_goals(tree, flow, knowledge, later))
@@ -78,14 +78,14 @@ def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
 
 
 def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None) -> Iterator[Fault]:
-    """Faults of goals of actions and poses of Nav2 nodes that name no known place or are not poses."""
+    """Faults of the goals of actions and the poses of Nav2 nodes: unknown places, and texts that are no poses."""
     added = {
         value
         for node in tree.nodes
         if isinstance(node, Node) and not isinstance(node, (Act, SubTree))
         for name, value in node.given.items()
         if isinstance(value, str) and not isinstance(node.ports.get(name), (PoseInput, PosesInput))
-    }  # names that a node such as PlaceGoal may add to the world model
+    }  # names of places that a node such as PlaceGoal may add
     parameters: set[str] = set()  # one fault per parameter, even if several nodes read it
     for node, port in _pose_ports(tree):
         text = _initial(node, port, flow)
@@ -112,7 +112,7 @@ def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
 
 
 def _initial(node: Node, port: Port[Any], flow: Flow) -> str | None:
-    """Text that a port reads in the first tick; None for none, or if a node may write another one before."""
+    """Text that a port reads in the first tick; None if there is no text, or if a node may change it before."""
     key = node.key(port.name)
     if key is None:
         value = node.given.get(port.name)
@@ -139,7 +139,7 @@ def _pose_faults(
 
 
 def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
-    """Parameters of a leaf's action that are known before the first tick, with their dimensions."""
+    """Values of the parameters of a leaf's action that are known before the first tick, with their dimensions."""
     if not isinstance(node, ActionNode):
         try:
             action = node.make()
@@ -176,17 +176,18 @@ def check_mission(
     fit: bool = True,
     later: Collection[str] | None = None,
 ) -> list[Fault]:
-    """Faults of a mission; empty if there are none. Faults marked `warning` do not prevent a run.
+    """Check a mission: build it, and check its tree. Faults that are warnings do not prevent a run.
 
     Args:
         build: `build` function of the mission.
-        actions: Action table.
-        knowledge: Knowledge of the robot at the start; goals are checked if it contains any place.
+        actions: Actions of the agent, keyed by name.
+        knowledge: Knowledge of the robot at the beginning of the run; goals are checked if it contains any place.
         clock: Time source.
         parameters: Parameters of the mission, in SI units.
         compile_guard: Compiler of expressions over the robot's signals.
-        fit: Whether the robot is the mission's own robot; only then its actions are checked against the robot.
-        later: Nodes that may become known during the run; None if any node may.
+        fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
+            robot's limits.
+        later: Names of nodes that may become known during the run; None if any node may.
     """
     try:
         declared = mission_parameters(build)

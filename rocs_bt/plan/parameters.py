@@ -1,4 +1,4 @@
-"""Declarations of a mission file: the parameters of `build`, and actions of its own."""
+"""Declarations in a mission file: the parameters of `build`, and action classes."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _FORM = "Write: def build(mission: Mission, *, ...)."
 
 
 def mission_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
-    """Parameters that a scenario may set, by name; see `Mission` for the form of `build`.
+    """Parameters of a mission, which a scenario may set, by name; see `Mission` for the form of `build`.
 
     Raises:
-        InputError: All deviations of `build` from that form.
+        InputError: `build` does not have this form; the error lists all deviations.
     """
     found, more = keyword_parameters(build, ("mission",), "build", _FORM)
     if more:
@@ -27,20 +27,21 @@ def mission_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
 
 
 def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -> dict[str, Any]:
-    """Convert a file's values to a mission's arguments: numbers in SI units, other values unchanged.
+    """Convert values from a file to the arguments of a mission: numbers in SI units, other values unchanged.
 
     Args:
         build: `build` function of the mission.
         values: Values from the file, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
 
     Raises:
-        InputError: All faults: wrong name, type, unit or value, missing required parameter.
+        InputError: A name, type, unit or value is wrong, or a required parameter is missing; the error lists all
+            faults.
     """
     return read_arguments(mission_parameters(build), values, "the mission")
 
 
 def mission_actions(build: Callable[..., Any]) -> list[type[Action]]:
-    """Action classes defined in the mission's own file; no registration is needed."""
+    """Action classes that the file of a mission defines; they need no registration."""
     module = sys.modules.get(getattr(inspect.unwrap(build), "__module__", ""))
     found = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Action)] if module else []
     return [a for a in found if module is not None and a.__module__ == module.__name__ and not inspect.isabstract(a)]

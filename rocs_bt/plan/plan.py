@@ -1,4 +1,4 @@
-"""Plan: the block that decides what the robot does next (paper, 4.2, 5.2 and 5.3)."""
+"""Plan: block of MAPE-K that decides what the robot does next (paper, 4.2, 5.2 and 5.3)."""
 
 from __future__ import annotations
 
@@ -20,9 +20,10 @@ RUNNING, SUCCESS, FAILURE = "RUNNING", "SUCCESS", "FAILURE"
 
 
 class Plan(AnalyzeSubscriber, ABC):
-    """Planner of one agent: receives the Changes published by Analyze blocks and submits NORMAL actions.
+    """Base class of planners of one agent.
 
-    A user's planner implements `run` (paper, 5.3: a deliberative extension point):
+    A planner receives the Changes that Analyze blocks publish, and submits actions with NORMAL priority. A user's
+    planner implements `run` (paper, 5.3: a deliberative extension point):
 
         class Patrol(Plan):
             def run(self, t):
@@ -31,17 +32,17 @@ class Plan(AnalyzeSubscriber, ABC):
                     self.ticket = self.submit("GoTo", goal=next(self.round))
 
     Args:
-        name: Name for messages.
+        name: Name of the planner, for messages.
         knowledge: Knowledge of the agent.
         pipeline: Pipeline for submitted actions.
-        actions: Action table.
+        actions: Actions of the agent, keyed by name.
         clock: Time source.
-        sink: Sink for events.
+        sink: Sink that receives the planner's events.
 
     Attributes:
         status: `RUNNING`, `SUCCESS` or `FAILURE`.
-        reason: Reason of a failure; empty otherwise.
-        on_exception: Handler of exceptions in leaves, which are then ticked again; None to raise the exceptions.
+        reason: Reason of the failure; empty unless the status is `FAILURE`.
+        on_exception: Handler of exceptions in leaves; a leaf that raised is ticked again. None to raise the exceptions.
     """
 
     def __init__(
@@ -69,7 +70,7 @@ class Plan(AnalyzeSubscriber, ABC):
 
     @abstractmethod
     def run(self, t: float) -> None:
-        """Execute one turn of the planner; called once per period and whenever `called` is true. Must not block.
+        """Execute one turn of the planner: once per period, and whenever `called` is true. It must not block.
 
         Args:
             t: Current time [s].
@@ -77,17 +78,21 @@ class Plan(AnalyzeSubscriber, ABC):
 
     @property
     def called(self) -> bool:
-        """Whether a Change arrived or a replan was requested since the last call of `changes`."""
+        """Whether a Change has arrived, or a replan was requested, since the last call of `changes`."""
         return bool(self._replan_by) or self.inbox.pending
 
     def replan(self, by: str) -> None:
-        """Request an early turn because the plan's assumptions may be wrong, as after a reflex. Thread-safe."""
+        """Request an early turn because the plan's assumptions may be wrong, such as after a reflex. Thread-safe.
+
+        Args:
+            by: Name of the rule or component that requests it.
+        """
         with self._lock:
             self._replan_by.append(by)
         self.inbox.wake()
 
     def changes(self) -> Sequence[Stamped[Change]]:
-        """Take the Changes that arrived since the last turn, oldest first; resets `called`."""
+        """Take the Changes that have arrived since the last turn, oldest first. This resets `called`."""
         with self._lock:
             self._replan_by.clear()
         return self.inbox.drain()
@@ -96,11 +101,11 @@ class Plan(AnalyzeSubscriber, ABC):
         """Submit an action with NORMAL priority.
 
         Args:
-            action: Name in the action table.
+            action: Name of the action in the action table.
             parameters: Parameters of the action, in SI units.
 
         Raises:
-            InputError: Unknown action or parameter.
+            InputError: The action or a parameter is unknown.
         """
         made = make_action(self.actions, action, parameters)
         return self.pipeline.submit(made, Priority.NORMAL, by=self.name)
@@ -109,13 +114,13 @@ class Plan(AnalyzeSubscriber, ABC):
         """Release the planner's resources; called once at the end of a run."""
 
     def blame(self, error: BaseException) -> Raised | None:
-        """Find the action, route planner or planner that raised an exception.
+        """Find the user's action, route planner or planner that raised an exception.
 
         Args:
             error: Exception raised in `run` or in `close`, with its traceback.
 
         Returns:
-            Kind and name of the code at fault; None if only rocs_bt itself or an actuator is at fault.
+            Exception with the kind and name of the content that raised it; None if rocs_bt itself or an actuator did.
         """
         if from_actuator(error):
             return None
@@ -125,7 +130,7 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def content_of(self, owner: object) -> tuple[str, str] | None:
-        """Kind, such as `action`, and name of the class whose object this is; None for objects of rocs_bt itself."""
+        """Kind, such as `action`, and name of the content to which an object belongs; None for objects of rocs_bt."""
         if isinstance(owner, Action):
             return "action", owner.name
         if isinstance(owner, RoutePlanner):
@@ -135,5 +140,5 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def definitions_of(self, owner: object) -> tuple[object, ...]:
-        """Objects whose source files may contain the fault, for `raised_at`; the object itself first."""
+        """Objects whose source files may contain the fault, the given object first; see `raised_at`."""
         return (owner,)

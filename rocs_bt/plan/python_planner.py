@@ -1,4 +1,4 @@
-"""PythonPlanner: interface of planners that are not trees, with two functions, `reset` and `act`."""
+"""PythonPlanner: interface of planners that are no behaviour trees, with the methods `reset` and `act`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ Array = npt.NDArray[np.float64]
 
 
 def no_routes(name: str) -> RoutePlanner:
-    """Default route planner factory of a task without content.
+    """Raise an error; this is the value of `Task.route` for a task without content.
 
     Raises:
         InputError: Always.
@@ -36,15 +36,15 @@ def no_routes(name: str) -> RoutePlanner:
 
 @dataclass(frozen=True)
 class Task:
-    """Task of a planner, given at the beginning of an episode.
+    """Task of a planner, which it is given at the beginning of an episode.
 
     Attributes:
-        goals: Goal poses by name, world frame; yaw is 0 if irrelevant.
-        tolerances: Goal tolerances by name [m].
+        goals: Goal poses by name of the goal, world frame; yaw is 0 if irrelevant.
+        tolerances: Goal tolerances by name of the goal [m].
         drive: Drive of the robot, with its limits.
-        knowledge: Knowledge of the robot: the graph, its own model, its signals.
+        knowledge: Knowledge of the robot: knowledge graph, model of itself, signals.
         privileged: Information for oracle planners only; empty for all others.
-        route: Function that creates a route planner of planners/routes by name.
+        route: Function from the name of a file in planners/routes to a route planner of its class.
     """
 
     goals: Mapping[str, Pose2]
@@ -57,7 +57,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Observation:
-    """Observation at one time.
+    """Observation of the robot and its signals at one time.
 
     Attributes:
         t: Time since the beginning of the episode [s].
@@ -71,9 +71,9 @@ class Observation:
 
 
 class PythonPlanner(Protocol):
-    """Planner that is not a tree.
+    """Interface of a planner that is no behaviour tree.
 
-    Its class's parameters are keyword-only and annotated, as those of a mission.
+    The parameters of its constructor are keyword-only and annotated, as those of a mission.
 
         @dataclass(kw_only=True)
         class Straight:
@@ -93,28 +93,32 @@ class PythonPlanner(Protocol):
 
         Args:
             task: Task of the episode.
-            rng: Random generator, keyed by the scenario and the seed.
+            rng: Random generator, seeded by the scenario and the seed of the run.
         """
         ...
 
     def act(self, observation: Observation) -> Sequence[float] | None:
-        """Decide, once per period of the plan. Must not block.
+        """Decide on the wheel speeds. It is called once per period of the plan, and must not block.
+
+        Args:
+            observation: Present observation.
 
         Returns:
-            Wheel linear speeds in the drive's order [m/s], held until the next call; None once the planner considers
-            the task done, after which it is not called again.
+            Wheel linear speeds in the drive's order [m/s], which are held until the next call. None if the planner
+            considers the task done; it is then not called again.
         """
         ...
 
 
 class PythonPlan(Plan):
-    """Runs a PythonPlanner: its decisions become SetWheelSpeed actions with NORMAL priority.
+    """Plan that runs a PythonPlanner: each decision becomes a SetWheelSpeed action with NORMAL priority.
 
-    Reflexes pre-empt it as they pre-empt a tree; while a reflex is active the planner is not called.
+    Reflexes pre-empt these actions as they pre-empt those of a tree. While a reflex is active, the planner is not
+    called.
 
     Args:
-        planner: The planner.
-        mission: Context of the agent.
+        planner: Planner to run.
+        mission: Mission of the agent.
     """
 
     def __init__(self, planner: PythonPlanner, mission: Mission) -> None:
@@ -152,7 +156,7 @@ class PythonPlan(Plan):
         return super().content_of(owner)
 
     def _wheel_speeds(self, decided: Any) -> list[float]:
-        """Wheel linear speeds of a decision [m/s].
+        """Convert a planner's decision to wheel linear speeds [m/s].
 
         Raises:
             InputError: The drive cannot execute the decision.
@@ -188,7 +192,7 @@ class PythonPlan(Plan):
 
 
 def python_mission(cls: type[Any]) -> Callable[..., PythonPlan]:
-    """`build` function of a mission that runs a planner class, with the class's parameters.
+    """Create the `build` function of a mission that runs a planner class; its parameters are those of the class.
 
     Raises:
         InputError: The class has no `reset` or no `act`.

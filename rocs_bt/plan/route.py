@@ -1,4 +1,4 @@
-"""Route planners: paths to a goal around known obstacles."""
+"""Interfaces of route planners, which plan paths to a goal around known obstacles."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ Point = tuple[float, float]
 """x and y in the world frame [m]."""
 
 MAX_PATH_DISTANCE = 0.5
-"""Distance from its path at which a robot gets a new one [m]."""
+"""Distance between a robot and its path from which on a new path is planned [m]."""
 
 
 class NoRoute(Exception):
-    """There is no path to the goal; the message of the planner gives the reason."""
+    """Raised by a route planner if there is no path to the goal; the message is the reason."""
 
 
 class RoutePlanner(ABC):
-    """Plans paths for one robot. A file in `planners/routes` contains one such class, and missions name the file.
+    """Base class of planners of paths for one robot.
+
+    A file in `planners/routes` contains one such class; missions refer to it by the name of the file.
 
         class Straight(RoutePlanner):
             def route(self, start, goal, clearance):
@@ -39,7 +41,7 @@ class RoutePlanner(ABC):
 
     @abstractmethod
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> Sequence[Point]:
-        """Corners of a path from the start's position to the goal's. Must not block.
+        """Plan a path; returns its corners from the start to the goal, world frame [m]. It must not block.
 
         Args:
             start: Start pose, world frame.
@@ -52,7 +54,9 @@ class RoutePlanner(ABC):
 
 
 class RoadRoutePlanner(RoutePlanner):
-    """Plans paths over known open roads: the relation `connects` between places, and the doors on them.
+    """Base class of planners of paths over known roads, which are relations `connects` between places.
+
+    Roads that are closed, such as by a door, are not used.
 
     class Fewest(RoadRoutePlanner):
         def search(self, graph, start, goal, lower_bound):
@@ -61,13 +65,13 @@ class RoadRoutePlanner(RoutePlanner):
 
     @abstractmethod
     def search(self, graph: Any, start: str, goal: str, lower_bound: Callable[[str, str], float]) -> list[str]:
-        """Nodes of the cheapest path.
+        """Search for the cheapest path; returns the names of its nodes.
 
         Args:
             graph: networkx DiGraph; the `weight` of an edge is its cost.
             start: First node.
             goal: Last node.
-            lower_bound: Function that returns a lower bound of the cost between two nodes.
+            lower_bound: Function from two nodes to a lower bound of the cost between them.
 
         Raises:
             networkx.NetworkXNoPath: There is no path.
@@ -78,13 +82,13 @@ class RoadRoutePlanner(RoutePlanner):
         self._kept: tuple[Any, Point, Route] | None = None  # roads, goal, path
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
-        """Corners of a path over roads that are wide enough for the robot and the clearance on both sides [m].
+        """Plan a path over roads that are wide enough for the robot and the clearance on both sides.
 
-        The path is reused, as the same list, while the roads, their costs and the goal are unchanged and the robot is
-        on it. A mission may therefore call this repeatedly; it gets a new path when a road closes or opens again.
+        While the roads, their costs and the goal are unchanged and the robot is near the last path, the same list is
+        returned. A mission may therefore call this repeatedly; it gets a new path when a road closes or opens.
 
         Raises:
-            NoRoute: No road can be driven, or none leads to the goal; the message lists closed roads.
+            NoRoute: No open road leads to the goal; the message lists the closed roads.
         """
         width = self.knowledge.graph.attributes(self.knowledge.agent).get("width", 0.0)
         roads = Roadmap(self.knowledge, width + 2.0 * clearance)
@@ -108,7 +112,7 @@ class RoadRoutePlanner(RoutePlanner):
 
     @property
     def last_route(self) -> Route | None:
-        """Last path returned by `route`, with its places and its cost; None before the first one."""
+        """Last path that `route` returned, with its places and its cost; None before the first."""
         return None if self._kept is None else self._kept[2]
 
 

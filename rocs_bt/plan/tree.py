@@ -29,7 +29,7 @@ from .plan import FAILURE, SUCCESS, Plan
 
 
 def shape_faults(root: object) -> list[Fault]:
-    """Reasons why the result of `build` cannot be ticked; empty if it can."""
+    """Faults of the result of `build` that prevent ticking it: it is no tree, or a composite has no children."""
     if not isinstance(root, Behaviour):
         hint = "Return the root of a py_trees tree, or a Plan."
         return [Fault(f"build returned {root!r}, which is not a py_trees behaviour.", hint=hint)]
@@ -44,7 +44,7 @@ _BETWEEN = "Swap between two ticks: from another thread, or where the tree is ti
 
 
 class _Quiet(Logger):
-    """Silent py_trees logger; nodes report in `feedback_message` instead."""
+    """Logger for py_trees nodes that discards all messages; nodes report in `feedback_message` instead."""
 
     def debug(self, msg: str) -> None:
         pass
@@ -57,10 +57,10 @@ QUIET = _Quiet()
 
 @dataclass(frozen=True)
 class NodeOutline:
-    """Node of a tree, for displays and recordings.
+    """Description of a node of a tree, for displays and recordings.
 
     Attributes:
-        path: Names from the root joined by `/`; a second sibling with the same name ends in `#2`.
+        path: Names from the root to the node, joined by `/`; of siblings with the same name, the second ends in `#2`.
         name: Name of the node.
         kind: Class of the node, such as `Sequence`.
         depth: Depth in the tree, 0 for the root.
@@ -75,20 +75,20 @@ class NodeOutline:
 class TreePlan(Plan):
     """Planner that ticks a tree once per turn until its root succeeds or fails.
 
-    The tree may contain nodes of this package and stock py_trees nodes. Their loggers are silenced, because only the
-    command line prints.
+    The tree may contain nodes of this package and stock py_trees nodes. The loggers of all nodes are silenced, because
+    only the command line prints.
 
     Args:
         root: Root of the tree.
-        mission: Context that its leaves were created with.
+        mission: Mission with which the leaves of the tree were created.
 
     Raises:
-        InputError: The root is not a tree, a composite has no children, a key has two types, or a node reports a fault.
+        InputError: `root` is no tree, a composite has no children, a key has two types, or a node reports an error.
 
     Attributes:
         root: Root of the tree.
-        tree: The tree, bound to the blackboard `tree.board`.
-        outline: All nodes, parents before children.
+        tree: Tree with its blackboard.
+        outline: Descriptions of all nodes, parents before children.
         ticks: Number of ticks.
     """
 
@@ -113,7 +113,7 @@ class TreePlan(Plan):
             node.setup()
 
     def run(self, t: float) -> None:
-        self.changes()  # Knowledge already contains the changes; here they only trigger a tick
+        self.changes()  # Knowledge already contains the changes; they only trigger this turn
         if self.status == "RUNNING":
             with self._turn:
                 self._run(t)
@@ -137,18 +137,18 @@ class TreePlan(Plan):
             self.status, self.reason = FAILURE, self._failure_reason(outcome)
 
     def swap(self, name: str, new: Behaviour) -> None:
-        """Replace a named subtree while the mission runs. Thread-safe.
+        """Replace a subtree, given by its name, while the mission runs. Thread-safe.
 
-        The swap happens between two ticks. Running nodes of the old subtree are halted, once, so that its leaves cancel
-        their actions; the blackboard and all other nodes keep their state. For a SubTree the tree inside it is
-        replaced.
+        The swap happens between two ticks. RUNNING nodes of the old subtree are halted, so that its leaves cancel their
+        actions. The blackboard and all other nodes keep their state. If the name is that of a SubTree, the tree inside
+        it is replaced.
 
         Args:
-            name: Path of a node as in `outline`, or its name if unique.
-            new: Root of a tree that is not part of any other tree.
+            name: Path of the subtree's root as in `outline`, or its name if unique.
+            new: Root of the new subtree, which must not be part of a tree.
 
         Raises:
-            InputError: There is no such node, or the new tree is not valid there; the old one remains in use.
+            InputError: There is no such node, or the new subtree is not valid there; the old subtree remains in use.
         """
         with self._turn:
             if self._ticking:
@@ -174,8 +174,8 @@ class TreePlan(Plan):
         self.replan("a swapped subtree")
 
     def close(self) -> None:
-        """Halt running nodes and shut all nodes down; an exception in one node does not stop the others."""
-        with ExitStack() as ends:  # last in, first out
+        """Halt RUNNING nodes and shut all nodes down, even if one of them raises an exception."""
+        with ExitStack() as ends:  # callbacks run in reverse order
             for node, _ in reversed(self._nodes):
                 ends.callback(node.shutdown)
             ends.callback(self._emit_changes)
@@ -200,14 +200,18 @@ class TreePlan(Plan):
         if isinstance(self.root, Node):
             return self.tree.tick()
         for node in self.root.tick():
-            # Nodes of this package check this themselves, and a skipped one is rightly idle.
+            # Nodes of this package check their outcomes themselves, and INVALID is correct for a skipped one.
             if node.status is Status.INVALID and not isinstance(node, Node):
                 raise InputError(self._no_status(node))
         self.tree.ticked()
         return self.root.status
 
     def _caught(self, leaf: Behaviour, error: BaseException) -> bool:
-        """Count a leaf that raised as RUNNING in this tick; False if there is no handler for its exception."""
+        """Handle the exception of a leaf: the leaf counts as RUNNING in this tick.
+
+        Returns:
+            Whether the exception is handled; False to raise it.
+        """
         if self.on_exception is None or from_actuator(error):
             return False
         if leaf.status is not Status.RUNNING:
@@ -219,7 +223,7 @@ class TreePlan(Plan):
         return True
 
     def _restart(self) -> None:
-        """Reset leaves that raised in their first tick, so that they start again."""
+        """Reset leaves that raised an exception in their first tick, so that they are initialised again."""
         for leaf in self._restarts:
             if leaf.status is Status.RUNNING:
                 leaf.status = Status.INVALID
@@ -232,7 +236,7 @@ class TreePlan(Plan):
                 self.on_exception(each)
 
     def _index_nodes(self) -> None:
-        """Update the list of nodes and their paths."""
+        """Update the list of nodes and the path of each node."""
         self._nodes: list[tuple[Behaviour, str]] = []
         self.outline = tuple(self._walk(self.root))
         self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
@@ -260,7 +264,7 @@ class TreePlan(Plan):
         return found
 
     def _emit_changes(self) -> None:
-        """Emit an event for each changed status, children before their parents."""
+        """Emit an event for each node whose status has changed, children before parents."""
         for node, path in reversed(self._nodes):
             if node.status is not self._seen[node.id]:
                 self._seen[node.id] = node.status
@@ -280,7 +284,12 @@ class TreePlan(Plan):
 
 
 def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
-    """Count a stock py_trees leaf that raises as RUNNING; leaves of this package do so themselves."""
+    """Make a stock py_trees leaf count as RUNNING if it raises; leaves of this package handle exceptions themselves.
+
+    Args:
+        leaf: Leaf, whose method `tick` is wrapped.
+        caught: Handler of the exception; it returns False to raise it.
+    """
     if "tick" in vars(leaf):
         return
     plain = leaf.tick

@@ -1,4 +1,4 @@
-"""Vehicle: a robot's outline, wheels and surroundings for Python planners."""
+"""Vehicle: a robot's outline, wheels, goal and map, as Python planners use them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .route import Point
 
 
 class Vehicle:
-    """Planner's view of a robot, independent of its wheels and sensors.
+    """View of a robot for a Python planner, independent of the robot's wheels and sensors.
 
     Args:
         task: Task of the planner.
@@ -59,27 +59,31 @@ class Vehicle:
         return observation.pose.distance(self.goal) <= self.tolerance
 
     def to_goal(self, observation: Observation) -> tuple[float, float]:
-        """Distance [m] and bearing [rad] of the goal, left positive."""
+        """Distance [m] of the goal, and its bearing relative to the robot's heading [rad], left positive."""
         pose = observation.pose
         return pose.distance(self.goal), wrap_angle(pose.bearing(self.goal))
 
     def motion(self, observation: Observation) -> tuple[float, float]:
-        """Speed [m/s] and turn rate [rad/s] of the robot; 0 if unknown."""
+        """Measured speed [m/s] and turn rate [rad/s] of the robot; 0 if unknown."""
         values = [observation.signals.get(name, np.array([math.nan])) for name in ("speed", "turn_rate")]
         speed, turn = (float(v[0]) for v in values)
         return (0.0 if math.isnan(speed) else speed), (0.0 if math.isnan(turn) else turn)
 
     def wheels(self, speed: float, turn: float) -> list[float]:
-        """Wheel linear speeds [m/s] for a speed [m/s] and a turn rate [rad/s] of the robot."""
+        """Wheel linear speeds [m/s] with which the robot has a speed [m/s] and a turn rate [rad/s]."""
         speeds: list[float] = self.drive.wheel_speeds(Twist2(speed, turn)).tolist()
         return speeds
 
     def stop(self) -> list[float]:
-        """Wheel linear speeds of a stationary robot."""
+        """Wheel linear speeds with which the robot stops: all 0."""
         return [0.0] * len(self.drive.wheels)
 
     def obstacles(self, pose: Pose2, reach: float) -> Array:
-        """Occupied points of the robot's map within a range [m], body frame [m], shape (k, 2).
+        """Centres of occupied map cells in a square around the robot, body frame [m], shape (k, 2).
+
+        Args:
+            pose: Pose of the robot, world frame.
+            reach: Half the side length of the square [m].
 
         Raises:
             InputError: The robot builds no map.
@@ -91,15 +95,18 @@ class Vehicle:
         return body
 
     def clearances(self, pose: Pose2, reach: float, poses: Array) -> Array:
-        """Gaps between hull and map at poses (..., 3) in the current body frame [m], shape (...); +inf if free.
+        """Gaps between the robot's hull and occupied map cells at several poses [m]; +inf if no cell is near.
 
-        The hull is approximated by discs that cover it, and the map by its cells. This is fast for thousands of poses,
-        and errs by a few centimetres on the safe side.
+        The hull is approximated by discs that cover it, which is fast for thousands of poses. The gaps are therefore
+        too small by a few centimetres, which is the safe side.
 
         Args:
             pose: Current pose, world frame.
-            reach: Size of the map section around the robot [m].
-            poses: x [m], y [m], yaw [rad].
+            reach: Half the side length of the square section of the map around the robot that is used [m].
+            poses: x [m], y [m], yaw [rad], body frame at `pose`, shape (..., 3).
+
+        Returns:
+            Gaps [m], shape (...).
 
         Raises:
             InputError: The robot builds no map.
@@ -127,12 +134,12 @@ class Vehicle:
         return smallest
 
     def lookahead_point(self, pose: Pose2, path: Sequence[Point], look: float) -> tuple[float, float]:
-        """Point of a path at a distance ahead [m], or the end of the path, in the body frame [m].
+        """Point on a path at a distance ahead of the robot, or the end of the path; body frame [m].
 
         Args:
             pose: Current pose, world frame.
-            path: Corners in the world frame [m].
-            look: Distance from the robot [m].
+            path: Corners of the path, world frame [m].
+            look: Look-ahead distance from the robot [m].
         """
         points = _resampled(path) - (pose.x, pose.y)
         away = np.hypot(*points.T)
@@ -150,7 +157,7 @@ class Vehicle:
 
 
 def _resampled(path: Sequence[Point], step: float = 0.05) -> Array:
-    """Path with a maximum distance between points [m], shape (k, 2)."""
+    """Path with additional points, so that their distance is at most `step` [m]; shape (k, 2)."""
     corners = np.array(path, float)
     parts = [corners[:1]]
     for a, b in pairwise(corners):

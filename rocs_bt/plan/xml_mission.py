@@ -1,4 +1,4 @@
-"""Missions in XML files, with the same interface as a Python mission's `build`."""
+"""Missions in XML files, with the interface of the `build` function of a Python mission."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ Build = Callable[..., Any]
 
 
 def tags_of(document: Document) -> set[str]:
-    """All node classes that a document's trees name, including SubTree."""
+    """Names of all node classes that the trees of a document use, including SubTree."""
     return {e.node_tag for tree in document.trees.values() for e in below(tree.body)}
 
 
@@ -48,24 +48,24 @@ def xml_mission(
     beside: Mapping[str, Path] = MappingProxyType({}),
     dialect: str = "",
 ) -> Callable[..., Behaviour]:
-    """`build` function of a mission in an XML file.
+    """Create the `build` function of a mission in an XML file.
 
-    Its parameters are the input ports that the TreeNodesModel declares for the main tree, as `<SubTree ID="Main">`. The
-    type of a port is a C++ type, or a unit such as `m/s`; a default such as `0.5 m/s` also defines the unit. Parameters
-    become keys of the blackboard, as SI numbers. The actions of the robot are nodes, with the actions' parameters as
-    ports.
+    The parameters of `build` are the input ports that the TreeNodesModel declares for the main tree, in
+    `<SubTree ID="Main">`. The type of a port is a C++ type, or a unit such as `m/s`; a default such as `0.5 m/s` also
+    defines the unit. Parameters are written to the blackboard as keys, numbers in SI units. Each action of the robot is
+    available as a node, with the action's parameters as ports.
 
     Args:
         file: Path of the file, or text of the document.
-        main: ID of the tree; the document's main tree by default.
-        within: Folder that must contain included files; the file's own by default.
-        nodes: Function that returns those of a project's node classes that have these names.
-        missions: Function that returns the `build` of another mission, which a SubTree may name, or None.
-        beside: Other files by the IDs of their trees, which a SubTree may name.
-        dialect: `nav2` for Nav2's semantics of nodes that exist in Nav2.
+        main: ID of the tree to tick; by default the document's main tree.
+        within: Folder in which included files must lie; by default the folder of the file.
+        nodes: Function from names of node classes to those of these classes that the project defines.
+        missions: Function from the ID in a SubTree to the `build` function of the mission with this name, or None.
+        beside: Other files whose trees a SubTree may use, by the IDs of their trees.
+        dialect: `nav2` to use Nav2's semantics for nodes that exist in Nav2; empty for those of BehaviorTree.CPP.
 
     Raises:
-        InputError: The file cannot be read, or its main tree is ambiguous.
+        InputError: The file cannot be read, or has several trees and names no main tree.
     """
     document = read_document(file, within=within)
     add_siblings(document, beside)
@@ -81,7 +81,7 @@ def xml_mission(
 
 
 def _read_in(document: Document) -> set[Any]:
-    """All attribute values in a document's trees, and the defaults that Nav2's nodes read."""
+    """All attribute values in a document's trees, and the defaults of omitted ports of Nav2's nodes."""
     found: set[Any] = set(values_of(document))
     for element in document.elements():
         node = NAV2.get(element.node_tag)
@@ -91,7 +91,7 @@ def _read_in(document: Document) -> set[Any]:
 
 
 class _Build:
-    """Document with the interface of a `build` function: called with a Mission and the parameters."""
+    """XML document with the interface of a `build` function: it is called with a Mission and the parameters."""
 
     def __init__(
         self,
@@ -130,10 +130,10 @@ def mission_tree(
     main: str = "",
     dialect: str = "",
 ) -> Behaviour:
-    """Main tree of a document for a mission, with its robot's actions as nodes.
+    """Create the main tree of a document for a mission; arguments as in `xml_mission`.
 
     Raises:
-        InputError: All faults of the tree.
+        InputError: The tree has errors; the exception lists all of them.
     """
     registry = mission_nodes(mission.actions, nodes, dialect)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
@@ -147,36 +147,36 @@ def mission_tree(
 
 
 def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), dialect: str = "") -> Registry:
-    """All nodes that a mission's file may name: built-in nodes, a robot's actions, and a project's own nodes.
+    """All node classes that a mission file may use: built-in nodes, the robot's actions, and the project's own nodes.
 
     Args:
-        actions: Action table.
+        actions: Actions of the robot, keyed by name.
         nodes: Node classes of the project.
-        dialect: `nav2` for Nav2's semantics of nodes that exist in Nav2.
+        dialect: `nav2` to use Nav2's semantics for nodes that exist in Nav2; empty for those of BehaviorTree.CPP.
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])
 
 
 def shipped_nodes(dialect: str = "") -> Registry:
-    """Nodes that every mission of a dialect may name, except its robot's actions."""
+    """Node classes of this package for missions of a dialect, without the robot's actions."""
     return NAV2 if dialect == "nav2" else BUILTIN
 
 
 def embedded(
     mission: MissionContext, source: Path | str, nodes: Sequence[type[Node]], main: str, values: Any
 ) -> SubTree:
-    """XML tree as a subtree of a Python mission.
+    """Load an XML tree as a subtree of a Python mission.
 
     Args:
-        mission: The mission.
+        mission: Mission that uses the subtree.
         source: Path of a file, or text of a document.
-        nodes: Additional node classes that it names.
-        main: ID of the tree; the document's main tree by default.
-        values: Remappings and values of the subtree's keys.
+        nodes: Additional node classes that the document uses.
+        main: ID of the tree; by default the document's main tree.
+        values: Values and remappings of the subtree's blackboard keys.
 
     Raises:
-        InputError: All faults of the tree.
+        InputError: The tree has errors; the exception lists all of them.
     """
     document = read_document(source)
     name = document.main(main).name
@@ -184,7 +184,7 @@ def embedded(
 
 
 def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behaviour]:
-    """Function that makes the tree of another mission, with the attributes of a SubTree as its parameters."""
+    """Create a function from a SubTree element to the tree of another mission; the attributes are its parameters."""
 
     def make(element: Element) -> Behaviour:
         declared = mission_parameters(build)
@@ -214,10 +214,10 @@ def _typed(parameter: Parameter, text: str) -> object:
 
 
 def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
-    """Keyword-only parameters from the model of the main tree.
+    """Keyword-only parameters of `build`, from the model of the main tree.
 
     Raises:
-        InputError: All ports with an invalid type or default.
+        InputError: Ports have an invalid name, type or default; the error lists all of them.
     """
     model = document.models.get(main)
     found, faults = [], list[Fault]()

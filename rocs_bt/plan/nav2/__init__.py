@@ -1,4 +1,4 @@
-"""Nodes of Nav2, with Nav2's names, ports and outcomes, implemented with the robot's planners and actions."""
+"""Behaviour-tree nodes with Nav2's names, ports and outcomes, implemented with the robot's planners and actions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from ...trees.nodes import BUILTIN, Registry, nodes_of
 from . import conditions, decorators, motion, planning
 
 OWN: Final = tuple(node for module in (planning, motion, conditions, decorators) for node in nodes_of(module))
-"""Nav2's nodes that BehaviorTree.CPP does not have, except its control nodes."""
+"""Nav2's nodes that BehaviorTree.CPP does not have, except Nav2's control nodes, which are in `BUILTIN`."""
 
 NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n.tag for n in OWN}), *OWN])
 """Nodes available in a mission with `nodes = "nav2"`, in addition to its robot's actions."""
@@ -18,10 +18,10 @@ ELSEWHERE: Final = {
     for tag in NAV2
     if tag not in BUILTIN
 }
-"""Message and hint for these nodes in a mission of another dialect."""
+"""Message and hint for each of Nav2's nodes, if it is used in a mission of another dialect."""
 
 GOAL_KEYS: Final = ("goal", "goals")
-"""Keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""
+"""Blackboard keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""
 
 ROUTES: Final = ("grid_astar", "visibility", "dijkstra")
-"""Route planners that the nodes use by default."""
+"""Names of the route planners that the nodes use by default."""

@@ -26,7 +26,7 @@ class _Condition(Instant):
 
 
 class _RelativeCondition(RunAwareCondition):
-    """Condition relative to the beginning of the run, or to the last time it was true."""
+    """Base of conditions relative to a reference state: that at the beginning of the run, or when last true."""
 
     def update(self) -> Outcome:
         if self.begins():
@@ -38,7 +38,7 @@ class _RelativeCondition(RunAwareCondition):
         return SUCCESS
 
     def restart(self) -> None:
-        """Store the current state as the reference."""
+        """Store the current state as the new reference."""
         raise NotImplementedError
 
     def holds(self) -> bool:
@@ -60,7 +60,7 @@ class GoalUpdated(_RelativeCondition):
 
 
 class GlobalUpdatedGoal(_Condition):
-    """SUCCESS in the very first tick and if the goal has changed since; unlike GoalUpdated it is never reset."""
+    """SUCCESS in its very first tick, and if the goal has changed since its last tick; a new run does not reset it."""
 
     goal = PoseInput(None, "the goal; the key `goal` by default")
     goals = PosesInput(None, "the goals; the key `goals` by default")
@@ -100,7 +100,7 @@ class DistanceTraveled(_RelativeCondition):
 
 
 class PathExpiringTimer(_RelativeCondition):
-    """SUCCESS if a path has been the same for a time."""
+    """SUCCESS if a path has not changed for a time."""
 
     seconds = Input(float, 1.0, "time [s]")
     path = Input(list, "{path}", "path")
@@ -129,7 +129,7 @@ class GoalReached(_Condition):
 
 
 TOLERANCE = 0.25
-"""Tolerance of a goal that declares none [m]."""
+"""Tolerance of a goal whose node declares none [m]."""
 
 
 class ArePosesNear(_Condition):
@@ -148,7 +148,7 @@ class ArePosesNear(_Condition):
 
 
 class IsStuck(RunAwareCondition):
-    """SUCCESS if the robot has moved less than 0.1 m in 3 s of ticks."""
+    """SUCCESS if the robot has moved less than 0.1 m for at least 3 s."""
 
     _at: Pose2
     _since: float
@@ -185,14 +185,14 @@ class InitialPoseReceived(_Condition):
 
 
 class TransformAvailable(InitialPoseReceived):
-    """SUCCESS if the robot's pose is known, which is the only transform here."""
+    """SUCCESS if the robot's pose is known: there are no other transforms than world to robot here."""
 
     child = Input(str, "", "frame in Nav2; not used")
     parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
 
 
 class _ErrorCodeCondition(_Condition):
-    """Condition on an error code. FAILURE if the code is missing: the node that writes it has not run yet."""
+    """Base of conditions on an error code; FAILURE if the node that writes the code has not run yet."""
 
     helped: ClassVar[tuple[int, ...]] = ()
     error_code = Input(int, None, "error code of the node that failed")
@@ -225,7 +225,7 @@ class WouldARouteRecoveryHelp(_ErrorCodeCondition):
 
 
 class AreErrorCodesPresent(_Condition):
-    """SUCCESS if an error code is one of several."""
+    """SUCCESS if an error code is in a list of error codes."""
 
     error_code = Input(int, None, "error code; FAILURE if missing")
     error_codes_to_check = Input(list[int], doc="error codes to look for, separated by `;` or `,`", parse=_numbers)

@@ -17,7 +17,7 @@ from .run_aware import RunAwareDecorator
 
 
 def _rate(text: str) -> float:
-    """Rate [Hz].
+    """Convert a text to a rate [Hz].
 
     Raises:
         InputError: The text is not a number above zero.
@@ -29,7 +29,10 @@ def _rate(text: str) -> float:
 
 
 class _Throttled(RunAwareDecorator):
-    """Ticks the child at the beginning of a run, while it is RUNNING, and when it is due again; otherwise RUNNING."""
+    """Base of decorators that tick the child at the beginning of a run, while it is RUNNING, and when it is due.
+
+    In all other ticks the decorator returns RUNNING.
+    """
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -51,7 +54,7 @@ class _Throttled(RunAwareDecorator):
         return outcome
 
     def restart(self) -> None:
-        """Begin a new interval between two ticks of the child."""
+        """Begin a new interval, after a tick of the child that succeeded, or at the beginning of a run."""
         raise NotImplementedError
 
     def due(self) -> bool:
@@ -124,7 +127,7 @@ class GoalUpdatedController(_Throttled):
 
 
 class SingleTrigger(RunAwareDecorator):
-    """Ticks its child until it ends, once; FAILURE afterwards."""
+    """Ticks its child until the child ends, then returns FAILURE in each later tick of the run."""
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
@@ -164,7 +167,7 @@ class GoalUpdater(Decorator):
 
 
 class PathLongerOnApproach(RunAwareDecorator):
-    """Ticks its child if a new path close to the goal is much longer than the old one; otherwise SUCCESS."""
+    """Ticks its child if the path has become much longer, and the old one was short (near the goal); else SUCCESS."""
 
     path = Input(list, "{path}", "path")
     prox_len = Input(float, 3.0, "maximum length of the old path [m]")
@@ -192,7 +195,7 @@ class PathLongerOnApproach(RunAwareDecorator):
 
 
 def value_of(node: Any, port: str) -> Any:
-    """Value of a port, or of the key of the same name if the file gives none; None if there is none."""
+    """Value of a port; if the document gives none, the value of the blackboard key of the port's name; else None."""
     key = node.key(port) or ("" if port in node.given else port)
     if key:
         entry = node.board.entry(key)
@@ -201,7 +204,7 @@ def value_of(node: Any, port: str) -> Any:
 
 
 def goals_of(node: Any) -> list[Pose2 | None]:
-    """Current poses of a node's ports `goal` and `goals`."""
+    """Current poses of the goals in a node's ports `goal` and `goals`."""
     mission = mission_of(node)
     goal, goals = value_of(node, "goal"), value_of(node, "goals")
     return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])

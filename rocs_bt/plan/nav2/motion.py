@@ -17,28 +17,28 @@ from ..action_node import ActionNode
 from .poses import robot_pose
 
 CRUISE = 0.5
-"""Speed on a path [m/s]."""
+"""Cruise speed of FollowPath [m/s]."""
 
 SPIN_RATE = 1.0
 """Turn rate of Spin [rad/s]."""
 
 PATH_END = " path_end"
-"""Name of the place at a path's end that is no goal of the world model; names in files cannot begin with a space."""
+"""Name of the place at the end of a path, if no goal is there; the space avoids a clash with names in files."""
 
 _CODES = {Reason.TIMEOUT: 1, Reason.LOST_POSE: 2, Reason.BLOCKED: 3, Reason.STUCK: 3}
 
 
 @dataclass(frozen=True)
 class TrackingFeedback:
-    """Tracking of a path, as in nav2_msgs/TrackingFeedback.
+    """Robot's position and error relative to a path, as in nav2_msgs/TrackingFeedback.
 
     Attributes:
         robot_pose: Pose of the robot, world frame.
         position_tracking_error: Distance from the path, left positive [m].
         heading_tracking_error: Heading relative to the nearest leg of the path, left positive [rad].
-        current_path_index: Index of the corner at the beginning of the nearest leg.
-        remaining_path_length: Length of the path from the nearest point to its end [m].
-        distance_to_goal: Straight distance to the end of the path [m].
+        current_path_index: Index of the corner at which the nearest leg begins.
+        remaining_path_length: Length of the path from the point nearest to the robot to the end [m].
+        distance_to_goal: Straight distance from the robot to the end of the path [m].
         speed: Speed of the robot [m/s].
     """
 
@@ -52,7 +52,7 @@ class TrackingFeedback:
 
 
 def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> TrackingFeedback:
-    """Tracking of a path by a robot.
+    """Compute the robot's position and error relative to a path.
 
     Args:
         path: Corners, (x, y) in the world frame [m].
@@ -79,7 +79,7 @@ def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> Trackin
 
 
 class _Move(ActionNode):
-    """Executes one action of the robot and reports its failure as an error code of nav2_msgs."""
+    """Base of nodes that execute one action of the robot and report its failure as an error code of nav2_msgs."""
 
     base: ClassVar[int] = 0
     codes: ClassVar[dict[Reason, int]] = _CODES
@@ -104,7 +104,7 @@ class _Move(ActionNode):
     def _submit(self, interrupted: Action | None = None) -> None:
         try:
             super()._submit(interrupted)
-        except InputError as error:  # as when a Nav2 server rejects a goal: the node fails, the mission continues
+        except InputError as error:  # as in Nav2, where a server rejects the goal: the node fails
             self.ticket, self._refused = None, Failure.cannot(error)
 
     def bound_faults(self) -> Any:
@@ -121,7 +121,7 @@ class _Move(ActionNode):
 
 
 class _TimeLimited(_Move):
-    """Fails after `time_allowance`."""
+    """Base of motion nodes that fail after `time_allowance`."""
 
     time_allowance = Input(float, 10.0, "maximum duration [s]")
     disable_collision_checks = Input(bool, False, "not used: the robot's reflexes are always active")
@@ -138,7 +138,7 @@ class _TimeLimited(_Move):
 
 
 class FollowPath(_Move):
-    """Follows a path, and each new path that is written to the key meanwhile."""
+    """Follows a path. If the key of the path gets a new path while the robot drives, the robot follows the new one."""
 
     action = "FollowRoute"
     base = 100
@@ -179,7 +179,7 @@ class FollowPath(_Move):
         return float(known.get("speed_limit", math.inf))
 
     def _goal(self, path: Any) -> str:
-        """Node of the world model at the end of a path; a place is added there if there is none."""
+        """Name of the goal at the end of a path; if there is none in the world model, a place is added."""
         x, y = path[-1][:2]
         world, end = self.mission.knowledge.world, Pose2(x, y, 0.0)
         for name in world.goals():

@@ -1,4 +1,4 @@
-"""Path planning actions of Nav2, implemented with the route planners of `planners/routes` and known roads."""
+"""Path-planning actions of Nav2, implemented with the route planners in `planners/routes`."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ from ..route import NoRoute, Point, RoadRoutePlanner, RoutePlanner
 from .poses import PoseInput, PosesInput, pose_of, poses_of, read_poses, robot_pose
 
 CLEARANCE = 0.1
-"""Minimum gap between hull and known obstacles [m]."""
+"""Minimum gap between the robot's hull and known obstacles [m]."""
 
 GENERIC = ("", "GridBased")
-"""Values of `planner_id` without a planner's name: a grid planner if the robot builds a map, else visibility."""
+"""Values of `planner_id` that name no planner: `grid_astar` is used if the robot builds a map, else `visibility`."""
 
 UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
-"""Error codes of the planner server, relative to 200 for one goal and 300 for several."""
+"""Error codes of Nav2's planner server, minus 200 for a path to one goal, or 300 for a path through several."""
 
 
 class Server(Instant):
-    """Node that calls an action server in Nav2; here it runs in the process, and the server's address is ignored."""
+    """Base of nodes that call an action server in Nav2; here they compute in the process and ignore the address."""
 
     server_name = Input(str, "", "address of the server in Nav2; not used")
     server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
@@ -37,7 +37,7 @@ class Server(Instant):
 
 
 class Planning(Server):
-    """Computes a path with a route planner; the planner and its state are kept until a costmap is cleared."""
+    """Base of nodes that compute a path with a route planner, whose state is kept until a costmap is cleared."""
 
     base = 200
     tf_error: ClassVar[int] = TF_ERROR
@@ -81,7 +81,7 @@ class Planning(Server):
         return SUCCESS
 
     def no_route(self) -> int:
-        """Error code if the planner found no route."""
+        """Error code to report if the planner found no route."""
         return NO_VALID_PATH
 
     def _planner(self) -> RoutePlanner:
@@ -100,7 +100,7 @@ class Planning(Server):
 
 
 def route_planners(mission: Any) -> dict[str, RoutePlanner]:
-    """Route planners of a mission by name, shared by all of its nodes as by a planner server."""
+    """Route planners of a mission by name; all nodes share them, as they share a planner server in Nav2."""
     found: dict[str, RoutePlanner] = mission.shared.setdefault("nav2 planners", {})
     return found
 
@@ -165,7 +165,7 @@ class ClearCostmapAroundRobot(ClearCostmapExceptRegion):
 
 
 class TruncatePath(Instant):
-    """Removes the last part of a path."""
+    """Removes a length from the end of a path."""
 
     input_path = Input(list, doc="path")
     output_path = Output(list, "path without its end")
@@ -234,7 +234,7 @@ class GetCurrentPose(Instant):
 
 
 class RemovePassedGoals(Instant):
-    """Removes goals that the robot is near from the beginning of a list."""
+    """Removes goals from the beginning of a list while the robot is near the first one."""
 
     input_goals = PosesInput("{goals}", "goals in order")
     output_goals = Output(list, "remaining goals")
@@ -255,7 +255,7 @@ class RemovePassedGoals(Instant):
 
 
 class _Selector(Instant):
-    """Writes the default value; there is no topic here for a user's choice."""
+    """Base of nodes that write their default value; in Nav2, a user can choose another one by a topic."""
 
     topic_name = Input(str, "", "topic in Nav2; not used")
 
@@ -295,17 +295,17 @@ class ProgressCheckerSelector(_Selector):
 
 
 NO_VALID_GRAPH, INDETERMINANT_NODES, NO_VALID_ROUTE = 2, 3, 5
-"""Error codes of the route server, relative to 400, in addition to `UNKNOWN`."""
+"""Error codes of Nav2's route server, minus 400, in addition to `UNKNOWN`."""
 
 
 @dataclass(frozen=True)
 class Route:
-    """Route over the roads, as in nav2_msgs/Route.
+    """Route over known roads, as in nav2_msgs/Route.
 
     Attributes:
-        route_cost: Length, weighted by the cost of each road [m].
-        nodes: Names of the places, in order.
-        edges: Roads between them, each as the names of its ends.
+        route_cost: Length of the route, weighted by the cost of each road [m].
+        nodes: Names of the places on the route, in order.
+        edges: Roads between these places, each as the names of its two ends.
     """
 
     route_cost: float
@@ -352,7 +352,7 @@ class ComputeRoute(Planning):
         return NO_VALID_ROUTE if roads.graph.edges or roads.closed else NO_VALID_GRAPH
 
     def _given_start(self) -> object:
-        """Start given by the ports; None if the route begins at the robot."""
+        """Start of the route as given by the ports; None if the route begins at the robot."""
         if self.use_poses:
             return self.start if self.use_start else None
         return self.start_id or None
@@ -365,7 +365,7 @@ class ComputeRoute(Planning):
         return None if math.isnan(here.x) else here
 
     def _route(self) -> Route:
-        """Last route of the planner; empty for a planner that does not use roads."""
+        """Last route of the planner; empty if the planner does not use roads."""
         planner = self._planner()
         found = planner.last_route if isinstance(planner, RoadRoutePlanner) else None
         if found is None:

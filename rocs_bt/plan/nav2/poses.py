@@ -1,4 +1,4 @@
-"""Poses in ports of Nav2's nodes: names of nodes of the world model, or texts of a PoseStamped."""
+"""Poses in ports of Nav2's nodes, written as names of places in the world model or as texts of a PoseStamped."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ if TYPE_CHECKING:
     from ..context import MissionContext
 
 STAMPED = 9
-"""Number of fields of Nav2's PoseStamped text: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
+"""Number of fields of a PoseStamped text: stamp, frame, position x y z, orientation x y z w, separated by `;`."""
 
 
 class PoseInput(Input[Any]):
-    """Port that reads a pose: the name of a node of the world model, or Nav2's text of a PoseStamped."""
+    """Port that reads a pose: the name of a node in the world model, or the text of a PoseStamped."""
 
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_pose)
 
 
 class PosesInput(Input[Any]):
-    """Port that reads several poses: a list, or names of nodes of the world model separated by `;`."""
+    """Port that reads several poses: a list, or names of nodes in the world model separated by `;`."""
 
     def __init__(self, default: Any, doc: str) -> None:
         super().__init__(object, default, doc, parse=read_poses)
 
 
 def read_pose(text: str) -> str | Pose2:
-    """Pose in a text, or the name of a node.
+    """Convert a text to a pose, or return it as the name of a node in the world model.
 
     Raises:
         InputError: A field of a PoseStamped is not a finite number.
@@ -50,7 +50,7 @@ def read_pose(text: str) -> str | Pose2:
 
 
 def read_poses(text: str) -> list[str | Pose2]:
-    """Poses or names in a text.
+    """Convert a text to poses, or to names of nodes in the world model.
 
     Raises:
         InputError: The text has PoseStamped fields, but not nine per pose.
@@ -67,11 +67,11 @@ def robot_pose(mission: MissionContext) -> Pose2:
 
 
 def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
-    """Pose of a value, world frame; None if unknown.
+    """Pose that a port's value describes, world frame; None if unknown.
 
     Args:
-        mission: Mission with the knowledge to use.
-        value: A pose, its text, or the name of a node of the world model.
+        mission: Mission whose knowledge contains the node.
+        value: Pose, text of a PoseStamped, or name of a node in the world model.
 
     Raises:
         InputError: The value is none of these.
@@ -86,11 +86,11 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
 
 
 def poses_of(mission: MissionContext, value: Any) -> list[Pose2 | None]:
-    """Poses of several values."""
+    """Poses that the value of a port with several poses describes; see `pose_of`."""
     values = read_poses(value) if isinstance(value, str) else value
     return [pose_of(mission, each) for each in values or ()]
 
 
 def same(one: Any, other: Any) -> bool:
-    """Whether two lists of poses are equal; an irrelevant heading (NaN) equals itself."""
+    """Whether two lists of poses are equal, where NaN, which marks an irrelevant heading, is equal to NaN."""
     return repr(one) == repr(other)

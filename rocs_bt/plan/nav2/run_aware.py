@@ -1,4 +1,4 @@
-"""Nodes that keep state between ticks of one run of their parent, also after they have ended."""
+"""Base classes of nodes that keep state during a run of their parent, even after they have ended themselves."""
 
 from __future__ import annotations
 
@@ -15,13 +15,14 @@ from ...trees.nodes.node import Node
 from ...trees.status import RUNNING
 
 _RETICKING = (Reactive, PipelineSequence, NonblockingSequence, WhileDoElse)
-"""Parents that tick ended children again, and reset them when they end themselves."""
+"""Parents that tick children again that have ended; such children begin a new run when the parent does."""
 
 
 class RunAware(Node):
-    """Distinguishes the first tick of a run from later ones, as a node of BehaviorTree.CPP does by being IDLE.
+    """Base of nodes that distinguish the first tick of a run from later ones.
 
-    Under any other parent each tick of a node that is not RUNNING begins a run.
+    In BehaviorTree.CPP a node is IDLE in the first tick, because its parent resets it. Here, parents that tick ended
+    children again call `begin`. Under any other parent, a tick of a node that is not RUNNING begins a run.
     """
 
     _new_run = True
@@ -35,11 +36,11 @@ class RunAware(Node):
         return super().bind(board, runtime)
 
     def begin(self) -> None:
-        """Begin a new run; the parent calls this on its own first tick after it ended or was halted."""
+        """Make the next tick begin a run; the parent calls this in the first tick of its own run."""
         self._new_run = True
 
     def begins(self) -> bool:
-        """Whether this tick begins a run; call it once per tick."""
+        """Whether this tick begins a run; call this once in each tick."""
         first = self.status is not RUNNING and (self._new_run or not self._parent_notifies)
         self._new_run = False
         return first
@@ -50,10 +51,10 @@ class RunAware(Node):
 
 
 class RunAwareDecorator(RunAware, Decorator):
-    """Base class of decorators that keep state between ticks."""
+    """Base class of decorators that keep state during a run of their parent."""
 
 
 class RunAwareCondition(RunAware, Instant):
-    """Base class of conditions that keep state between ticks."""
+    """Base class of conditions that keep state during a run of their parent."""
 
     kind = "Condition"
