@@ -15,7 +15,7 @@ from ..units import NONE, Dimension
 
 
 class Live:
-    """Type of an attribute that is not written: the live view of the signal named by the attribute `signal`."""
+    """Type of attributes that cannot be written: live view of the signal that the node's attribute `signal` names."""
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Attribute:
     Attributes:
         type: Python type: `float`, `int`, `bool`, `str`, `tuple` (of floats), `Pose2` or `Live`.
         dimensions: Dimension of each number; one for a float, three for a pose.
-        required: Whether a node cannot be added without it.
+        required: Whether a node cannot be added without a value of this attribute.
         default: Value until the first write; None for unknown.
         low: Lowest allowed number, SI units.
         high: Highest allowed number, SI units.
@@ -55,10 +55,11 @@ class Attribute:
         """Check a value and convert it to the immutable Python value that is stored.
 
         Args:
-            value: Value to write; None for "not known", unless required.
+            value: Value to write; None if unknown, which a required attribute refuses.
 
         Raises:
-            KnowledgeError: Wrong type, NaN, or outside `low` and `high`; the caller puts the name in front.
+            KnowledgeError: Wrong type, NaN, or outside `low` and `high`. The message lacks the attribute's name, which
+                the caller puts in front.
         """
         if self.type is float and type(value) is float and self.low <= value <= self.high:
             return value  # the common case
@@ -82,7 +83,7 @@ class Attribute:
         return value
 
     def narrows(self, wider: Attribute) -> bool:
-        """Whether this attribute accepts only values that the other accepts: same type and unit, no wider bounds."""
+        """Whether this attribute accepts only values that `wider` accepts: same type and unit, and bounds no wider."""
         if (self.type, self.dimensions) != (wider.type, wider.dimensions) or wider.required > self.required:
             return False
         fewer = not wider.choices or (self.choices and {*self.choices} <= {*wider.choices})

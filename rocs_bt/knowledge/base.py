@@ -35,7 +35,7 @@ class _Signals(SignalTable):
 
 
 class KnowledgeBase(ABC):
-    """Base of the models: a graph of facts and a table of measured signals.
+    """Graph of facts and table of measured signals of one agent; the abstract base of Knowledge.
 
     Args:
         agent: Name of the robot and of its node in the graph.
@@ -48,7 +48,7 @@ class KnowledgeBase(ABC):
         clock: Source of time.
         sink: Receives changes of the graph.
         graph: Nodes and relations.
-        signals: Numbers that change every period.
+        signals: Measured values, which change in every control period.
         past: Source of earlier graph states for `as of` queries; a NoPast, which refuses them, until one is set.
 
     Raises:
@@ -97,7 +97,7 @@ class KnowledgeBase(ABC):
         return self.query(str(query), **parameters).holds(self.graph, self.query_context(), **parameters)
 
     def query(self, text: str, **parameters: Any) -> Query:
-        """Compile a query text for parameters of these types; the result is cached.
+        """Compile a query text for parameters of the given values' types; compiled queries are cached.
 
         Raises:
             InputError: The text is not a query; with the column.

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from ..errors import KnowledgeError, did_you_mean
 from .attribute import Attribute, Live
 
-# Keys of every row, and the parameter names of the writing methods.
+# Names that no attribute may have: keys of every stored row, and parameter names of the graph's writing methods.
 RESERVED = frozenset({"kind", "t", "revision", "node", "source", "relation", "target"})
 
 
@@ -20,21 +20,21 @@ T = TypeVar("T")
 
 
 def is_name(text: object) -> bool:
-    """Whether a text can name a node: 1 to `NAME_LIMIT` printable characters, in every graph and from every peer.
+    """Whether a text can name a node: 1 to `NAME_LIMIT` printable characters.
 
-    Control characters would act as commands in terminals, log files and identifiers.
+    Control characters are refused because they would act as commands in terminals, log files and identifiers.
     """
     return isinstance(text, str) and 0 < len(text) <= NAME_LIMIT and text.isprintable()
 
 
 def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
-    """The value of a name in a mapping.
+    """Value of a name in a mapping; for an unknown name, an error that lists the valid ones.
 
     Args:
-        what: Type of the name, for the message.
+        what: Noun for what is looked up, such as `relation`, for the message.
         name: Name to find.
         names: Values by name.
-        owner: Owner of the names, for the message.
+        owner: Noun for what has the names, such as `The schema`, for the message.
 
     Raises:
         KnowledgeError: No such name; lists what exists.
@@ -75,7 +75,8 @@ class Kind:
         name: Name in the graph, such as `robot`.
         attributes: Declared attributes of a node of this kind.
         doc: Description, one sentence.
-        extends: Parent kind: a node has all its attributes and is accepted wherever the parent kind is.
+        extends: Parent kind, or None. Nodes also have the attributes of the parent kind, and are accepted wherever the
+            parent kind is.
     """
 
     name: str
@@ -92,17 +93,17 @@ class Kind:
 
 @dataclass(frozen=True)
 class Relation:
-    """Named relation: a directed edge from nodes of some kinds to nodes of some kinds.
+    """Declaration of a relation: named, directed edges between nodes of certain kinds.
 
     Attributes:
         name: Name in the graph, such as `has_sensor`.
-        sources: Kinds that it may start from, including those that extend them.
-        targets: Kinds that it may end at, including those that extend them.
+        sources: Kinds of nodes from which an edge may start, including kinds that extend these.
+        targets: Kinds of nodes at which an edge may end, including kinds that extend these.
         attributes: Declared attributes of an edge.
-        single: Whether a source has at most one; a new edge then replaces the old one.
+        single: Whether a node has at most one outgoing edge of the relation; a new edge then replaces the old one.
         doc: Description, one sentence.
-        max_targets: Maximum number of targets of a source, beyond which an edge is refused; None for any.
-        max_sources: Maximum number of sources of a target, beyond which an edge is refused; None for any.
+        max_targets: Maximum number of outgoing edges of a node; further edges are refused. None for any number.
+        max_sources: Maximum number of incoming edges of a node; further edges are refused. None for any number.
     """
 
     name: str

@@ -28,9 +28,9 @@ _NEVER = Stamp(-math.inf, 0)
 class KnowledgeGraph(Readable):
     """Knowledge of one robot: nodes with a kind and typed attributes, and named relations between them.
 
-    A write is checked first and then made as a whole. Each change has a revision, counted from 1 without gaps. It is
-    emitted as a `KnowledgeChanged` event in that order and passed to subscribers after the lock is released. Writing
-    an equal value again renews its time but is not a change.
+    A write is checked completely before anything is stored. Each change gets a revision number, counted from 1 without
+    gaps. In this order, changes are emitted as `KnowledgeChanged` events and, after the lock is released, passed to
+    subscribers. Writing an equal value again updates the time of the value but is not a change.
 
     Args:
         clock: Source of time.
@@ -139,7 +139,8 @@ class KnowledgeGraph(Readable):
     def locked(self) -> AbstractContextManager[Any]:
         """Lock the graph against writes of other threads; the context manager gives the view.
 
-        For an algorithm over the view, or for several writes that form one. Subscribers are called at the end.
+        Use it for an algorithm over the view, or to make several writes atomic. Subscribers are called when the lock is
+        released.
         """
         return _Lock(self)
 
@@ -187,7 +188,7 @@ class KnowledgeGraph(Readable):
         self._deliver()
 
     def set(self, node: str, **attributes: Any) -> None:
-        """Write attributes of a node; None for a value that is no longer known.
+        """Write attributes of a node; None marks a value as no longer known.
 
         Raises:
             KnowledgeError: No such node, or the schema rejects an attribute; nothing is written.
@@ -241,10 +242,11 @@ class KnowledgeGraph(Readable):
         self._deliver()
 
     def relate(self, source: str, relation: str, target: str, **attributes: Any) -> None:
-        """Add an edge, or write attributes of an existing one. A `single` relation drops its old target.
+        """Add an edge, or write attributes of an existing one; an edge of a `single` relation replaces the old one.
 
         Raises:
-            KnowledgeError: No such node or relation, kinds that the relation does not join, or a rejected attribute.
+            KnowledgeError: No such node or relation, the relation does not join nodes of these kinds or has reached a
+                limit, or the schema rejects an attribute.
         """
         with self._lock:
             declared = self.schema.relation(relation)
@@ -286,12 +288,12 @@ class KnowledgeGraph(Readable):
     def subscribe(
         self, callback: Callback, kind: str | None = None, node: str | None = None, relation: str | None = None
     ) -> Subscription:
-        """Call back for each change that passes all given filters; an edge concerns both of its ends.
+        """Call `callback` for each change that passes all given filters.
 
-        A kind includes the kinds that extend it.
+        A change of an edge passes the filters of either end node. A kind includes the kinds that extend it.
 
-        Callbacks run on the thread of a writer, after its lock is released, in the order of revision and one at a
-        time; keep them short. One that raises is detached, recorded in `failures` and reported as an event.
+        Callbacks run on the thread of a writer, after its lock is released, in the order of revision and one at a time;
+        keep them short. A callback that raises is detached, recorded in `failures` and reported as an event.
 
         Raises:
             KnowledgeError: No such kind or relation. The node need not exist yet.

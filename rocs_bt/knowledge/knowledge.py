@@ -15,7 +15,7 @@ from .world import WorldModel
 
 
 class Knowledge(KnowledgeBase):
-    """Everything one robot knows, and three models of it.
+    """Knowledge of one robot: graph, signals, and three models as views of them.
 
     Args:
         agent: Name of the robot and of its node in the graph.
@@ -30,7 +30,7 @@ class Knowledge(KnowledgeBase):
         world: View of the graph as the world.
         robot: View of the graph and the signals as the robot.
         strategy: View of the graph as strategies.
-        reactive_models: The ReactiveModels, added by the agent.
+        reactive_models: ReactiveModel objects of the agent's rules; the agent adds them.
 
     Raises:
         KnowledgeError: The agent has no name.

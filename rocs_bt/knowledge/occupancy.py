@@ -18,7 +18,7 @@ from ..errors import KnowledgeError
 from .signals import Array
 
 MAX_ECHOES = 20
-"""Maximum weight of past echoes in a cell's mean position: it averages noise, yet follows a moving obstacle."""
+"""Maximum weight of past echoes in a cell's mean position, in echoes; bounded to follow a moving obstacle."""
 
 UNKNOWN, FREE, OCCUPIED = -1, 0, 1
 """States of a cell."""
@@ -27,7 +27,7 @@ HIT, MISS = 0.9, -0.4
 """Change of a cell's log odds by one scan: for an echo in it, and for a beam through it."""
 
 EVIDENCE_LIMIT = 3.6
-"""Bound of the log odds, so that a cell can change its state again after any number of equal observations."""
+"""Maximum absolute log odds of a cell; bounded so that new observations can still change its state."""
 
 FREE_BELOW, OCCUPIED_ABOVE = -0.2, 0.5
 """Log odds below which a cell is free, and above which it is occupied; in between it is unknown."""
@@ -79,7 +79,7 @@ class OccupancyGrid:
 
     Attributes:
         cell: Side of a cell [m].
-        revision: Number of updates that changed which cells are occupied; other updates do not count.
+        revision: Number of changes of the set of occupied cells, including every move and every `clear`.
 
     Raises:
         KnowledgeError: A size is not positive, or there would be more than `MAX_CELLS`.
@@ -103,7 +103,7 @@ class OccupancyGrid:
         self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
 
     def cells(self, points: Array) -> Cells:
-        """Absolute rows and columns, shape (k, 2), of the cells at points [m], shape (k, 2); see `centre_on`."""
+        """Rows and columns of the cells at points [m], both of shape (k, 2), counted from the world origin."""
         cells: Cells = np.floor(points[:, ::-1] / self.cell).astype(np.intp)
         return cells
 
@@ -112,7 +112,7 @@ class OccupancyGrid:
         return np.asarray((cells[:, ::-1] + 0.5) * self.cell, dtype=float)
 
     def centre_on(self, x: float, y: float) -> None:
-        """Centre the grid on a point [m], unless the point is within an eighth of the side from the present centre."""
+        """Centre the grid on a point [m], unless it is less than an eighth of the side from the present centre."""
         wanted = [math.floor(v / self.cell) - self._count // 2 for v in (y, x)]
         shift = [new - old for new, old in zip(wanted, self._corner.tolist(), strict=True)]
         if max(map(abs, shift)) <= self._count // 8:
@@ -242,7 +242,7 @@ def _states(evidence: npt.NDArray[Any]) -> npt.NDArray[np.int8]:
 
 
 def _padding(inside: slice, start: int, last: int) -> tuple[int, int]:
-    """Number of rows or columns, the last one included, before and after those inside the grid."""
+    """Numbers of requested rows or columns, `start` to `last` included, before and after those inside the grid."""
     before = min(max(-start, 0), last + 1 - start)
     return before, last + 1 - start - before - (inside.stop - inside.start)
 

@@ -1,7 +1,7 @@
 """Readable: read-only interface of a knowledge graph, for queries, drawings, exports and sharing.
 
-The robot's own `KnowledgeGraph` is one; its state at an earlier time is another. An implementation provides the
-abstract methods; the other methods follow from them and may be replaced by faster ones.
+The robot's `KnowledgeGraph` and a `State` of it at an earlier time implement this interface. An implementation defines
+the abstract methods. The other methods use these, and an implementation may replace them by faster ones.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from .schema import Schema
 
 
 class Stamp(NamedTuple):
-    """Time and revision of a write."""
+    """Time of the last write and revision of the last change of a node, an edge or an attribute."""
 
     t: float  # [s]
-    revision: int  # revision of its newest change
+    revision: int
 
 
 class Readable(ABC):
@@ -35,7 +35,7 @@ class Readable(ABC):
 
     Attributes:
         schema: Kinds, attributes and relations of the graph.
-        revision: Revision of its newest change.
+        revision: Revision of the graph's newest change.
     """
 
     schema: Schema
@@ -133,7 +133,7 @@ class Readable(ABC):
         return _known(targets[target], self.schema.relation(relation).attributes) if target in targets else None
 
     def edges(self, relation: str | None = None) -> list[tuple[str, str, str]]:
-        """All edges, or those of a relation, as (source, relation, target), ordered by source in insertion order.
+        """All edges, or those of a relation, as (source, relation, target), grouped by relation and then by source.
 
         Raises:
             KnowledgeError: No such relation; lists what exists.
@@ -182,7 +182,7 @@ class Readable(ABC):
     def nearest(
         self, x: float, y: float, kind: str | None = None, within: float = math.inf, limit: int = 1
     ) -> list[tuple[float, str]]:
-        """The first `limit` entries of `by_distance`.
+        """The `limit` nearest nodes, as pairs of distance [m] and node; see `by_distance`.
 
         Raises:
             KnowledgeError: No such kind; lists what exists.
@@ -216,7 +216,7 @@ class Past(Protocol):
     """Source of earlier states of a graph."""
 
     def as_of(self, t: float) -> Readable:
-        """The graph at a time [s]: with every change up to it and none after.
+        """State of the graph at a time [s].
 
         Raises:
             KnowledgeError: No state is kept for that time.
@@ -225,7 +225,7 @@ class Past(Protocol):
 
 
 class NoPast:
-    """Past of a graph without a history."""
+    """Past of a graph without a history; refuses every query."""
 
     def as_of(self, t: float) -> Readable:
         """Refuse the query.

@@ -1,7 +1,7 @@
 """Roadmap: known places and the roads between them, as a graph for route search.
 
-The nodes are places and goals; the edges are the relation `connects`, one for each direction that can be driven. A road
-is usable while it is open, wide enough, and no door between its ends is known to be closed.
+The roadmap's nodes are places and goals. Its edges are those of the relation `connects`, one for each direction that
+can be driven. A road is usable while it is open, wide enough, and no door between its ends is known to be closed.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Search = Callable[[Any, str, str, Callable[[str, str], float]], list[str]]
 """Shortest-path search: (networkx DiGraph with `weight` on its edges, start node, goal node, heuristic) -> nodes of
 the path. The heuristic is a lower bound of the cost between two nodes. It raises networkx.NetworkXNoPath."""
 
-SAME_POSITION = 1e-6  # [m] maximum distance of a point that counts as at a place
+SAME_POSITION = 1e-6  # [m] maximum distance at which a point counts as being at a place
 _START, _END = "\0start", "\0end"  # no place can have these names
 
 
@@ -34,8 +34,8 @@ class Route(NamedTuple):
 
     Attributes:
         points: Corners from the start to the goal, world frame [m].
-        places: Names of the places on it.
-        cost: Sum of each road's length [m] times its cost factor.
+        places: Names of the places along the route.
+        cost: Sum over all roads of length [m] times cost factor.
     """
 
     points: list[Point]
@@ -118,7 +118,7 @@ class Roadmap:
         return math.dist(self._at[a], self._at[b])
 
     def _nearest(self, point: Point) -> tuple[str, ...]:
-        """The place at a point, or else the ends of the nearest road; open roads win ties."""
+        """The place at a point, or else both ends of the nearest road; of equally near roads, an open one."""
 
         def order(road: tuple[str, str]) -> tuple[float, bool, bool, tuple[str, str]]:
             away = segment_distance(point, self._at[road[0]], self._at[road[1]])
@@ -132,13 +132,13 @@ class Roadmap:
         return tuple(here(ends)[:1]) or ends
 
     def _entries(self, start: Point) -> list[str]:
-        """The first places that can be driven to from the start; for a closed road its nearer end."""
+        """Places to which a route can drive first from its start; on a closed road, the nearer end of the road."""
         ends = self._nearest(start)
         ahead = [b for a, b in permutations(ends, 2) if self.graph.has_edge(a, b)]
         return ahead or [min(ends, key=lambda n: math.dist(start, self._at[n]))]
 
     def _exits(self, goal: Point) -> list[str]:
-        """The places from which the goal can be driven to."""
+        """Places from which a route can drive straight to its goal."""
         ends = self._nearest(goal)
         return [a for a, b in permutations(ends, 2) if self.graph.has_edge(a, b)] or list(ends)[: len(ends) == 1]
 
@@ -167,7 +167,7 @@ def _roads(knowledge: Knowledge) -> Iterator[tuple[str, str, dict[str, Any]]]:
 
 
 def _closed_doors(knowledge: Knowledge) -> dict[tuple[str, str], str]:
-    """Doors that are known to be closed, by each pair of places that they connect."""
+    """Doors that are known to be closed, by the ordered pair of places that each connects."""
     graph = knowledge.graph
     closed = [door for door in graph.nodes("door") if graph.get(door, "open") is False]
     return {pair: door for door in closed for pair in permutations(graph.related(door, "leads_to"), 2)}

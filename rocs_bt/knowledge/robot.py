@@ -41,7 +41,7 @@ class Scanner:
 
 
 class RobotModel(Model):
-    """Structure, sensors, actuators, limits, present state, and forward and inverse kinematics.
+    """View of knowledge as the robot: sensors, actuators, limits, present state and kinematics.
 
     The present state is read from the standard signals `pose`, `wheel_speeds`, `speed` and `turn_rate`. It is NaN if
     a signal is not valid or the robot has no sensor for it. Times are in seconds; None means now.
@@ -56,7 +56,7 @@ class RobotModel(Model):
         """Kinematics and limits of the wheels; set by the agent.
 
         Raises:
-            KnowledgeError: It has not been set.
+            KnowledgeError: The drive has not been set.
         """
         if self._drive is None:
             raise KnowledgeError(f"the robot '{self.name}' has no drive; set `knowledge.robot.drive` first.")
@@ -94,7 +94,7 @@ class RobotModel(Model):
 
     @property
     def pivot(self) -> float:
-        """Distance from the base forward to the point that moves only along the heading [m]; 0 without a drive."""
+        """Forward distance from the base to the point that never moves sideways [m]; 0 without a drive."""
         return 0.0 if self._drive is None else self._drive.pivot
 
     def inverse(self, twist: Twist2) -> Array:
@@ -106,7 +106,7 @@ class RobotModel(Model):
         return self.drive.twist(wheel_speeds)
 
     def sensors(self) -> list[str]:
-        """Names of its sensors."""
+        """Names of the robot's sensors."""
         return self.graph.related(self.name, "has_sensor")
 
     def scanner(self, signal: str) -> Scanner:
@@ -124,7 +124,7 @@ class RobotModel(Model):
         raise InputError(Fault(message, hint=hint))
 
     def actuators(self) -> list[str]:
-        """Names of its actuators."""
+        """Names of the robot's actuators."""
         return self.graph.related(self.name, "has_actuator")
 
     @property

@@ -1,4 +1,4 @@
-"""Signal table: numbers that change every period, with one value for all readers (docs/architecture.md).
+"""Signal table: measured values, which change in every control period (docs/architecture.md).
 
 All values are in one float64 array. A value outside its bounds is stored as NaN, and a value older than the signal's
 `max_age` is read as NaN: NaN is the single indicator of failure. A range without echo is +inf, which is valid if the
@@ -23,7 +23,7 @@ from ..signal import Signal
 Array: TypeAlias = NDArray[np.float64]
 Values: TypeAlias = float | Sequence[float] | Array
 
-# Times are multiples of a step with rounding; half a microsecond keeps an age of exactly max_age valid.
+# Tolerance [s] for rounding of times, so that a value with an age of exactly max_age is valid.
 _SLACK = 5e-7
 
 
@@ -47,7 +47,7 @@ class SignalWriter:
 
         Args:
             values: SI units, shape (size,), or a plain number if the size is 1; copied.
-            t: Time at which the values were true [s].
+            t: Time of measurement of the values [s].
 
         Raises:
             KnowledgeError: Wrong size, not numbers, or a time that is not finite.
@@ -57,7 +57,7 @@ class SignalWriter:
             self.store(checked, t)
 
     def checked(self, values: Values, t: float) -> Array | float:
-        """The values as they are stored: values out of bounds are NaN."""
+        """Check values and convert them to the stored form, with NaN for values out of bounds; see `write`."""
         if not math.isfinite(t):
             raise KnowledgeError(f"signal '{self.spec.name}' was written with the time {t!r}; give it in seconds.")
         if type(values) is float and self.spec.size == 1:
@@ -86,7 +86,7 @@ class SignalWriter:
 
 
 class _Batch:
-    """Adjacent signals of one `max_age` that are repeatedly written together, as by a monitor."""
+    """Adjacent signals of equal `max_age` that a writer, such as a monitor, repeatedly writes together."""
 
     __slots__ = ("_bounds", "_expires", "_max_age", "_sizes", "_values", "writers")
 
@@ -102,14 +102,17 @@ class _Batch:
         self.writers = tuple(writers)
 
     def store(self, values: Iterable[Values], t: float) -> bytes | None:
-        """Store values and return them packed, or None if they need the full check; the caller holds the lock."""
+        """Store valid values and return them packed as float64; None, without storing, if they need the full check.
+
+        The caller holds the table's lock.
+        """
         flat: list[float] = []
         for value, size in zip(values, self._sizes, strict=True):
             if type(value) is not list or len(value) != size:
                 return None
             flat += value
         try:
-            # min and max may or may not report a NaN: it is stored either way, here or after the full check.
+            # min and max may miss a NaN, which is harmless: a NaN is stored as NaN with or without the full check.
             for low, high, part in self._bounds:
                 if not (low <= min(flat[part]) and max(flat[part]) <= high):
                     return None
@@ -127,10 +130,11 @@ class _Batch:
 class SignalTable:
     """All signals of one agent.
 
-    Declare every signal, then freeze. The first use freezes too, because views of the array are handed out.
+    Declare every signal, then call `freeze`. The first read or write freezes the table too, because the array of values
+    cannot grow afterwards.
 
     Attributes:
-        revision: Number of writes.
+        revision: Number of writes to all signals so far.
     """
 
     def __init__(self) -> None:
@@ -160,7 +164,7 @@ class SignalTable:
         self.size += signal.size
 
     def freeze(self) -> None:
-        """End the declarations and allocate the array, every value NaN; further calls have no effect."""
+        """End the declarations and allocate the array of values, all NaN; further calls have no effect."""
         with self._lock:
             if self._frozen:
                 return
@@ -181,7 +185,7 @@ class SignalTable:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """All signals, in the order of declaration, which is the order in a snapshot."""
+        """Names of all signals in the order of declaration, which is the order of their values in a snapshot."""
         return tuple(self._specs)
 
     def __contains__(self, name: str) -> bool:
@@ -255,7 +259,7 @@ class SignalTable:
             return math.nan if self._ends[at] < t else self._numbers[at]
 
     def numbers(self, name: str, t: float) -> list[float]:
-        """The values of `read` as plain floats; much faster for a few values."""
+        """A signal's values as a list of floats, otherwise as from `read`; much faster for a few values."""
         self.writer(name)
         span = self._slices[name]
         with self._lock:
@@ -264,10 +268,10 @@ class SignalTable:
         return [math.nan] * len(values) if stale else values
 
     def snapshot(self, t: float, out: Array | None = None) -> Array:
-        """All signals at once; those that are stale at time t [s] are NaN.
+        """Values of all signals at one moment, shape (size,); NaN for signals that are stale at time t [s].
 
         Args:
-            t: Time to which ages refer [s].
+            t: Present time, from which the ages are computed [s].
             out: Buffer to copy into, shape (size,); None for a new one.
 
         Returns:
@@ -289,18 +293,18 @@ class SignalTable:
         return out
 
     def view(self, name: str) -> Array:
-        """Live, read-only view of a signal's newest values, shape (size,); stale values stay, so check `stamp`."""
+        """Live, read-only view of a signal's newest values, shape (size,); not NaN when stale, so check `stamp`."""
         self.writer(name)
         view = self._values[self._slices[name]]
         view.flags.writeable = False
         return view
 
     def stamp(self, name: str) -> float:
-        """Time at which the newest values were true [s]; -inf before the first write."""
+        """Time of measurement of a signal's newest values [s]; -inf before the first write."""
         return self.writer(name).stamp
 
     def revision_of(self, name: str) -> int:
-        """Number of writes of a signal."""
+        """Number of writes of a signal so far."""
         return self.writer(name).revision
 
     def _batch(self, names: tuple[str, ...]) -> _Batch | None:

@@ -1,8 +1,9 @@
 """Spatial index of nodes for nearest-neighbour queries.
 
-A hash grid of square cells. The cell side follows the number and the density of the points, so that an occupied cell
-holds about two. A search visits rings of cells around a point and stops when no farther ring can hold a nearer point
-(J. L. Bentley, B. W. Weide, A. C. Yao, "Optimal Expected-Time Algorithms for Closest Point Problems", 1980).
+The index is a hash grid of square cells. The cell side depends on the number and the density of the points, so that an
+occupied cell holds about two points. A search visits rings of cells around a point and stops when no farther ring can
+hold a nearer point (J. L. Bentley, B. W. Weide, A. C. Yao, "Optimal Expected-Time Algorithms for Closest Point
+Problems", 1980).
 """
 
 from __future__ import annotations
@@ -14,13 +15,13 @@ Batch = list[tuple[float, str]]
 Cell = tuple[int, int]
 
 _FULL = 2.0  # target number of points in an occupied cell
-_SAMPLE = 512  # points sampled to choose the side
+_SAMPLE = 512  # number of points sampled to choose the side of the cells
 _SHORTEST, _LONGEST = 1e-3, 1e6  # side of a cell [m]
 _FAR = 1e9  # points beyond this coordinate are kept outside the cells [m]
 
 
 class SpatialIndex:
-    """Named points in the plane."""
+    """Named points in the plane, searchable by distance."""
 
     def __init__(self) -> None:
         self._side = 1.0
@@ -103,7 +104,7 @@ class SpatialIndex:
             del self._cells[cell]
 
     def _build(self) -> None:
-        """Choose the side again and put all points into new cells; a running search keeps the old cells."""
+        """Choose a new cell side and distribute all points to new cells; a running search keeps the old cells."""
         self._built = len(self._points)
         near = {name: point for name, point in self._points.items() if self._home[name] is not None}
         self._side = side = _chosen_side([*near.values()])
@@ -120,7 +121,7 @@ def _measured(points: Iterable[tuple[str, tuple[float, float]]], x: float, y: fl
 
 
 def _ring(u: int, v: int, ring: int) -> Iterable[Cell]:
-    """The cells at a distance of `ring` cells; ring 1 includes the centre cell, which rarely suffices alone."""
+    """Cells at a distance of `ring` cells from cell (u, v); ring 1 includes cell (u, v) itself."""
     if ring > 1:
         return _far_ring(u, v, ring)
     return (
@@ -146,7 +147,7 @@ def _far_ring(u: int, v: int, ring: int) -> Iterator[Cell]:
 
 
 def _chosen_side(points: list[tuple[float, float]]) -> float:
-    """The side at which an occupied cell holds about `_FULL` points, estimated from a sample."""
+    """Cell side [m] at which an occupied cell holds about `_FULL` points, estimated from a sample."""
     sample = points[:: max(1, len(points) // _SAMPLE)]
     side = _LONGEST
     while side > _SHORTEST and len({(x // side, y // side) for x, y in sample}) < len(sample) / _FULL:

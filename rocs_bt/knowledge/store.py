@@ -1,4 +1,4 @@
-"""Storage of the graph: networkx, and indexes that share its rows. It neither checks nor locks."""
+"""Storage of the graph: a networkx graph, and indexes that share its rows. It neither checks nor locks."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .spatial_index import SpatialIndex
 
 
 class Row(dict[str, Any]):
-    """Attributes of a node or an edge as networkx sees them; read-only for users of a view."""
+    """Attribute dict of a node or an edge in the networkx graph; only `write` can change it."""
 
     def _refuse(self, *args: Any, **kwargs: Any) -> NoReturn:
         raise KnowledgeError("the view of the knowledge graph is read-only; write with KnowledgeGraph.set or relate.")
@@ -23,12 +23,12 @@ class Row(dict[str, Any]):
     __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = _refuse
 
     def update(self, *args: Any, **kwargs: Any) -> None:
-        """Refuse, except for the empty update of networkx when it makes a row."""
+        """Refuse every update except the empty one that networkx makes when it creates the dict."""
         if any(args) or kwargs:
             self._refuse()
 
     def write(self, values: dict[str, Any], t: float, revision: int) -> None:
-        """Write values, and keep the given dict; a reader without the lock sees all of them or none."""
+        """Write values, time [s] and revision; a reader without the lock sees all of them or none."""
         values["t"] = t
         values["revision"] = revision
         dict.update(self, values)
@@ -38,23 +38,24 @@ class Row(dict[str, Any]):
 
 
 class Store:
-    """One networkx MultiDiGraph whose edges are keyed by their relation.
+    """A networkx MultiDiGraph whose edges are keyed by their relation, and indexes for fast reading.
 
     Attributes:
-        rows: Attributes of every node: the dicts that networkx holds, without its layers of views.
-        by_kind: Nodes of each kind and of the kinds that extend it, in insertion order.
-        targets: Edges of each (source, relation): target -> its attributes, the dicts that networkx holds.
-        sources: Edges of each (target, relation): source -> its attributes.
-        recent: All nodes in the order of their newest change.
-        spaces: Spatial index of each kind that has a pose, without the kinds that extend it.
-        around: Spatial indexes of each kind and of those that extend it; of all kinds under None.
+        rows: Attribute dict of every node; the same objects that networkx holds.
+        by_kind: Nodes by kind, including nodes of kinds that extend it, in insertion order.
+        targets: Attribute dicts of outgoing edges: by (source, relation), then by target.
+        sources: Attribute dicts of incoming edges: by (target, relation), then by source.
+        recent: All nodes, in the order of their newest change.
+        spaces: Spatial index of the nodes of each kind that has a pose, without nodes of kinds that extend it.
+        around: Spatial indexes to search for nodes of a kind, including kinds that extend it; for nodes of any kind
+            under None.
     """
 
     def __init__(self, schema: Schema) -> None:
         import networkx
 
         self._graph = networkx.MultiDiGraph()
-        # Set on the instance, so that copies which users and networkx make of a view are ordinary, writable graphs.
+        # Set on this instance and not in a subclass: copies of a view are then ordinary, writable graphs.
         self._graph.node_attr_dict_factory = Row
         self._graph.edge_attr_dict_factory = Row
         self.rows: dict[str, Row] = {}
@@ -90,8 +91,8 @@ class Store:
 
         Args:
             node: Name of the node.
-            row: Its row.
-            moved: Whether its pose was written.
+            row: Attribute dict of the node.
+            moved: Whether the pose of the node was written.
         """
         recent = self.recent
         if node in recent:

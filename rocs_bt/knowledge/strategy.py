@@ -1,9 +1,9 @@
-"""Strategies: the known alternatives, their outcomes so far, and the choice among them (paper, 4.2 and 5.1).
+"""StrategyModel: known strategies, their outcomes so far, and the choice among them (paper, 4.2 and 5.1).
 
 A situation is the set of answers to the known questions. The similarity of two situations is the weighted share of the
 questions that have the same answer in both; without questions it is 1. The expected success of a strategy is the share
-of its uses that succeeded, each weighted by the similarity of its situation to the present one, with one success and
-one failure added (the rule of succession; Laplace, 1814), so that it is 1/2 without data.
+of its uses that succeeded. Each use is weighted by the similarity of its situation to the present one. One success and
+one failure are added (the rule of succession; Laplace, 1814), so the expected success is 1/2 without data.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from ..errors import InputError, KnowledgeError
 from .model import Model
 
 SHARPNESS = 4
-"""Exponent of the similarity that weights a use: a similarity of 1/2 counts 1/16."""
+"""Exponent of the similarity in the weight of a use: a use of similarity 1/2 has the weight 1/16."""
 
 Situation = Mapping[str, bool]
 """Answers by question."""
@@ -28,8 +28,8 @@ class Use:
 
     Attributes:
         strategy: Name of the strategy.
-        situation: Situation at its start.
-        success: Whether it succeeded.
+        situation: Situation when the use began.
+        success: Whether the strategy succeeded.
     """
 
     strategy: str
@@ -43,8 +43,8 @@ class Expectation:
 
     Attributes:
         share: Expected share of successes, between 0 and 1; 1/2 without data.
-        uses: Effective number of uses, each weighted by similarity.
-        successes: Effective number of successes, weighted likewise.
+        uses: Effective number of uses: the sum of their weights.
+        successes: Effective number of successes: the sum of the weights of the successful uses.
     """
 
     share: float
@@ -83,10 +83,10 @@ class Candidate:
 
     Attributes:
         name: Name of the strategy.
-        score: Preference plus 2 (expected share of successes - 1/2); the highest is best.
+        score: `preference + 2 * (expectation.share - 1/2)`; the strategy with the highest score is the best.
         preference: Preference declared for the strategy.
         expectation: Expected success, from uses in similar situations.
-        rejection: Reason why it is not applicable now; empty if it is.
+        rejection: Reason why the strategy is not applicable now; empty if it is applicable.
     """
 
     name: str
@@ -127,17 +127,17 @@ class Choice:
 
 
 KEPT = 200
-"""Number of uses that are kept; beyond it the oldest finished use is removed."""
+"""Maximum number of uses that the graph keeps; the oldest finished use is removed first."""
 
 
 class StrategyModel(Model):
-    """Named strategies as nodes, the one in use, their fallbacks, and the outcome of each use."""
+    """View of knowledge as strategies: their fallbacks, the strategy in use, and the outcome of each use."""
 
     def add(self, name: str, falls_back_to: str | None = None, **attributes: Any) -> None:
         """Add a strategy.
 
         Args:
-            name: Name of its node.
+            name: Name of the strategy and of its node.
             falls_back_to: Fallback when this strategy is not applicable; it must exist.
             attributes: Attributes of a strategy, such as `mission`.
         """
@@ -165,7 +165,7 @@ class StrategyModel(Model):
             situation: Answers to the questions; None to evaluate the questions now.
 
         Returns:
-            Node of this use, for `end`.
+            Name of the node that records this use, to be passed to `end`.
         """
         with self.graph.locked():
             self.use(name)
@@ -180,7 +180,7 @@ class StrategyModel(Model):
         return node
 
     def end(self, use: str, outcome: str, reason: str = "") -> None:
-        """Record the outcome of a use; a use that has ended does not change.
+        """Record the outcome of a use; has no effect on a use that has ended already.
 
         Args:
             use: Node of the use; ignored if it has been removed.
@@ -197,7 +197,7 @@ class StrategyModel(Model):
         return found[0] if found else None
 
     def fallbacks(self, name: str) -> list[str]:
-        """The chain of fallbacks of a strategy; it ends before a strategy that is in it already."""
+        """Fallbacks of a strategy: its own, the fallback of that one and so on, until a strategy would occur twice."""
         chain, at = [name], name
         while (found := self.graph.related(at, "falls_back_to")) and found[0] not in chain:
             at = found[0]
@@ -218,8 +218,9 @@ class StrategyModel(Model):
     def choose(self, role: str = "", tried: Collection[str] = ()) -> Choice:
         """Score all strategies in the present situation.
 
-        A strategy is applicable if its guard holds and it suits the role: the given one, or one that the robot plays.
-        The best is the applicable one with the highest score; ties go to the one added first.
+        A strategy is applicable if its guard holds, it has not just failed, and it suits the given role or, without
+        one, a role that the robot plays. The best strategy is the applicable one with the highest score; of equal ones,
+        the one that was added first.
 
         Args:
             role: Role that the strategy must suit; empty for the robot's own roles.
@@ -241,7 +242,7 @@ class StrategyModel(Model):
         return Choice(now, tuple(sorted(found, key=lambda c: (bool(c.rejection), -c.score))))
 
     def after(self, name: str, tried: Collection[str]) -> str | None:
-        """The first applicable fallback of a strategy that has failed; None if there is none."""
+        """First applicable fallback of a failed strategy, except strategies in `tried`; None if there is none."""
         roles = set(self.graph.related(self.name, "plays"))
         return next((n for n in self.fallbacks(name) if not self._rejection(n, roles, tried)), None)
 

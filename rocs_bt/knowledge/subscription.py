@@ -17,7 +17,7 @@ WriteObserver: TypeAlias = Callable[[list[KnowledgeChanged]], None]
 
 
 class Delivery(msgspec.Struct, frozen=True, gc=False):
-    """A change with the data that subscriptions filter by: its nodes, their kinds, and the relation of an edge."""
+    """Queued change, with the data that subscriptions filter by: its nodes, their kinds, and an edge's relation."""
 
     change: KnowledgeChanged
     nodes: tuple[str, ...]
@@ -44,7 +44,7 @@ class Subscription:
     """Filtered subscription to changes; `close` ends it.
 
     Attributes:
-        active: Whether it still receives changes.
+        active: Whether the subscription still receives changes.
     """
 
     __slots__ = ("_callback", "_kind", "_node", "_relation", "_subscribers", "active")
@@ -73,7 +73,7 @@ class Subscription:
         )
 
     def notify(self, delivery: Delivery) -> None:
-        """Call back if the change passes the filters; a callback that raises is detached, invisibly to the writer."""
+        """Call the callback if the change passes the filters; detach a callback that raises."""
         if self.active and self.fits(delivery.nodes, delivery.kinds, delivery.relation):
             try:
                 self._callback(delivery.change)
@@ -99,7 +99,7 @@ class Subscribers:
         self.failures: list[SubscriberFailure] = []
 
     def add(self, callback: Callback, kind: str | None, node: str | None, relation: str | None) -> Subscription:
-        """Add a subscription, called after the earlier ones."""
+        """Add a subscription; its callback is called after those of earlier subscriptions."""
         subscription = Subscription(self, callback, kind, node, relation)
         with self._changing:
             self.all = (*self.all, subscription)
@@ -120,9 +120,9 @@ class Subscribers:
                 return
 
     def deliver(self) -> None:
-        """Deliver every queued change; writes made meanwhile, in a callback or on another thread, follow."""
+        """Deliver every queued change, including changes that callbacks or other threads make during the delivery."""
         pending, delivering = self.pending, self._delivering
-        # Another thread may have found the queue empty just before ours was added: hence the outer loop.
+        # The outer loop: another thread may have found the queue empty just before this thread's change was added.
         while pending and delivering.acquire(False):
             try:
                 while pending:
@@ -146,9 +146,9 @@ class Subscribers:
 class WriteObservers:
     """Callbacks that receive each complete write to a graph, as the list of its changes.
 
-    All changes in one `locked` block are one write. Journal and sharing use these callbacks, so that they never
-    store or send a part of a write. An observer is called under the writer's lock: it must be as fast as appending the
-    list to a queue, and must not raise. All methods are called under that lock.
+    All changes in one `locked` block are one write. The journal uses these callbacks so that it never stores a part of
+    a write. An observer is called while the graph is locked: it must be as fast as appending the list to a queue, and
+    must not raise. All methods of this class are called while the graph is locked.
     """
 
     def __init__(self) -> None:

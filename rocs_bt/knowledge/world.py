@@ -12,7 +12,7 @@ from .occupancy import OccupancyGrid
 
 
 class WorldModel(Model):
-    """Places, goals, objects and peers with their poses in the world frame, and the pursued goal.
+    """View of knowledge as the world: places, goals, objects and peers with their poses, and the pursued goal.
 
     Attributes:
         occupancy: Occupancy grid that the robot builds; None if no block builds one.
@@ -41,7 +41,7 @@ class WorldModel(Model):
                 self.graph.set(name, pose=pose, **attributes)
 
     def pose_of(self, name: str) -> Pose2 | None:
-        """Pose of a node in the world frame; None if unknown."""
+        """Pose of a node in the world frame; None if the pose or the node is unknown."""
         if not self.graph.has(name):
             return None
         if name == self.name:

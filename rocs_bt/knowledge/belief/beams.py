@@ -19,7 +19,7 @@ MIN_RADIUS = 0.05
 """Minimum radius of an object; that of an object seen by one beam [m]."""
 
 OCCLUSION = 0.15
-"""Minimum distance of an echo in front of an object to count as hiding it [m]."""
+"""Distance by which an echo must be nearer than an object's near edge to hide the object [m]."""
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,8 @@ class Beams:
     """Geometry and noise of the beams of one range sensor.
 
     Attributes:
-        mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours are adjacent.
+        mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; in the order of the
+            bearings.
         half_angle: Half opening angle of each beam's cone [rad].
         reach: Maximum range [m].
         noise: Standard deviation of a range [m].
@@ -48,7 +49,7 @@ class Beams:
             raise InputError(f"half_angle, reach, noise and largest must be above 0, found {sizes}.")
 
     def sightings(self, pose: Pose2, ranges: Sequence[float]) -> list[Sighting]:
-        """The objects in one reading; walls are left out.
+        """Detect the objects in one scan; whatever is larger than `largest` is left out as a wall.
 
         Args:
             pose: Pose of the robot, world frame.
@@ -63,7 +64,7 @@ class Beams:
         return [sighting for sighting in sightings if sighting is not None]
 
     def in_view(self, pose: Pose2, ranges: Sequence[float], track: Track) -> bool:
-        """Whether a reading would have shown an object: it is in a cone, within reach, and nothing nearer hides it."""
+        """Whether a scan would have shown a track's object: inside a beam's cone, within reach, and not hidden."""
         origins, bearings = self._rays(pose)
         to = track.mean[:2] - origins
         away = np.hypot(*to.T)

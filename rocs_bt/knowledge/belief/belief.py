@@ -49,7 +49,7 @@ class Track:
 
     Attributes:
         mean: x, y [m] and their velocities [m/s], world frame, shape (4,).
-        covariance: Covariance of the mean, shape (4, 4).
+        covariance: Covariance of `mean`, shape (4, 4).
         radius: Radius of the object around its position [m].
         existence: Probability that the object exists.
         t: Time of the estimate [s].
@@ -89,7 +89,7 @@ class Track:
         Args:
             t: Time of the prediction [s].
             acceleration: Spectral density of the disturbing acceleration [m2/s3].
-            half_life: Time in which the existence halves while unseen [s].
+            half_life: Time in which the existence of an unseen object halves [s].
         """
         dt = t - self.t
         if dt <= 0.0:
@@ -120,7 +120,7 @@ class Track:
         Args:
             sighting: Sighting.
             detection: Probability of a sighting if the object exists.
-            clutter: Probability of a sighting if it does not.
+            clutter: Probability of a sighting if the object does not exist.
         """
         across = self.covariance[:, :2]
         innovation = self.covariance[:2, :2] + sighting.covariance
@@ -162,7 +162,7 @@ class BeliefSettings:
         initial: Existence of an object after its first sighting.
         confirmed: Existence above which a track is reported.
         forgotten: Existence below which a track is deleted.
-        half_life: Time in which the existence halves while unseen [s].
+        half_life: Time in which the existence of an unseen object halves [s].
         gate: Maximum squared Mahalanobis distance between a sighting and its track; 99 % of the sightings of an object
             are within 9.21 (chi-square with two degrees of freedom).
         start_speed: Standard deviation of either velocity of a new track [m/s].
@@ -194,7 +194,7 @@ class BeliefSettings:
 
 @dataclass(frozen=True)
 class BeliefUpdate:
-    """Changes by one scan.
+    """Confirmed tracks that one scan added and removed.
 
     Attributes:
         appeared: Numbers of newly confirmed tracks.
@@ -246,7 +246,7 @@ class Belief:
         return self._settled()
 
     def _assigned(self, sightings: Sequence[Sighting]) -> dict[int, int]:
-        """The assigned sighting of each track: number -> index."""
+        """Index of the sighting assigned to each track, by track number; unassigned tracks are omitted."""
         if not self._tracks or not sightings:
             return {}
         from scipy.optimize import linear_sum_assignment

@@ -1,4 +1,4 @@
-"""ChangeLog: all changes of one agent's knowledge, and its state at any time."""
+"""ChangeLog: all changes of one agent's knowledge graph, and the graph's state at any time."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ _TIME, _REVISION = attrgetter("t"), attrgetter("revision")
 
 @dataclass(frozen=True)
 class Stretch:
-    """Changes of a graph without a missing revision; revisions count from the start of the graph.
+    """Part of a change log in which no change is missing: a base state and all changes that follow it.
 
     Attributes:
-        base: Oldest known state.
-        changes: All later changes.
-        id: Number in a journal's file.
+        base: State of the graph before the first of the changes.
+        changes: Changes after the base state, in order of revision; revisions count from the start of the graph.
+        id: Number of the stretch in a journal's file.
     """
 
     base: State
@@ -61,15 +61,15 @@ class ChangeLog:
     Not thread-safe.
 
     Args:
-        agent: Agent whose knowledge it is.
-        label: Name of the run for people.
+        agent: Agent whose knowledge is logged.
+        label: Human-readable name of the run.
         schema: Types and units of the values.
-        stretches: Groups of changes without a missing one, oldest first; changes between two groups are missing.
-        begin: Begin of the run [s]; that of the first stretch if omitted.
-        end: End of the run [s]; that of the last stretch if omitted.
+        stretches: Unbroken parts of the log, oldest first; the changes between two stretches are missing.
+        begin: Start time of the run [s]; the start of the first stretch if omitted.
+        end: End time of the run [s]; the end of the last stretch if omitted.
 
     Attributes:
-        stretches: Groups of changes without a missing one, oldest first.
+        stretches: Unbroken parts of the log, oldest first.
     """
 
     def __init__(
@@ -101,21 +101,21 @@ class ChangeLog:
 
     @property
     def begin(self) -> float:
-        """Begin of the run [s]."""
+        """Start time of the run [s]."""
         return self.first.begin if self._begin is None else self._begin
 
     @property
     def end(self) -> float:
-        """End of the run [s]."""
+        """End time of the run [s]."""
         return self.last.end if self._end is None else self._end
 
     @property
     def gaps(self) -> list[tuple[int, int]]:
-        """First and last revision of each group of missing changes; the state after the last one is known."""
+        """First and last revision of each gap in the log; the state after the last missing change is known."""
         return [(a.last + 1, b.first) for a, b in zip(self.stretches, self.stretches[1:], strict=False)]
 
     def as_of(self, t: float | None = None, *, revision: int | None = None) -> State:
-        """The state at a time [s] or after a revision; by default the final state.
+        """State of the graph at a time [s] or after a revision; by default the final state.
 
         Raises:
             KnowledgeError: The time or revision is before the oldest kept state, or changes there are missing.
@@ -134,10 +134,10 @@ class ChangeLog:
         return state.copy()
 
     def value(self, node: str, attribute: str, t: float | None = None, *, revision: int | None = None) -> Any:
-        """One attribute at a time [s] or after a revision, without building the state; None if unknown.
+        """Value of one attribute at a time [s] or after a revision, found without building the whole state.
 
         Raises:
-            KnowledgeError: It is before the oldest kept state, in a gap, or there was no such node.
+            KnowledgeError: The time or revision is before the oldest kept state or in a gap, or there was no such node.
         """
         stretch, count = self._find(t, revision)
         indices = self._indices_in(stretch).get(node, [])
@@ -167,8 +167,8 @@ class ChangeLog:
         Args:
             since: Revision after which to begin.
             until: Last revision; the newest if omitted.
-            node: Node that the change or the source of the edge must be; None for any.
-            name: Attribute, relation or kind; None for any.
+            node: Node whose changes to include, with changes of edges that start at it; None for all nodes.
+            name: Attribute, relation or kind of node whose changes to include; None for all.
         """
         for stretch in self.stretches:
             for change in stretch.changes:
@@ -180,9 +180,10 @@ class ChangeLog:
                     yield change
 
     def all_changes(self) -> list[KnowledgeChanged]:
-        """The whole log as changes from nothing, in order of time; each base becomes changes at its own time.
+        """The whole log as changes that start from an empty graph, in order of time.
 
-        After a gap all earlier nodes and edges are removed, and the known ones added.
+        Each base state is expressed by changes at the time of that state. After a gap, changes first remove all earlier
+        nodes and edges and then add those of the next base state.
         """
         found: list[KnowledgeChanged] = []
         before = State(self.agent, self.schema)
@@ -230,7 +231,7 @@ class ChangeLog:
         raise KnowledgeError(f"there is no {requested}: what is known of {self.agent} in '{self.label}' {known}.")
 
     def _indices_in(self, stretch: Stretch) -> dict[str, list[int]]:
-        """Indices of the changes of each node, computed when first needed."""
+        """Indices of each node's changes in `stretch.changes`, by node; computed when first needed."""
         key = stretch.id, len(stretch.changes)
         if key not in self._indices:
             indices: dict[str, list[int]] = {}
@@ -242,6 +243,6 @@ class ChangeLog:
 
 
 def log_of(state: State, label: str) -> ChangeLog:
-    """The log of a single state, without changes."""
+    """Change log that contains a single state and no changes."""
     t = max(state.t, 0.0)
     return ChangeLog(state.agent, label, state.schema, (Stretch(state),), begin=t, end=t)

@@ -1,4 +1,4 @@
-"""Exchange format of one state: lossless JSON. For GraphML, which other programs draw, see `graphml`."""
+"""Lossless JSON export and import of one graph state. For GraphML, which other programs draw, see `graphml`."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def from_json_text(text: str, file: Path, schema: Schema = SCHEMA) -> State:
 
 
 class _Positions:
-    """Lines and columns of the elements of a JSON document's lists; computed when first needed, because it is slow."""
+    """Positions of list elements in a JSON document; computed only when a fault needs one, because this is slow."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -71,7 +71,7 @@ class _Positions:
         self._values: dict[str, Any] = {}
 
     def of(self, key: str, index: int) -> tuple[int, int]:
-        """Line and column of one element, both 1-based; 0 if it is not an object."""
+        """1-based line and column of an element of the list `key`; both 0 if the element is not an object."""
         if not self._values:
             decoder: Any = json.JSONDecoder()
             inner = decoder.parse_object
@@ -122,7 +122,7 @@ def _refuse(name: str) -> NoReturn:
 
 
 def _head(values: dict[str, Any], file: Path) -> tuple[float, int]:
-    """Time and revision; checks all other top-level keys too."""
+    """Check the top-level keys of a JSON document and return its time [s] and revision."""
     faults = [f"there is no '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in _KEYS if key not in values]
     faults += [
         f"unknown key '{key}'; a file of knowledge has {', '.join(_KEYS)}." for key in values if key not in _KEYS

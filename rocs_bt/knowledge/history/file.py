@@ -1,9 +1,12 @@
 """SQLite file of a journal: its tables, and opening, writing, compacting and reading.
 
-A `stretch` is an unbroken run of changes of one agent after a base state. Its rows of `change` are first the changes
-that make the base, with a `place` up to the stretch's revision, and then the later changes, with their revision as
-`place`. Compaction moves the oldest changes into the base by deleting the rows that they supersede. A run has one
-stretch, or several if changes between them were lost.
+Changes are stored in stretches. A stretch is a base state of one agent's graph and all changes that follow, with none
+missing. A run has one stretch, or several if changes between them were lost.
+
+The rows of a stretch in the table `change` are sorted by `place`. First come the changes that build the base state from
+an empty graph; their places are at most the revision of the base state. Then come the later changes; the place of each
+is its revision. Compaction extends the base state by the oldest later changes: it raises the revision of the base state
+and deletes the rows that these changes supersede.
 """
 
 from __future__ import annotations
@@ -24,10 +27,10 @@ from .values import dump, from_json, load, to_json
 
 FORMAT = 2
 _APPLICATION_ID = 0x726F6373  # "rocs", SQLite's application_id
-#: Kinds of changes; the index is the number in the file.
+#: Kinds of changes; the file contains the index in this tuple.
 _WHAT = ("node added", "node removed", "attribute", "edge added", "edge changed", "edge removed")
 _NUMBER = {what: number for number, what in enumerate(_WHAT)}
-_STRETCHES = 64  # maximum number of stretches of one agent in a file, as each has a base
+_STRETCHES = 64  # maximum number of stretches of one agent in a file, because each contains a whole base state
 # Names and values are JSON texts.
 _TABLES = """
 CREATE TABLE IF NOT EXISTS stretch (
@@ -85,7 +88,7 @@ def next_run(connection: sqlite3.Connection) -> int:
 
 
 def begin_stretch(connection: sqlite3.Connection, run: int, label: str, base: State) -> int:
-    """Write a base state; returns the number of its stretch."""
+    """Begin a stretch by writing its base state; returns the number of the stretch."""
     stretch = connection.execute(
         "INSERT INTO stretch (run, agent, label, revision, t) VALUES (?, ?, ?, ?, ?)",
         (run, dump(base.agent), dump(label), base.revision, base.t),
@@ -102,7 +105,7 @@ def append(connection: sqlite3.Connection, stretch: int, changes: Iterable[Knowl
 
 
 def compact(connection: sqlite3.Connection, agent: str, keep: int) -> None:
-    """Keep only the newest changes of an agent; older ones become part of the base of their stretch."""
+    """Keep only the `keep` newest changes of an agent; older ones become part of the base of their stretch."""
     stretches = connection.execute(
         "SELECT id, revision FROM stretch WHERE agent IS ? ORDER BY id DESC", (dump(agent),)
     ).fetchall()
@@ -140,7 +143,7 @@ def _insert(connection: sqlite3.Connection, stretch: int, changes: Iterable[tupl
 
 
 def _fold(connection: sqlite3.Connection, stretch: int, first: int, until: int) -> None:
-    """Compact the changes up to a revision into the base state, by deleting the rows that later ones supersede."""
+    """Extend the base state of a stretch from revision `first` to `until`, and delete the superseded rows."""
     rows = connection.execute(
         "SELECT place, t, what, subject, name, value, attributes FROM change "
         "WHERE stretch = ? AND place > ? AND place <= ? ORDER BY place",
@@ -185,7 +188,7 @@ def read_stretches(
         run: Number of the run.
         agent: Agent of the run.
         schema: Types of the values.
-        known: Stretches that were read earlier; only their new changes are read.
+        known: Stretches that were read earlier; for these, only new changes are read.
     """
     earlier = {stretch.id: stretch for stretch in known}
     connection.execute("BEGIN")
@@ -226,7 +229,7 @@ def reading(path: Path) -> Iterator[None]:
 def _read(
     connection: sqlite3.Connection, stretch: int, agent: str, since: int | None
 ) -> Iterator[tuple[int, KnowledgeChanged]]:
-    """Places and changes of a stretch, all or those after a place."""
+    """Read the changes of a stretch, each with its place; only those after the place `since`, unless it is None."""
     after = "" if since is None else f"AND place > {since:d}"
     for place, revision, t, what, subject, name, value, attributes in connection.execute(
         "SELECT place, revision, t, what, subject, name, value, attributes FROM change "
@@ -259,7 +262,7 @@ def _name(stored: Any) -> str:
 
 @contextmanager
 def _closed_on_fault(path: Path, done: str, address: str) -> Iterator[sqlite3.Connection]:
-    """A connection that is closed if opening fails."""
+    """Context of a new connection, which is closed if a check of the file in the context fails."""
     connection = None
     try:
         connection = sqlite3.connect(

@@ -17,13 +17,15 @@ from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import dump, from_json, load, to_json
 
-# Also a carriage return, which XML reads back as a line feed.
+# Characters that XML cannot hold, and the carriage return, which XML reads back as a line feed.
 _NO_XML = re.compile("[^\t\n\x20-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _UNREADABLE = (SyntaxError, ValueError, TypeError, LookupError, AttributeError, RecursionError)
 
 
 def to_graphml(state: State) -> str:
-    """A state as GraphML: an edge's key is its relation; lists and poses are JSON texts. Attribute stamps are lost.
+    """A state as GraphML, with relations as edge keys, and lists and poses as JSON texts.
+
+    The write times of single attributes are lost.
 
     Raises:
         KnowledgeError: A text has characters that XML does not allow; export it as JSON.
@@ -43,7 +45,7 @@ def to_graphml(state: State) -> str:
 
 
 def from_graphml(text: str, file: Path, schema: Schema = SCHEMA) -> State:
-    """Read a state from GraphML and check it against a schema; attributes get the time of their node.
+    """Read a state from GraphML and check it against a schema; attributes get the write time of their node.
 
     Args:
         text: GraphML, from `to_graphml` or another program.

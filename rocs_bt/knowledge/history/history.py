@@ -14,7 +14,7 @@ from .file import open_to_read, read_runs, read_stretches, reading
 
 @dataclass(frozen=True)
 class RunEntry:
-    """Run in a journal's file: its number, its agent, and a label for people."""
+    """Run in a journal's file: its number, its agent, and a human-readable label."""
 
     number: int
     agent: str
@@ -26,12 +26,12 @@ class History(ChangeLog):
 
     Args:
         path: File that a `Journal` wrote, or is still writing.
-        agent: Agent; may be omitted if the run has only one.
+        agent: Agent whose knowledge to read; may be omitted if the run has only one agent.
         run: Number of the run; the newest of that agent if omitted.
         schema: Types of the values; the schema of the project that wrote the file.
 
     Attributes:
-        entry: The run.
+        entry: Number, agent and label of the run.
 
     Raises:
         RecordingError: There is no such file, or it is damaged.

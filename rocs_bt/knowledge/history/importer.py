@@ -1,4 +1,4 @@
-"""Importer: checks nodes and edges written by another program against the schema; all faults are reported."""
+"""Importer: builds a state from nodes and edges of another program; checks them against the schema."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Time = Annotated[float, msgspec.Meta(ge=-1e15, le=1e15)]
 
 
 class NodeEntry(msgspec.Struct, forbid_unknown_fields=True):
-    """Node in an import file; `stamps` has the write time of each attribute, by default that of the node."""
+    """Node in an import file; `stamps` has time [s] and revision of each attribute, by default those of the node."""
 
     name: Annotated[str, msgspec.Meta(min_length=1)]
     kind: str
@@ -49,11 +49,11 @@ class Importer:
 
     Args:
         file: Import file, for messages.
-        agent: Agent whose knowledge it is.
+        agent: Agent whose knowledge is imported.
         schema: Allowed kinds and relations.
 
     Attributes:
-        faults: Reasons of the refused entries.
+        faults: Faults of the refused entries.
         state: State with the accepted entries.
     """
 
@@ -62,7 +62,7 @@ class Importer:
         self.state = State(agent, schema)
         self._file = file
         self._schema = schema
-        # A real graph, which checks the entries.
+        # A live graph that receives the same entries, because it has all the checks.
         self._graph = KnowledgeGraph(SimulatedClock(1.0), NullSink(), agent, schema)
 
     def node(self, entry: NodeEntry) -> None:
@@ -105,7 +105,7 @@ class Importer:
         self.faults.append(Fault(message, self._file))
 
     def done(self, t: float, revision: int) -> State:
-        """Finish the state, at a time [s] and a revision.
+        """Set the time [s] and the revision of the state, and return it.
 
         Raises:
             InputError: All faults.

@@ -18,29 +18,30 @@ from .history import History
 from .state import State
 
 KEEP = 100_000
-"""Number of changes of one agent that are kept with their times; older ones are folded into the base state."""
+"""Number of changes of one agent that are kept individually; older ones are merged into a base state."""
 LIMIT = 1 << 16
 """Maximum number of queued writes of one agent."""
 FLUSH = 0.1
 """Time between two flushes [s of wall time]: the most that is lost if the process is killed."""
-_RETRIES = 100  # [ms] maximum wait for a slow write when the state is copied again
-Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # base of a new stretch or None, and changes
+_RETRIES = 100  # maximum number of waits of 1 ms for a write in progress, when the state is copied again
+Part: TypeAlias = tuple[State | None, list[KnowledgeChanged]]  # base (None: no new stretch), changes
 
 
 class Journal:
     """Stores complete writes of graphs in an SQLite file, in batches; a context manager.
 
-    A write to a graph costs one queue entry. Every flush is one transaction of complete writes, so the process may be
-    killed at any moment: the file then holds a consistent state, and lacks at most the last flush.
+    A write to a graph only adds an entry to a queue; the journal's thread stores queued writes. Every flush is one
+    transaction of complete writes, so the process may be killed at any moment. The file is then consistent and lacks at
+    most the writes since the last flush.
 
-    If a queue is full, because the disk is stalled or slower than the writers, there are two modes. With `blocking`
-    the writer waits, which is for simulation in lockstep. Otherwise changes are dropped and counted in `lost`; once
-    there is room, the state is copied again and the file records which revisions are missing. The stored present state
-    is therefore always right, and a control loop never waits.
+    A queue becomes full if the disk is stalled or slower than the writers. With `blocking`, which is meant for
+    simulation in lockstep, the writer then waits. Otherwise the journal drops changes and counts them in `lost`, so
+    that a control loop never waits. Once there is room, the journal copies the whole state of the graph, and the file
+    records which revisions are missing.
 
     Args:
         path: File; a new run is appended if it exists.
-        label: Name of the run for people, such as `exp1-7`.
+        label: Human-readable name of the run, such as `exp1-7`.
         keep: Number of changes of one agent that are kept.
         limit: Maximum number of queued writes of one agent.
         blocking: Whether a writer waits while the queue is full.
@@ -78,7 +79,7 @@ class Journal:
         return sum(queue.lost for queue in self._queues)
 
     def attach(self, graph: KnowledgeGraph) -> None:
-        """Write the present state of a graph, and every later change.
+        """Record a graph: write its present state now, and every later change.
 
         Raises:
             RecordingError: The file cannot be written.
@@ -167,7 +168,7 @@ class _WriterQueue:
 
     Attributes:
         graph: The graph.
-        stretch: Number of their stretch in the file.
+        stretch: Number of the stretch in the file to which the writes are appended.
         lost: Number of dropped changes.
     """
 
@@ -185,7 +186,7 @@ class _WriterQueue:
         self._noticed = 0  # value of `lost` for which the state was last copied
 
     def take(self, written: list[KnowledgeChanged]) -> None:
-        """Queue one complete write; called on the writer's thread, under its graph's lock."""
+        """Queue one complete write; called on the thread that writes to the graph, while the graph is locked."""
         queue = self._queue
         if len(queue) >= self._limit // 2:
             self._wake.set()
@@ -199,13 +200,13 @@ class _WriterQueue:
         queue.append(written)
 
     def end(self) -> None:
-        """Accept no more writes, because the file failed."""
+        """Discard all writes from now on, because the file can no longer be written."""
         self._limit, self._ended = 0, True
         self._queue.clear()
         self._room.set()
 
     def drain(self) -> list[Part]:
-        """Data to write: queued changes of the present stretch, and a new base state if changes were dropped."""
+        """Take the data to write: queued changes of the present stretch, and a new base state if any were dropped."""
         lost = self.lost
         base, self._base = self._base, None
         changes = self._queued()
@@ -235,8 +236,9 @@ class _WriterQueue:
     def _restart(self) -> State | None:
         """Copy the graph's state while writers continue; None if changes were dropped again, and a retry is needed.
 
-        A copy without the lock may contain some newer writes and lack others. Applying every write since its start
-        makes it exact, because a change holds the new value and does not depend on the old one.
+        A copy made without the graph's lock may contain some newer writes and lack others. It becomes exact by applying
+        every write since the start of the copy. Applying a write twice is harmless, because a write holds the new
+        value.
         """
         lost = self.lost
         base = State.of(self.graph)
@@ -275,7 +277,7 @@ class JournalPast:
         self._history: History | None = None
 
     def as_of(self, t: float) -> State:
-        """The graph at a time [s].
+        """State of the graph at a time [s].
 
         Raises:
             KnowledgeError: No state is kept for that time.

@@ -12,7 +12,8 @@ from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State
 from .values import plain
 
-#: Kinds that each run declares itself or that hold only briefly, including all kinds that extend these.
+#: Kinds of nodes that are not loaded, because each run adds them itself or because they are valid only briefly. Kinds
+#: that extend these are not loaded either.
 NOT_REMEMBERED = ("robot", "part", "monitor", "analyze", "rule_set", "peer", "person", "observation")
 
 
@@ -23,7 +24,7 @@ class LoadResult:
     Attributes:
         nodes: Number of nodes that were added or gained an attribute.
         edges: Number of added edges.
-        refused: Reasons of the nodes and edges that the graph refused.
+        refused: Error message for each node and edge that the graph refused.
     """
 
     nodes: int
@@ -32,11 +33,11 @@ class LoadResult:
 
 
 def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, list[Fault]]:
-    """The part of a state that is valid beyond its run, and the faults of what the schema refuses.
+    """Part of a state that is worth loading in later runs, and faults of nodes and edges that the schema refuses.
 
-    Excluded is what belongs to the run: the robot itself, its parts and blocks and the edges that start from them;
-    observations; and uses of strategies that the end of the run cut off. Excluded too is what may be elsewhere by now:
-    other robots, people, objects that move, and objects without a known pose.
+    Nodes that belong to the earlier run are excluded: the robot, its parts and blocks, observations, and uses of
+    strategies that had not ended. Nodes that may have moved since are excluded too: other robots, people, moving
+    objects, and objects without a known pose. Edges of excluded nodes are excluded.
 
     Args:
         state: State at the end of an earlier run.
@@ -62,8 +63,8 @@ def persistent_part(state: State, schema: Schema, file: Path) -> tuple[State, li
 def load_into(graph: KnowledgeGraph, state: State) -> LoadResult:
     """Add a state to a graph, as one write at the present time.
 
-    Existing content has priority: an existing node gains only attributes that have never been written, and an existing
-    edge does not change.
+    Nodes and edges of the graph have priority: an existing node gains only attributes that were never written, and an
+    existing edge does not change.
     """
     refused: list[str] = []
     nodes = edges = 0

@@ -24,13 +24,13 @@ Row = dict[str, Any]
 class State(Readable):
     """Graph at one revision, with the same reading interface as the live graph.
 
-    Stamps are those of the newest change: in the live graph, writing an equal value again renews its time but is not a
-    change. Kinds, attributes and relations that the schema lacks (in a file of another project) are added to the
-    schema of this state.
+    The stamp of a value is the time and revision of its newest change. The live graph also updates the time when an
+    equal value is written again, which is not a change. Kinds, attributes and relations that the schema lacks (in a
+    file of another project) are added to the schema of this state.
 
     Attributes:
-        agent: Agent whose knowledge it is.
-        t: Time of its newest change [s]; -inf without any.
+        agent: Agent whose knowledge graph this is.
+        t: Time of the newest change [s]; -inf without any.
     """
 
     def __init__(self, agent: str, schema: Schema = SCHEMA, t: float = -math.inf, revision: int = 0) -> None:
@@ -43,7 +43,7 @@ class State(Readable):
         self._empty: dict[str, Row] = {}  # by kind, the row of a node before its first write
         self._targets: dict[tuple[str, str], dict[str, Row]] = {}
         self._sources: dict[tuple[str, str], dict[str, Row]] = {}
-        self._shares_edges = False  # with a copy: the edges must be copied before a change
+        self._shares_edges = False  # whether a copy of this state uses the same edge dicts
 
     @classmethod
     def of(cls, graph: KnowledgeGraph) -> State:
@@ -109,7 +109,7 @@ class State(Readable):
         return self._stamps[node]
 
     def changes(self) -> Iterator[KnowledgeChanged]:
-        """The changes that build this state from nothing, each with the stamp of its write."""
+        """Changes that build this state from an empty graph, each with its time and revision."""
         for name in self._rows:
             yield self._change("node added", name, self.kind(name), None, self.stamp(name))
             for attribute, stamp in self._stamps[name].items():
@@ -152,7 +152,7 @@ class State(Readable):
         self._stamps[name] = {}
 
     def write(self, name: str, attribute: str, value: Value, stamp: Stamp) -> None:
-        """Write one attribute, in the form of events; ignored if there is no such node."""
+        """Write one attribute; the value has the form that events hold. Ignored if there is no such node."""
         row = self._rows.get(name)
         if row is None:
             return
@@ -231,7 +231,8 @@ class State(Readable):
         """Declare an attribute of a relation with the type of a value."""
         declared = replace(self.schema.relation(relation), attributes={name: _attribute(value)})
         self.schema = self.schema.extended(relations=(declared,))
-        # Changed in place: both end indexes hold the row, and copies of this state may well have the attribute too.
+        # Rows are changed in place because both edge indexes hold them; copies that share them may gain the attribute
+        # too.
         for row in (row for (_, each), rows in self._targets.items() if each == relation for row in rows.values()):
             row.setdefault(name, None)
         return self.schema.relations[relation].attributes

@@ -16,7 +16,7 @@ _ENCODE = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
 
 
 def to_json(value: Any) -> Any:
-    """A value for JSON; one without a JSON form becomes an object with one key: `{"float": "inf"}`, `{"int": ...}`."""
+    """Encode a value for JSON; infinities, NaN and large integers become objects, such as `{"float": "inf"}`."""
     if type(value) is float:
         return value if math.isfinite(value) else {"float": repr(value)}
     if type(value) is int and not -_INT64 <= value < _INT64:
@@ -27,7 +27,7 @@ def to_json(value: Any) -> Any:
 
 
 def from_json(value: Any) -> Value:
-    """The value that `to_json` encoded.
+    """Decode a value that `to_json` encoded.
 
     Raises:
         ValueError: An object that `to_json` does not write.
@@ -68,5 +68,5 @@ def typed(value: Value, declared: Attribute | None) -> Any:
 
 
 def plain(value: Any) -> Value:
-    """A value of the graph in the form that events hold."""
+    """A value of the graph in the form that events hold: a list for a tuple or a pose."""
     return list(value) if isinstance(value, tuple) else value

@@ -1,8 +1,8 @@
 """Compiler from a query text to a Query with a plan of steps.
 
-The plan orders the variables and makes each test as early as possible. Variables that are named, or must be near a
-position, are bound first; then those linked to bound ones; then the others in the order of the query. The order does
-not change the answers.
+A variable of a query is bound to one node of the graph after the other. The plan orders the variables and makes each
+test as early as possible. Variables that stand for a named node, or for nodes near a position, are bound first; then
+variables linked to bound ones; then the others in the order of the query. The order does not change the answers.
 """
 
 from __future__ import annotations
@@ -30,35 +30,35 @@ _PARTS = re.compile(r"\b([nrec])\b(?=[\[.])")
 
 
 def code_of(source: str) -> Code:
-    """Compile source code to a function of the state."""
+    """Compile the source code of an expression to a function of the query's `State`."""
     return define("\n    ".join(["def code(state):", *_parts(source), f"return {source}"]), "code", HELPERS)
 
 
 def value_of(node: Node, slots: Sequence[Slot]) -> Code:
-    """Compile an expression to a function of the state: its value, or None if unknown."""
+    """Compile an expression to a function of the query's `State`, which returns the value, or None if unknown."""
     source = _loaded(node, slots)
     return compile_plain(node, "state", [*_parts(source), f"x = {source}"], HELPERS)
 
 
 def test_of(nodes: Sequence[Node], slots: Sequence[Slot]) -> Code:
-    """Compile expressions to a function of the state that is true if all of them hold."""
+    """Compile expressions to a function of the query's `State`, which is true if all expressions hold."""
     return value_of(nodes[0] if len(nodes) == 1 else Node("and", nodes[0].kind, tuple(nodes)), slots)
 
 
 def _parts(source: str) -> list[str]:
-    """Source lines that unpack the parts of the state that a source names."""
+    """Source lines that copy the parts of the `State` that occur in `source` to local variables."""
     return [f"{name} = state.{name}" for name in dict.fromkeys(_PARTS.findall(source))]
 
 
 def _loaded(node: Node, slots: Sequence[Slot]) -> str:
-    """Source code of the row of floats that an expression reads."""
+    """Source code of the list of floats on which an expression is evaluated: one value for each slot, NaN if unused."""
     reads = node.reads()
     return f"[{', '.join(slots[i].code if i in reads else 'nan' for i in range(max(reads, default=-1) + 1))}]"
 
 
 @dataclass(frozen=True)
 class Condition:
-    """An operand of the top-level `and` of `where`, with its dependencies."""
+    """Operand of the top-level `and` of `where`, with indices of the variables and links that it depends on."""
 
     node: Node
     variables: frozenset[int]
@@ -81,10 +81,11 @@ class Planner:
 
     Args:
         schema: Schema of the graph.
-        pattern: Its variables and links.
-        scope: Its slots.
-        conditions: Operands of its `where`.
-        nearest: Variable to bind in order of distance, and the code of the position; None without such an order.
+        pattern: Variables and links of the query.
+        scope: Slots of the query: the values that its expressions read.
+        conditions: Operands of the query's `where`.
+        nearest: Index of the variable whose nodes are wanted in order of distance, and source code of the position from
+            which the distance is measured; None without such an order.
     """
 
     def __init__(
@@ -105,7 +106,7 @@ class Planner:
         self._absent = list(pattern.absent)
 
     def steps(self) -> list[Step]:
-        """Plan the steps."""
+        """Plan all steps of the query, in the order of their execution."""
         shown = [i for i, variable in enumerate(self._pattern.variables) if not variable.hidden]
         steps: list[Step] = [Test(test_of(early, self._scope.slots))] if (early := self._ready()) else []
         steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound)
@@ -129,7 +130,7 @@ class Planner:
                 steps.append(Test(test_of(tests, self._scope.slots)))
 
     def _next(self, left: list[int], links: list[tuple[int, Link]], bound: set[int]) -> tuple[Step, int]:
-        """The step that binds one more variable; removes the link that it follows."""
+        """Choose the next variable to bind, and the step that binds it; removes a link that the step follows."""
         for i in left:
             if (step := self._pinned(i)) is not None:
                 return step, i
@@ -146,7 +147,7 @@ class Planner:
         return Scan(left[0], self._pattern.variables[left[0]].kind or "", None, None), left[0]
 
     def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps for everything that can be checked now."""
+        """Steps for all links, conditions and `no` clauses whose variables are bound by now."""
         steps: list[Step] = []
         for j, link in [*links]:
             if link.source in bound and link.target in bound:
@@ -203,10 +204,10 @@ class Planner:
 
 
 def _reach(node: Node, slots: Sequence[Slot]) -> tuple[int, str, float] | None:
-    """Split a condition such as `distance(variable, place) < 2 m`; None for any other condition.
+    """Split a condition such as `distance(variable, position) < 2 m`; None for any other condition.
 
     Returns:
-        Index of the variable, source code of the place, maximum distance [m].
+        Index of the variable, source code of the position, maximum distance [m].
     """
     if node.op != "compare" or len(node.signs) != 1:
         return None
@@ -250,7 +251,7 @@ def compile_query(
 
 
 def _located(fault: Fault, text: str) -> Fault:
-    """Convert the column of a fault in the whole text to a line and a column in it."""
+    """Convert the column of a fault, counted in the whole text, to line and column if the text has several lines."""
     before = text[: max(0, fault.column - 1)]
     if "\n" not in text:
         return fault
@@ -326,7 +327,7 @@ class _Compiler:
         return node
 
     def _order(self) -> tuple[tuple[Code, bool] | None, tuple[int, str] | None]:
-        """The sort key, and the variable and position if it is only a distance."""
+        """Code of the sort value and whether to sort descending; variable and position if the value is a distance."""
         section = self._sections.get("order by")
         if section is None:
             return None, None
@@ -352,7 +353,7 @@ class _Compiler:
         return [] if section is None else [self._given(part) for part in section.split()]
 
     def _given(self, part: Section) -> tuple[str, Code]:
-        """One column: a name is read from the graph, anything else is an expression."""
+        """Label and code of one `give` column: a name is read from the graph, anything else is an expression."""
         label = " ".join(part.content.split())
         if not label:
             raise part.fault("nothing is between two commas.", at=part.start)

@@ -15,7 +15,7 @@ def _no_signal(name: str) -> Sequence[float]:
 
 
 class QueryContext(NamedTuple):
-    """Point of view of a query.
+    """Inputs of a query besides the graph.
 
     Attributes:
         name: Node of the querying robot; empty without a robot.
@@ -33,11 +33,11 @@ class QueryContext(NamedTuple):
 
 
 class Execution:
-    """Data of one run of a query: `c` in its generated code.
+    """Data of one execution of a query, named `c` in the query's generated code.
 
     Args:
         graph: Graph to query.
-        context: Point of view of the query.
+        context: Querying robot, its pose, the time, its signals and its past.
         parameters: Values of the parameters.
         texts: The query's quoted texts.
         signals: Signals that the query reads, with their sizes.

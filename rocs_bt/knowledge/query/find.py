@@ -19,13 +19,13 @@ class Find:
 
     Attributes:
         first: Name of the first variable.
-        pattern: Clauses of variables and relations.
+        pattern: Clauses of the pattern: kinds, variable names and relations between them.
         conditions: Expressions that must all hold.
         order: Sort expression; empty to sort by name.
         most: Maximum number of answers; 0 for all.
-        columns: Expressions returned with the names.
-        moment: Time of `as of`; empty for now.
-        since: Only answers changed after this revision; None for any.
+        columns: Expressions whose values each answer contains besides the node names.
+        moment: Time at which to query the graph; empty for now.
+        since: Revision after which an answer must have changed; None for any.
     """
 
     first: str
@@ -51,19 +51,19 @@ class Find:
         return replace(self, pattern=(*self.pattern, f"no {clause}"))
 
     def where(self, condition: str) -> Find:
-        """Require an expression."""
+        """Require that an expression holds, such as `b.tolerance < 0.2 m`."""
         return replace(self, conditions=(*self.conditions, condition))
 
     def within(self, reach: str, of: str = "robot") -> Find:
-        """Require a distance less than `reach`, such as `2 m`, to a variable, a parameter or a path."""
+        """Require that the first variable is nearer than `reach`, such as `2 m`, to a variable or a parameter."""
         return self.where(f"distance({self.first}, {of}) < {reach}")
 
     def nearest(self, count: int = 1, to: str = "robot") -> Find:
-        """Keep the nearest `count` answers."""
+        """Keep only the `count` answers nearest to a variable or a parameter, nearest first."""
         return self.order_by(f"distance({self.first}, {to})").limit(count)
 
     def order_by(self, measure: str, descending: bool = False) -> Find:
-        """Sort by a number, ascending unless `descending`."""
+        """Sort the answers by the value of an expression, ascending unless `descending`."""
         return replace(self, order=f"{measure} descending" if descending else measure)
 
     def limit(self, count: int) -> Find:
@@ -71,11 +71,11 @@ class Find:
         return replace(self, most=count)
 
     def give(self, *columns: str) -> Find:
-        """Return these expressions with the names."""
+        """Add columns to the answers: the values of expressions, such as `connects.length`."""
         return replace(self, columns=(*self.columns, *columns))
 
     def as_of(self, moment: str) -> Find:
-        """Query an earlier time, such as `12.5 s` or `5 s ago`."""
+        """Query the graph as it was at an earlier time, such as `12.5 s` or `5 s ago`."""
         return replace(self, moment=moment)
 
     def changed_since(self, revision: int) -> Find:
@@ -99,5 +99,5 @@ class Find:
 
 
 def find(kind: str, name: str = "") -> Find:
-    """Start a query for nodes of a kind, with a variable name if one is needed."""
+    """Begin a query for nodes of a kind; `name` is the name of the variable, by default the kind."""
     return Find(name or kind, (f"{kind} {name}".strip(),))

@@ -1,7 +1,8 @@
 """Resolution of the names in a query's expressions, and the code that reads their values.
 
-The generated code reads the query's `State`: `n` and `r` are the node names and rows of the variables, `e` the rows of
-the edges, `c` the `Execution`. Only names from a schema, a pattern or Python go into the code, never user text.
+The generated code reads the query's `State`: `n` and `r` hold the node name and the row of each variable, `e` the row
+of each edge, and `c` is the `Execution`. The code contains only names from a schema, a pattern or Python, never text of
+the user.
 """
 
 from __future__ import annotations
@@ -29,14 +30,15 @@ class Meaning:
 
     Attributes:
         sort: Type: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `node`, `edge` or `live`.
-        code: Source code of its value.
-        variables: Variables that it depends on.
-        links: Links whose edges it depends on.
-        dimension: Dimension of a number or of numbers.
-        size: Number of elements of numbers.
-        owner: Code of the name of the node that has an attribute.
-        attribute: Name of an attribute.
-        whole: Whether a number is an integer, which may be too large for a float.
+        code: Source code that computes the value.
+        variables: Indices of the variables that the value depends on.
+        links: Indices of the links whose edges the value depends on.
+        dimension: Physical dimension of a `number` or of `numbers`.
+        size: Number of elements of `numbers`.
+        owner: Source code of the name of the node whose attribute it is; empty if the name is not an attribute of a
+            node.
+        attribute: Name of the attribute; empty if the name is not an attribute.
+        whole: Whether a `number` is an integer, which may be too large for a float.
     """
 
     sort: str
@@ -52,9 +54,9 @@ class Meaning:
 
 @dataclass
 class Names:
-    """The names of one query.
+    """Resolver of the names in one query.
 
-    A name is resolved among the parameters, the variables, the edges, the attributes of the first variable, and the
+    A name is searched among the parameters, the variables, the edges, the attributes of the first variable, and the
     robot's signals, in that order. `robot` is the querying robot unless a variable has that name; `now` is the time.
 
     Attributes:
@@ -72,7 +74,7 @@ class Names:
     read_signals: dict[str, None] = field(default_factory=dict)
 
     def known(self, names: list[str]) -> Meaning | None:
-        """The meaning of a dotted name, given as its parts; None if it has none.
+        """Meaning of a dotted name, given as the list of its parts; None for an unknown name.
 
         Raises:
             Misuse: The name is ambiguous.
@@ -98,7 +100,7 @@ class Names:
         return self._signal(first) if not rest else None
 
     def of_variable(self, i: int, rest: list[str]) -> Meaning | None:
-        """The meaning of an attribute of a variable, or of the variable itself if there are no further names."""
+        """Meaning of the attribute `rest` of a variable, or of the variable itself if `rest` is empty."""
         kind, variables = self.pattern.variables[i].kind, frozenset({i})
         if not rest:
             return Meaning("node", f"n[{i}]", variables)
@@ -149,7 +151,7 @@ class Names:
         return self._component(meaning, rest[1:])
 
     def _component(self, meaning: Meaning, rest: list[str]) -> Meaning | None:
-        """The meaning of names after a dot: x, y and yaw of a pose."""
+        """Meaning of a component, such as the `x` of a pose; the given meaning itself if `rest` is empty."""
         if not rest:
             return meaning
         if meaning.sort != "pose" or len(rest) > 1 or rest[0] not in _POSE:
@@ -174,7 +176,7 @@ class Names:
         return Meaning("numbers", code, dimension=spec.dimension, size=spec.size)
 
     def unknown(self, names: list[str]) -> str:
-        """The message for a name without meaning."""
+        """Error message for an unknown name, with similar known names."""
         variables = {self.pattern.variables[i].name: i for i in self.pattern.shown}
         edges = {link.name: link for link in self.pattern.links if link.name}
         if len(names) > 1 and names[0] in variables:
@@ -192,7 +194,7 @@ class Names:
         return f"nothing is named '{'.'.join(names)}' here. {did_you_mean(names[0], known, 'The query')}"
 
     def _hint(self, name: str, attributes: Mapping[str, Attribute], kind: str) -> str:
-        """The kinds extending this one that have the attribute, or else a hint at what this kind has."""
+        """Hint for an unknown attribute: kinds extending this kind that have it, or else similar attributes."""
         having = [k for k in self.schema.families[kind] if name in self.schema.kinds[k].attributes]
         if having:
             return f"It is an attribute of: {', '.join(sorted(having))}."

@@ -37,7 +37,7 @@ class Parameter:
 
 
 def read_parameter(name: str, value: Any) -> tuple[Parameter, Any]:
-    """The type of a value, and the value as a query reads it.
+    """Type of a parameter's value, and the value in the form that a query reads: SI units, paths as (x, y) points.
 
     Args:
         name: Name of the parameter, for messages.
@@ -66,10 +66,10 @@ def read_parameter(name: str, value: Any) -> tuple[Parameter, Any]:
 
 
 def read_parameters(given: Mapping[str, Any]) -> tuple[dict[str, Parameter], dict[str, Any]]:
-    """The types and the values of all parameters.
+    """Types and values of all parameters, each by name; see `read_parameter`.
 
     Raises:
-        KnowledgeError: As for `read_parameter`.
+        KnowledgeError: A value has an unsupported type.
     """
     read = {name: read_parameter(name, value) for name, value in given.items()}
     return {name: kind for name, (kind, _) in read.items()}, {name: value for name, (_, value) in read.items()}
@@ -85,7 +85,7 @@ def _points(value: Any) -> Path:
 
 
 def number(value: float | None) -> float:
-    """A number as expressions read it: NaN if unknown."""
+    """A number in the form that expressions read: a float, NaN if unknown."""
     if value is None:
         return math.nan
     try:

@@ -19,18 +19,19 @@ from ...expression import FUNCTIONS, blank_texts
 from ..declaration import Relation
 from ..schema import Schema
 
-# In the order in which they must be written.
+# Keywords of the sections of a query, in the order in which they must be written.
 SECTIONS = ("where", "order by", "limit", "give", "as of", "changed since")
 _SECTION = re.compile(r"(?<![\w.])(where|order\s+by|limit|give|as\s+of|changed\s+since)(?!\w)")
 
 
 @dataclass(frozen=True)
 class Section:
-    """Part of a query's text.
+    """Section of a query's text, which begins with a keyword such as `where`, or a part of a section.
 
     Attributes:
-        text: The query up to the end of this part, with all before it blank, so that columns agree with the query.
-        start: Offset of its begin, 0-based.
+        text: Text of the query up to the end of the section. Everything before the section is blank, so that columns of
+            faults are columns of the query.
+        start: 0-based offset at which the section starts in `text`.
     """
 
     text: str
@@ -58,7 +59,7 @@ class Section:
 
 
 def sections_of(text: str) -> dict[str, Section]:
-    """The sections of a query by their keywords; that of the pattern is the empty string.
+    """Split a query into its sections, by keyword; the pattern has the empty keyword.
 
     Raises:
         InputError: A section is repeated, out of order, or empty.
@@ -93,10 +94,10 @@ class Variable:
     """Variable of a query.
 
     Attributes:
-        name: Name in the query; the name of its kind if it has none; a quoted text names itself.
-        kind: Kind of its nodes, including kinds that extend it; None for the single node of a quoted text.
-        node: Name of that single node.
-        hidden: Whether it is only in a `no` clause, so that answers do not contain it.
+        name: Name in the query, or the name of the kind if the query gives none. For a node in quotes, the quoted text.
+        kind: Kind of the nodes, including kinds that extend it; None for a node in quotes.
+        node: Name of the node if the query names one in quotes; None for any node of the kind.
+        hidden: Whether the variable occurs only in a `no` clause, so that answers do not contain it.
     """
 
     name: str
@@ -107,14 +108,14 @@ class Variable:
 
 @dataclass(frozen=True)
 class Link:
-    """A relation between two variables of a pattern, given by their indices.
+    """Relation that a pattern requires between the nodes of two variables.
 
     Attributes:
-        source: Variable at the start of the edge.
-        relation: Relation.
-        target: Variable at the end of the edge.
+        source: Index of the variable at the start of the edge.
+        relation: Relation of the edge.
+        target: Index of the variable at the end of the edge.
         name: Name of the edge in the query.
-        steps: Minimum and maximum number of edges, (1, 1) for a plain link; None for no maximum.
+        steps: Minimum and maximum number of edges from source to target; (1, 1) for a single edge. No maximum if None.
     """
 
     source: int
@@ -131,12 +132,13 @@ class Link:
 
 @dataclass
 class Pattern:
-    """Variables and links, in the order in which they are mentioned.
+    """Variables of a query and links between them, in the order of the query's text.
 
     Attributes:
         variables: All variables, including the hidden ones.
         links: Links that must exist.
-        absent: Groups of links that must not exist, each with the variables hidden in it.
+        absent: One item for each `no` clause: indices of the variables that occur only in it, and the links that must
+            not exist together.
     """
 
     variables: list[Variable] = field(default_factory=list)
@@ -225,7 +227,7 @@ class _Clause:
         return self._known(Variable(name, token, None, self.negative))
 
     def _named(self, kind: str) -> bool:
-        """Whether a variable name follows a kind."""
+        """Whether the next token is the name of a variable of this kind."""
         if kind not in self._schema.kinds or self._at >= len(self._tokens):
             return False
         token, position = self._tokens[self._at]
@@ -241,7 +243,7 @@ class _Clause:
         return True
 
     def _known(self, variable: Variable) -> int:
-        """The index of a variable, which is added if there is none of that name."""
+        """Index of the variable of that name in the pattern; it is added if missing."""
         variables = self._pattern.variables
         for i, other in enumerate(variables):
             if other.name == variable.name or (variable.node is not None and other.node == variable.node):
@@ -272,7 +274,7 @@ class _Clause:
         return relation, name, (1, 1)
 
     def _join(self, link: Link, position: int) -> None:
-        """Check that the relation can join these kinds."""
+        """Check that the relation of a link can join the kinds of its two variables."""
         sides = (
             ("starts at", self._pattern.variables[link.source], link.relation.sources),
             ("ends at", self._pattern.variables[link.target], link.relation.targets),

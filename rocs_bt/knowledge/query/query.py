@@ -23,13 +23,13 @@ from .steps import Code, State, Step, walk
 
 
 class Answers(msgspec.Struct, frozen=True):
-    """Result of a query, in the requested order, or sorted by name without one; false if empty.
+    """Answers to a query, in the order of `order by` or else sorted by name; false if there are none.
 
     Attributes:
         variables: Names of the query's variables.
-        rows: Answers: one node for each of `variables`.
+        rows: One tuple for each answer: the node found for each of `variables`.
         columns: Expressions of the `give` section, as written.
-        values: Values of `columns` for each row; None for an unknown value.
+        values: One tuple for each answer: the value of each of `columns`, None if unknown.
     """
 
     variables: tuple[str, ...]
@@ -61,7 +61,7 @@ class Answers(msgspec.Struct, frozen=True):
 
 
 NO_ROBOT = QueryContext()
-Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # a row and its values
+Found: TypeAlias = tuple[tuple[str, ...], tuple[Any, ...]]  # the nodes of an answer, and the values of its columns
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Moment:
     """Query time of `as of`.
 
     Attributes:
-        value: Time [s], or the name of the parameter that holds it.
+        value: Time [s], or the name of the parameter whose value is the time.
         ago: Whether the time is counted back from now.
     """
 
@@ -79,15 +79,15 @@ class Moment:
 
 @dataclass(frozen=True, eq=False)
 class Query:
-    """A compiled query, without state; made by `compile_query`.
+    """A compiled query, made by `compile_query`; it keeps no state between executions.
 
     Attributes:
         text: Source text.
         schema: Schema that the queried graphs must have.
-        variables: Names of its variables.
-        columns: Expressions of its `give` section.
-        parameters: Types of the required parameters.
-        as_of: Time of its `as of` section; None for the present.
+        variables: Names of the query's variables.
+        columns: Expressions of the `give` section.
+        parameters: Types of the required parameters, by name.
+        as_of: Time of the `as of` section; None for the present.
     """
 
     text: str
@@ -109,11 +109,11 @@ class Query:
     _signals: Mapping[str, int]
 
     def ask(self, graph: Readable, context: QueryContext = NO_ROBOT, **parameters: Any) -> Answers:
-        """Find all answers at one moment.
+        """Find all answers; no write to the graph can happen in between.
 
         Args:
             graph: Graph to query; a query `as of` a time queries the context's past instead.
-            context: Point of view of the query.
+            context: Querying robot, its pose, the time, its signals and its past.
             parameters: Values of the query's parameters, by name.
 
         Raises:
@@ -124,7 +124,7 @@ class Query:
         with graph.locked():
             found = self._found(state)
             near = self._nearest is not None and self._nearest(state) is not None
-            if near and not self._give:  # they are found in order of distance
+            if near and not self._give:  # the answers are found in order of distance already
                 return Answers(self.variables, tuple(islice(found, self._limit)), self.columns)
             rows = self._ordered(self._with_values(found, state), near, state)
         return Answers(
@@ -135,10 +135,10 @@ class Query:
         )
 
     def holds(self, graph: Readable, context: QueryContext = NO_ROBOT, **parameters: Any) -> bool:
-        """Whether there is any answer; stops at the first.
+        """Whether there is any answer; stops at the first. The arguments are those of `ask`.
 
         Raises:
-            KnowledgeError: As for `ask`.
+            KnowledgeError: See `ask`.
         """
         graph, state = self._begin(graph, context, parameters)
         with graph.locked():
@@ -164,7 +164,7 @@ class Query:
         return now - value if moment.ago else value
 
     def _found(self, state: State) -> Iterator[tuple[str, ...]]:
-        """Yield the matching rows one by one; `state` has the bindings of the row that was yielded last."""
+        """Yield the answers one by one, each as a tuple of nodes; `state` holds the match of the last one yielded."""
         names, shown, since = state.n, self._shown, self._since
         matches = walk(self._steps, state)
         if since is not None:
@@ -178,7 +178,7 @@ class Query:
         return map(row, matches)  # faster than one more generator
 
     def _changed(self, state: State, since: int) -> bool:
-        """Whether a node or an edge of the match is newer than a revision."""
+        """Whether a node or an edge of the match in `state` has changed after the revision `since`."""
         return any(state.r[i]["revision"] > since for i in self._shown) or any(
             state.e[j] is not None and state.e[j]["revision"] > since for j in self._edges
         )
@@ -189,7 +189,7 @@ class Query:
             yield row, tuple([_plain(code(state)) for code in give]) if give else ()
 
     def _ordered(self, found: Iterator[Found], near: bool, state: State) -> list[Found]:
-        """The rows and their values, ordered and limited."""
+        """Sort the answers and keep as many as the query's limit allows."""
         limit = self._limit
         if near:
             return list(islice(found, limit))

@@ -1,7 +1,7 @@
-"""Query forms of the expression language, and the values that they read.
+"""Extension of the expression language to queries: names of the graph, and functions such as `distance`.
 
-An expression is evaluated on a row of floats, as on a snapshot of signals. Each value that it reads has a position in
-that row; a *slot* describes how to fill it.
+An expression is evaluated on a list of floats, like a guard on a snapshot of signals. Each value that it reads has a
+position in this list. A *slot* describes how to compute the float at one position.
 """
 
 from __future__ import annotations
@@ -26,16 +26,16 @@ FORMS = {
 
 @dataclass(frozen=True)
 class Slot:
-    """A value that expressions read.
+    """Value that a query's expressions read.
 
     Attributes:
-        code: Source code of an expression for the value, a float; NaN if unknown.
-        variables: Variables that it depends on.
-        links: Links whose edges it depends on.
-        near: Index of the variable and source code of the position, if the value is the distance between a variable's
-            pose and a position that is constant in a run; else None.
-        same: Index of the variable and source code of the name, if the value is the equality of a variable and a name
-            that is constant in a run; else None.
+        code: Source code that computes the value as a float; NaN if unknown.
+        variables: Indices of the variables that the value depends on.
+        links: Indices of the links whose edges the value depends on.
+        near: If the value is the distance between a variable and a position that no variable changes: index of the
+            variable, and source code of the position. Else None.
+        same: If the value tells whether a variable is the node of a name that no variable changes: index of the
+            variable, and source code of the name. Else None.
     """
 
     code: str
@@ -47,13 +47,13 @@ class Slot:
 
 @dataclass
 class Scope:
-    """Names of one query; collects the slots that its expressions need.
+    """Translator of a query's expressions; it collects the slots that they need.
 
     Attributes:
         text: Query text.
-        names: Name resolution.
+        names: Resolver of names.
         slots: Slots needed so far.
-        texts: Quoted texts, which `c.k` holds.
+        texts: Quoted texts of the query so far; generated code reads them as `c.k`.
     """
 
     text: str
@@ -63,13 +63,13 @@ class Scope:
 
     @property
     def environment(self) -> Environment:
-        """Environment for `parse`."""
+        """Environment in which `parse` reads the query's expressions."""
         return Environment({}, {}, forms=self)
 
     # -- the forms of the language ------------------------------------------------------------------------------------
 
     def read(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Node | None:
-        """The node of a part of an expression; see `Forms`."""
+        """Translate a part of an expression that has a special meaning in queries; None for all others. See `Forms`."""
         match tree:
             case ast.Name(id=name) if name in FUNCTIONS or name == "inf":
                 return None
@@ -86,10 +86,10 @@ class Scope:
         return None
 
     def meaning(self, tree: ast.expr, at: Callable[[ast.expr], int]) -> Meaning:
-        """The meaning of a name, a dotted name or a quoted text.
+        """Meaning of a name, a dotted name or a quoted text.
 
         Raises:
-            Misuse: It has none.
+            Misuse: It is none of these, or the name is unknown or ambiguous.
         """
         if isinstance(tree, ast.Constant) and isinstance(tree.value, str):
             start = at(tree)
@@ -112,7 +112,7 @@ class Scope:
         near: tuple[int, str] | None = None,
         same: tuple[int, str] | None = None,
     ) -> Node:
-        """A node that reads one slot."""
+        """Expression node that reads one slot, which is added if it is new."""
         variables = frozenset[int]().union(*(m.variables for m in meanings))
         links = frozenset[int]().union(*(m.links for m in meanings))
         slot = Slot(code, variables, links, near, same)
@@ -135,7 +135,7 @@ class Scope:
         raise Misuse(f"it is {_WORDS[meaning.sort]}, not a number; {_HINTS[meaning.sort]}")
 
     def _group(self, meaning: Meaning, indices: range) -> Node:
-        """A node that reads several adjacent slots."""
+        """Expression node that reads several elements of a list of numbers, one slot for each."""
         codes = [f"number({meaning.code}[{i}] if {meaning.code} is not None else None)" for i in indices]
         start = len(self.slots)
         self.slots += [Slot(code, meaning.variables, meaning.links) for code in codes]
@@ -210,7 +210,7 @@ class Scope:
         return self._slot(code, Kind(TIME), (meaning,))
 
     def _place(self, meaning: Meaning) -> Meaning:
-        """The pose or path of a meaning."""
+        """Meaning of an argument of `distance` or `bearing` as a pose or path; a node stands for its pose."""
         if meaning.sort in ("pose", "path"):
             return meaning
         if meaning.sort == "text":  # in quotes, or a parameter: the name of a node
@@ -243,14 +243,14 @@ class Scope:
 
 
 def _number(meaning: Meaning) -> str:
-    """Source code of a float; NaN for an unknown value."""
+    """Source code that reads a value as a float; NaN if unknown."""
     if meaning.whole:
         return f"number({meaning.code})"
     return f"(nan if (v := {meaning.code}) is None else v)"
 
 
 def _single(node: Node) -> Node:
-    """A group of one as a single value."""
+    """Convert an expression node for a list of one number to one for that number."""
     return Node("read", Kind(node.kind.dimension), start=node.start, stop=node.stop)
 
 

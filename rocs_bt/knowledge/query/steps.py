@@ -1,4 +1,4 @@
-"""Steps of a query plan: each binds a variable or tests the bindings; together they enumerate all matches."""
+"""Steps of a query plan. A step binds a variable to nodes or tests the bindings; all steps enumerate the matches."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ _NAME: Callable[[tuple[float, str]], str] = itemgetter(1)
 
 
 class State:
-    """Partial match; the steps bind and unbind it.
+    """Partial match of a query: the nodes to which its variables are bound so far.
 
     Attributes:
-        n: Node name of each variable.
-        r: Row of each variable.
-        e: Row of each link's edge.
-        c: Data of this run.
+        n: Name of the node bound to each variable; None while unbound.
+        r: Row of that node.
+        e: Row of each link's edge; None while unbound.
+        c: Data of this execution of the query.
     """
 
     __slots__ = ("c", "e", "n", "r")
@@ -43,9 +43,9 @@ class Near:
     """Restriction of a scan to the surroundings of a pose or path.
 
     Attributes:
-        place: Returns the pose or path.
-        within: Maximum distance [m].
-        sorted: Whether the nearest come first, and nodes without a known pose last.
+        place: Function of the State that returns the pose or path.
+        within: Maximum distance from it [m].
+        sorted: Whether the nodes are wanted in order of distance, with those without a known pose last.
         own: Whether the querying robot may be of the scanned kind.
     """
 
@@ -57,7 +57,7 @@ class Near:
 
 @dataclass(frozen=True)
 class Scan:
-    """Bind a variable to each node of a kind."""
+    """Bind a variable to each node of a kind in turn."""
 
     variable: int
     kind: str
@@ -97,7 +97,7 @@ class Scan:
     def _with_robot(
         self, found: Iterator[tuple[float, str]], c: Execution, x: float, y: float
     ) -> Iterator[tuple[float, str]]:
-        """The same with the querying robot at its own estimate of its pose instead of the graph's."""
+        """Replace the querying robot's distance in `found` by that of its own pose estimate."""
         others = (each for each in found if each[1] != c.me)
         here, me = c.here, c.me
         if here is None or me is None or c.graph.row(me) is None:
@@ -124,7 +124,7 @@ class Pin:
 
 @dataclass(frozen=True)
 class Follow:
-    """Bind a variable to each node at the other end of a link."""
+    """Bind a variable to each node in turn that a link joins to a bound variable."""
 
     link: Link
     edge: int
@@ -146,7 +146,7 @@ class Follow:
 
 @dataclass(frozen=True)
 class Joined:
-    """Test whether two bound variables are linked."""
+    """Test whether the nodes of two bound variables are linked."""
 
     link: Link
     edge: int
@@ -176,7 +176,7 @@ class Test:
 
 @dataclass(frozen=True)
 class Absent:
-    """Test that some steps have no match."""
+    """Test that the steps of a `no` clause have no match."""
 
     steps: Sequence[Step]
 
@@ -189,7 +189,7 @@ Step = Scan | Pin | Follow | Joined | Test | Absent
 
 
 def walk(steps: Sequence[Step], state: State, at: int = 0) -> Iterator[None]:
-    """Iterate over all matches of a query; the variables of the present match are in `state`."""
+    """Iterate over all matches of the steps from index `at` on; `state` holds the present match."""
     left = len(steps) - at
     return steps[at].run(state) if left == 1 else _walk(steps, state, at) if left else iter((None,))
 
@@ -200,7 +200,7 @@ def _walk(steps: Sequence[Step], state: State, at: int) -> Iterator[None]:
 
 
 def _ends(state: State, link: Link, name: str, forward: bool) -> Iterator[tuple[str, Row | None]]:
-    """The nodes that a link leads to, each with the row of its edge if the link is plain."""
+    """Nodes that a link joins to the node `name`, each with the row of the edge; None for a chain of edges."""
     graph, relation = state.c.graph, link.relation.name
     ends = graph.targets if forward else graph.sources
     if link.plain:

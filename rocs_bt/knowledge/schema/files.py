@@ -99,7 +99,7 @@ def load_schema(files: Iterable[Path], base: Schema | None = None) -> Schema:
 
 
 class _Reader:
-    """Adds files to a schema one after the other, and keeps the position of each declaration for later faults."""
+    """Adds schema files to a schema one by one, and keeps the position of each declaration for later faults."""
 
     def __init__(self, base: Schema) -> None:
         self.kinds: dict[str, Kind] = dict(base.declared)
@@ -107,7 +107,7 @@ class _Reader:
         self._positions: dict[tuple[str, ...], tuple[Path, int, int]] = {}
 
     def read(self, table: Table) -> None:
-        """Read one file and record the faults that concern it alone."""
+        """Read one file, and record the faults that need no other file to be found."""
         table.choice("format", [FORMAT])
         table.text("doc", "")
         for name, each in table.named_tables("kind").items():
@@ -135,7 +135,7 @@ class _Reader:
 
 @contextmanager
 def _blaming(table: Table, key: str | None = None) -> Iterator[None]:
-    """Report a KnowledgeError of a declaration as a fault of this key."""
+    """Context that reports a KnowledgeError of a declaration as a fault of a table's key."""
     try:
         yield
     except KnowledgeError as error:
@@ -216,7 +216,7 @@ def _unit(table: Table) -> Dimension:
 
 
 def _default(table: Table, kind: type, dimensions: tuple[Dimension, ...]) -> Any:
-    """The default as it is stored; None if there is none. The Attribute checks it."""
+    """Default value in SI units, in the form that the graph stores; not yet checked. None if there is none."""
     value = table.raw("default", None)
     try:
         if kind is float and value is not None:

@@ -24,7 +24,7 @@ def lineage(name: str, kinds: Mapping[str, Kind]) -> tuple[str, ...]:
 
 
 def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
-    """A kind with the attributes of its ancestors first; its own declarations replace inherited ones."""
+    """A kind with the attributes of its ancestors added before its own, which replace inherited ones."""
     attributes: dict[str, Attribute] = {}
     for name in reversed(lineage(kind.name, kinds)):
         attributes.update(kinds[name].attributes)
@@ -32,7 +32,7 @@ def with_inherited(kind: Kind, kinds: Mapping[str, Kind]) -> Kind:
 
 
 def faults_of(kinds: Mapping[str, Kind], relations: Mapping[str, Relation]) -> Iterator[Fault]:
-    """Faults of references between declarations: keys and message, `(("kind", "goal", "extends"), "there is ...")`."""
+    """Faults of references between declarations, such as `(("kind", "goal", "extends"), "there is no kind ...")`."""
     for kind in kinds.values():
         yield from _faults_of_kind(kind, kinds)
     for relation in relations.values():
@@ -65,7 +65,7 @@ def _faults_of_kind(kind: Kind, kinds: Mapping[str, Kind]) -> Iterator[Fault]:
 
 
 def joined_kind(old: Kind | None, new: Kind) -> Kind:
-    """Merge a declaration of a kind of node into the existing one; their attributes are united.
+    """Merge a declaration of a kind of node into the existing one; the result has the attributes of both.
 
     Args:
         old: Existing declaration; None for a new kind.
@@ -82,7 +82,7 @@ def joined_kind(old: Kind | None, new: Kind) -> Kind:
 
 
 def joined_relation(old: Relation | None, new: Relation) -> Relation:
-    """Merge a declaration of a relation into the existing one; their endpoints and attributes are united.
+    """Merge a declaration of a relation into the existing one; the result has the endpoints and attributes of both.
 
     Args:
         old: Existing declaration; None for a new relation.
@@ -119,9 +119,9 @@ class Schema:
     """All kinds and relations, by name; made by `Schema.of`.
 
     Attributes:
-        kinds: Kinds of nodes, each with the attributes that it inherits.
-        relations: Relations between them.
-        declared: Kinds as they were declared, without what they inherit.
+        kinds: Kinds of nodes, each with its own and its inherited attributes.
+        relations: Relations between nodes.
+        declared: Kinds of nodes as declared, without inherited attributes.
         lineages: Each kind with its ancestors, nearest first.
         families: Each kind with all kinds that extend it, directly or not.
     """
@@ -170,14 +170,14 @@ class Schema:
         return lookup("relation", name, self.relations, "The schema")
 
     def is_a(self, kind: str, of: str) -> bool:
-        """Whether one kind is another, or extends it."""
+        """Whether `kind` is the kind `of`, or extends it directly or indirectly."""
         return of in self.lineages[kind]
 
     def join(self, relation: Relation, source: End, target: End) -> None:
         """Check that a relation may join two nodes, each given by its name and kind.
 
         Raises:
-            KnowledgeError: It may not; lists the kinds that it joins.
+            KnowledgeError: The relation may not; lists the kinds that it joins.
         """
         for end, (node, kind), kinds in (
             ("start from", source, relation.sources),

@@ -1,4 +1,4 @@
-"""GroupClock: calendar time synchronised with the peers, despite wrong calendars; and reports of faulty peers."""
+"""GroupClock: calendar time that all agents of a group agree on; and reports of faulty peers."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ DRIFT = 1.0
 class GroupClock:
     """Calendar time that is corrected to the most advanced calendar in a group of agents.
 
-    It gives the time stamps of writes; of two conflicting writes, the later one wins. Without the correction, a robot
-    whose calendar is years behind would lose every conflict with a peer. The calendar is read once; from then on the
-    agent's own clock counts, so setting the calendar during a run has no effect.
+    This time stamps the writes; of two conflicting writes, the later one wins. Without the correction, a robot whose
+    calendar is years behind would lose every conflict with a peer. The calendar is read only once, and then advanced by
+    the agent's own clock, so setting the computer's date during a run has no effect.
 
     Args:
         calendar: Time since an epoch that all peers share [s].
         clock: The agent's clock; it must be running when `now` is first called.
 
     Attributes:
-        ahead: Correction so far [s], never negative.
+        ahead: Correction that has been added to this agent's calendar so far [s], never negative.
     """
 
     def __init__(self, calendar: Callable[[], float], clock: Clock) -> None:
         self.ahead = 0.0
         self._calendar = calendar
         self._clock = clock
-        self._start: float | None = None  # [s] calendar at zero of the agent's clock
+        self._start: float | None = None  # [s] calendar time at which the agent's clock was zero
 
     def now(self) -> float:
         """Group time: calendar time of this agent plus the correction `ahead` [s]."""
@@ -57,7 +57,7 @@ class GroupClock:
 
 
 def is_calendar(time: float, ahead: float) -> bool:
-    """Whether a peer's calendar time and its correction [s] are plausible."""
+    """Whether the calendar time and the correction [s] that a peer reports are plausible."""
     return 0.0 <= time < STAMP_LIMIT * 0.5e-6 and 0.0 <= ahead < math.inf
 
 
@@ -65,13 +65,13 @@ _REASON = 300  # maximum number of characters of a reported reason
 
 
 class PeerFaults:
-    """Reports refused writes and wrong clocks, and synchronises the agent's clock with its peers'.
+    """Reports refused writes and wrong clocks of peers, and corrects the agent's calendar time.
 
     Args:
         agent: Name of the agent.
-        presence: Peers, and their faults that have been reported.
-        clock: Calendar of the group.
-        sink: Receives PeerFault.
+        presence: Known peers; each fault of a peer is reported once.
+        clock: Calendar time of the group, as known to the agent.
+        sink: Receives the PeerFault events.
     """
 
     def __init__(self, agent: str, presence: Presence, clock: GroupClock, sink: EventSink) -> None:
@@ -81,7 +81,7 @@ class PeerFaults:
         self._sink = sink
 
     def check_clock(self, sender: str, beat: Heartbeat, t: float) -> bool:
-        """Follow the clock of a peer that is ahead; False if its heartbeat has no plausible time."""
+        """Advance the group clock if the peer's is ahead; False if the time in its heartbeat is implausible."""
         if not is_calendar(beat.time, beat.ahead):
             return False
         if behind := self._clock.follow(beat.time):

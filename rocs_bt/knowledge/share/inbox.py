@@ -1,4 +1,4 @@
-"""Inbox for frames from outside: rejects frames that are too long, not authenticated, malformed, or too many."""
+"""Inbox: queue of frames (encoded messages) received from peers; rejects invalid and excess frames."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ SENDERS = 256
 
 @dataclass
 class Counts:
-    """Statistics of sharing since the start: received and rejected frames, and sent and merged writes.
+    """Numbers of frames and writes since the start of sharing. A frame is one encoded message.
 
     Attributes:
-        frames: Received frames.
-        oversized: Frames that were too long.
-        unauthenticated: Frames without the group's authentication.
-        malformed: Frames that could not be decoded.
+        frames: Received frames, including rejected ones.
+        oversized: Frames rejected because they exceed the maximum size.
+        unauthenticated: Frames rejected because they lack the group's authentication.
+        malformed: Frames rejected because their content is invalid.
         flooded: Frames dropped because too many were waiting.
-        refused: Discarded writes of peers: invalid in the schema, about private nodes, or beyond a size limit.
-        clashed: Writes of peers that conflict with what the graph holds.
-        untold: Own writes that are too large to be sent.
-        written: Own writes that were sent.
+        refused: Writes of peers refused because of the schema, a private node or a size limit.
+        clashed: Writes of peers that were not applied because they conflict with the agent's graph.
+        untold: Writes of this agent that were not sent because they are too large.
+        written: Writes of this agent that were sent.
         merged: Writes of peers that were merged.
     """
 
@@ -57,12 +57,12 @@ class Counts:
 
 
 class Inbox:
-    """Receives frames on any thread and passes messages to one; a flooding sender loses only its own frames.
+    """Queue of received frames, filled by any thread and read by one; a flooding sender loses only its own frames.
 
     Args:
-        key: Key of the group.
-        counts: Counts of rejected frames.
-        wake: Called when a frame has arrived.
+        key: Secret of the group, which authenticates the frames.
+        counts: Counts of received and rejected frames, updated by the inbox.
+        wake: Called when a frame has been queued.
     """
 
     def __init__(self, key: bytes, counts: Counts, wake: Callable[[], None] = lambda: None) -> None:
@@ -74,7 +74,7 @@ class Inbox:
         self._bytes: dict[str, int] = {}
 
     def put(self, frame: bytes) -> None:
-        """Queue or reject a frame; it is decoded later, so that a flood costs little."""
+        """Check and queue a received frame; decoding is left to `take`, so that a flood of frames costs little."""
         counts = self._counts
         counts.frames += 1
         if len(frame) > FRAME_LIMIT:
@@ -87,9 +87,10 @@ class Inbox:
             self._admit(sender, frame)
 
     def take(self, most: int) -> list[tuple[str, Message]]:
-        """Remove and return waiting messages with their senders, one of each sender in turn, up to a total weight.
+        """Remove and decode waiting messages, one of each sender in turn; returns pairs of sender and message.
 
-        A message weighs 1, plus 1 for each entry in it.
+        Args:
+            most: Approximate maximum number of messages plus shared entries in them.
         """
         found: list[tuple[str, Message]] = []
         while most > 0 and (frame := self._next()) is not None:
@@ -103,7 +104,7 @@ class Inbox:
 
     @property
     def pending(self) -> bool:
-        """Whether messages wait."""
+        """Whether frames are waiting."""
         return bool(self._waiting)
 
     def _next(self) -> bytes | None:
@@ -115,7 +116,7 @@ class Inbox:
             frame = queue.popleft()
             self._bytes[sender] -= len(frame)
             if queue:
-                self._waiting[sender] = queue  # behind the others
+                self._waiting[sender] = queue  # behind the other senders
             else:
                 del self._bytes[sender]
             return frame

@@ -1,7 +1,8 @@
-"""Keys of a group: only agents that have a folder of them may share with the others.
+"""Keys of a group of agents: only agents that have a folder of keys of the group can share knowledge.
 
-Each member has its own key and certificate, signed by the group's authority, for mutual TLS. All members have one
-secret, with which every message is authenticated. The authority's own key signs new members; do not copy it to robots.
+Each member of the group has its own private key and a certificate, signed by the group's authority, for mutual TLS. All
+members have the same secret, with which every message is authenticated. The authority's private key signs the
+certificates of new members; do not copy it to robots.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ _SECRET_SIZE = 32  # [bytes]
 
 @dataclass(frozen=True)
 class Keys:
-    """Keys of a member.
+    """Keys of one member of a group.
 
     Attributes:
-        authority: Certificate of the group's authority.
-        certificate: Certificate of the member.
-        key: Private key of the member.
+        authority: File with the certificate of the group's authority.
+        certificate: File with the certificate of the member.
+        key: File with the private key of the member.
         secret: Secret of the group, which authenticates messages.
     """
 
@@ -59,11 +60,11 @@ class Keys:
 
 
 def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]:
-    """Make keys for members, and for the group if it has none.
+    """Make keys for new members of a group, and for the group itself if it has none.
 
     Args:
         folder: Folder of the group's keys; created if needed.
-        members: Names, such as those of the agents.
+        members: Names of the new members, such as those of the agents.
         now: Date; the keys are valid for ten years from it.
 
     Returns:

@@ -1,4 +1,4 @@
-"""Text messages between agents: resent until acknowledged, delivered once, without blocking."""
+"""Text messages between agents: sent without blocking, resent until acknowledged, delivered only once."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ QUEUE_LIMIT = 64
 """Maximum number of messages in a mailbox."""
 
 READ_LIMIT = 8
-"""Maximum number of messages in one reading of a mailbox."""
+"""Maximum number of messages taken from a mailbox at once."""
 
 RESEND_AFTER = 0.2
 """Time after which an unacknowledged message is sent again [s]."""
@@ -29,7 +29,7 @@ RESEND_AFTER = 0.2
 ALL = "all"
 """Address of all agents."""
 
-_REMEMBERED = 1024  # number of message numbers remembered per sender
+_REMEMBERED = 1024  # how many message numbers are remembered for each sender, to detect repetitions
 
 
 class ReceivedMessage(msgspec.Struct, frozen=True):
@@ -58,7 +58,7 @@ class MessageQueue:
         return ""
 
     def take(self, most: int = READ_LIMIT) -> list[ReceivedMessage]:
-        """Remove and return the oldest messages."""
+        """Remove and return the oldest messages, `most` at most."""
         return [self._messages.popleft() for _ in range(min(most, len(self._messages)))]
 
 
@@ -109,8 +109,8 @@ class Delivery:
         to: Receiving agents.
         text: Text of the message.
         acknowledged: Agents that have acknowledged the message.
-        problems: Reason of the last rejection, by agent.
-        withdrawn: Whether sending has been given up.
+        problems: Reason of the last rejection, by rejecting agent.
+        withdrawn: Whether the sender has given up; set by the action that sent the message.
     """
 
     to: tuple[str, ...]
@@ -135,7 +135,7 @@ class Messenger:
 
     Args:
         agent: Name of the agent.
-        others: Returns the agents that are present.
+        others: Returns the names of all agents that are present.
 
     Attributes:
         message_queue: Queue of received messages; None if the robot has no mailbox.
@@ -156,10 +156,10 @@ class Messenger:
         return [agent for agent in self._others() if agent != self.agent]
 
     def send(self, to: str, text: str) -> Delivery:
-        """Send a message with the next turn of sharing.
+        """Queue a message, which is sent with the next turn of sharing.
 
         Args:
-            to: Receiving agent, or `all` that are present.
+            to: Receiving agent, or `all` for all agents that are present.
             text: Text of the message.
 
         Raises:
@@ -179,11 +179,11 @@ class Messenger:
         return bool(self._open)
 
     def outgoing(self, t: float, starts: Mapping[str, str]) -> list[tuple[str, TextMessage]]:
-        """Messages to send now, each with the peer to send it to.
+        """Messages to send now, each with the origin (`agent#start`) of its receiver.
 
         Args:
             t: Present time [s].
-            starts: Start of each agent that is present, by agent.
+            starts: Newest origin of each agent that is present, by agent.
         """
         found = []
         with self._lock:
@@ -226,5 +226,5 @@ class Messenger:
             delivery.problems.pop(agent, None)
 
     def forget(self, peer: str) -> None:
-        """Forget a start of a peer that has ended; its message numbers are not used again."""
+        """Forget the messages received from an origin (`agent#start`) that is gone; it cannot return."""
         self._taken.pop(peer, None)

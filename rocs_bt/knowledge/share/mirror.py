@@ -1,4 +1,4 @@
-"""Synchronisation of a graph with its replica: own changes go out, writes of peers come in."""
+"""Mirror: synchronises an agent's graph with the replica of shared knowledge, in both directions."""
 
 from __future__ import annotations
 
@@ -16,29 +16,29 @@ from .scope import PEER, Scope, agent_of, from_shared, to_shared
 from .wire import fits
 
 STATE = ("pose", "speed", "turn_rate", "spread")
-"""Attributes by which a robot reports its state in every turn."""
+"""Attributes of a robot's node with which it reports its own state in every turn of sharing."""
 
 EXTRAPOLATION_LIMIT = 5.0
 """Maximum time over which a peer's motion is extrapolated [s]."""
 
 RATE_LIMIT = 1e6
-"""Speeds and turn rates beyond this are not extrapolated [m/s, rad/s]."""
+"""Speed and turn rate above which a peer's motion is not extrapolated [m/s, rad/s]."""
 
-_Dirty = tuple[str, ...]  # (node,), (node, attribute) or (source, relation, target), with the names of the graph
+_Dirty = tuple[str, ...]  # changed (node,), (node, attribute) or (source, relation, target), named as in the graph
 
 
 class Mirror:
-    """Synchronises one agent's graph and replica.
+    """Synchronises one agent's graph with its replica: changes of the graph go out, writes of peers come in.
 
     Args:
         knowledge: Knowledge of the agent.
-        replica: Shared knowledge.
+        replica: Replica of the shared knowledge.
         scope: Shared part of the graph.
-        counts: Counts of writes that could not be sent or merged.
+        counts: Counts of sent and failed writes, updated by the mirror.
         wake: Called when there are changes to publish.
 
     Attributes:
-        self_reporting: Other agents that report their own state; observations of them are not shared.
+        self_reporting: Other agents that report their own state; this agent does not share its observations of them.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Mirror:
         self._counts = counts
         self._wake = wake
         self._state: dict[str, Plain] = {}
-        self._state_at = -math.inf  # [s] time of the state
+        self._state_at = -math.inf  # [s] time at which `_state` was measured
         self._silent: set[str] = set()
         self._forgotten: set[str] = set()
         self._dirty: dict[_Dirty, None] = {}
@@ -82,7 +82,7 @@ class Mirror:
     # -- out --------------------------------------------------------------------------------------------------------
 
     def publish_state(self, t: float, *, halted: bool = False) -> None:
-        """Record this robot's own pose and motion; `halted` sets its speeds to zero."""
+        """Mark this robot's own pose and motion for publication; if `halted`, with speeds of zero."""
         robot, signals = self._knowledge.robot, self._knowledge.signals
         pose = robot.pose(t)
         spread = signals.value("pose_spread", t) if "pose_spread" in signals else math.nan
@@ -97,7 +97,7 @@ class Mirror:
             self._dirty[(self._agent,)] = None
 
     def collect(self, t: float, most: int, *, first: bool = False) -> list[Entry]:
-        """Write changes of the graph into the replica, at most `most`; returns the entries to publish."""
+        """Write at most `most` changes of the graph into the replica; returns the entries to send to peers."""
         written: list[Entry] = []
         added: dict[Key, Plain] = {}
         for dirty in list(self._dirty)[:most]:
@@ -114,7 +114,7 @@ class Mirror:
                     written.append(entry)
                 else:
                     self._counts.untold += 1
-        if added:  # attributes and edges from peers for nodes that did not exist here
+        if added:  # peers may have shared attributes and edges of these new nodes before
             self.apply(added, t)
         self._counts.written += len(written)
         return written
@@ -129,7 +129,7 @@ class Mirror:
         self._wake()
 
     def _keys(self, dirty: _Dirty) -> list[Key]:
-        """The shared keys of a change; none if it is private."""
+        """Keys of the replica that a change of the graph concerns; none if the change is private."""
         names = [self._shared_name(node) for node in (dirty[0], *dirty[2:])]
         if not self._scope.shares(*dirty[0:1], *dirty[2:], *names):
             return []
@@ -144,7 +144,7 @@ class Mirror:
         return [] if kind is None or self._scope.attribute(kind, dirty[1]) is None else [(names[0], kind, dirty[1])]
 
     def _graph_value(self, key: Key) -> Plain:
-        """The graph's value of a key."""
+        """Value in the graph that corresponds to a key of the replica; None if there is none."""
         graph, node = self._graph, self._local_name(key[0])
         if not graph.has(node) or (kind := self._scope.kind(graph.kind(node))) is None:
             return None
@@ -170,8 +170,8 @@ class Mirror:
         """Apply writes of peers to the graph.
 
         Args:
-            before: Keys of the writes, and the replica's value of each before them. A different value in the graph is a
-                newer write of this agent, which is published next.
+            before: Value that the replica had before the writes, for each written key. A graph value that differs from
+                it is a newer write of this agent, which is kept and published next.
             t: Present time [s].
         """
         edges = {key: None for key in before if len(key) == 4}
@@ -183,10 +183,15 @@ class Mirror:
                 self._edges(key)
 
     def age(self, silent: set[str], forgotten: set[str], t: float) -> None:
-        """Update the graph when agents have fallen silent, were forgotten, or have returned.
+        """Update the graph when agents have fallen silent, are to be forgotten, or have returned.
 
-        The graph then lacks the state of silent agents and all writes of forgotten ones. The replica keeps both, to
-        restore them when an agent returns and to answer the requests of peers.
+        Pose and motion of silent agents, and all writes of forgotten agents, are removed from the graph. The replica
+        keeps both, to restore them when an agent returns and to answer the requests of peers.
+
+        Args:
+            silent: Agents whose pose and motion are too old.
+            forgotten: Agents whose writes are all too old.
+            t: Present time [s].
         """
         affected = (silent ^ self._silent) | (forgotten ^ self._forgotten)
         if not affected:
@@ -197,7 +202,7 @@ class Mirror:
         self.apply({key: value for key, value in before.items() if value != self.visible(key)}, t)
 
     def visible(self, key: Key) -> Plain:
-        """The replica's value of a key, without values that have aged or lost against newer ones."""
+        """Value of a key in the replica; None if its writer is silent or forgotten, or a newer edge replaces it."""
         entry = self._replica.entries.get(key)
         if entry is None or entry.value is None:
             return None
@@ -209,12 +214,12 @@ class Mirror:
         return entry.value
 
     def _node(self, name: str, before: Mapping[Key, Plain], t: float) -> bool:
-        """Update a node of the graph; True if it was added."""
+        """Apply the replica's value of a node and of its attributes to the graph; True if the node was added."""
         node, graph = self._local_name(name), self._graph
         wanted = self.visible((name,))
         if node == self._agent or node != name:  # peers do not define this agent or its parts
             return False
-        if (node,) in self._dirty:  # it was added or removed here just now; that is published next
+        if (node,) in self._dirty:  # this agent has just added or removed it, which is published next
             return False
         there = self._graph_value((name,)) if graph.has(node) else None
         if graph.has(node) and there is None:
@@ -239,7 +244,7 @@ class Mirror:
         return False
 
     def _values(self, name: str, kind: str, t: float) -> dict[str, Any]:
-        """The attributes of a node as the graph holds them; the pose of a self-reporting peer is extrapolated."""
+        """Attributes of a node in the replica, in the graph's form; a self-reporting peer's pose is extrapolated."""
         values: dict[str, Any] = {}
         for key in self._replica.about(name):
             if len(key) == 3 and key[1] == kind and (value := self.visible(key)) is not None:
@@ -255,11 +260,11 @@ class Mirror:
     def _add(self, node: str, kind: str, values: dict[str, Any]) -> bool:
         declared = self._graph.schema.kinds[kind].attributes
         if any(a.required and name not in values for name, a in declared.items()):
-            return False  # until the required attributes have arrived
+            return False  # the node is added when its required attributes have arrived
         return self._try(lambda: self._graph.add(node, kind, **values))
 
     def _edges(self, key: Key) -> None:
-        """Update an edge, and the edges that compete with it under a limit of the relation."""
+        """Apply an edge of the replica to the graph, with all edges that compete for the relation's limits."""
         graph = self._graph
         among = [key] if self._scope.limits(key[1]) == (None, None) else self._rivals(key)
         wanted = [(each, self.visible(each)) for each in among]
@@ -279,14 +284,14 @@ class Mirror:
         self._try(lambda: self._graph.relate(source, relation, target, **found))
 
     def _rivals(self, key: Key) -> list[Key]:
-        """The known edges of one relation with the same source or the same target."""
+        """Keys of the replica's edges that have the same relation and the same source or target as an edge."""
         about = (*self._replica.about(key[0]), *self._replica.about(key[2]))
         return list(
             dict.fromkeys(k for k in about if len(k) == 4 and k[1] == key[1] and (k[0] == key[0] or k[2] == key[2]))
         )
 
     def _superseded(self, key: Key) -> bool:
-        """Whether an edge loses against newer ones under a limit of the relation."""
+        """Whether an edge gives way to newer edges because the relation limits their number."""
         limits = self._scope.limits(key[1])
         if limits == (None, None):
             return False

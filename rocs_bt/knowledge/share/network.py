@@ -1,6 +1,7 @@
-"""Networks that carry frames between peers: the interface, one inside a process, and a simulated one.
+"""Networks that carry frames (encoded messages) between peers: interface, in-process network, simulated network.
 
-The simulated network loses, delays, duplicates and partitions, reproducibly for a seed: for tests and simulations.
+The simulated network loses, delays and duplicates frames and can be partitioned, reproducibly for a seed. It is meant
+for tests and simulations.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ class Link(Protocol):
     """One peer's end of a network. Frames may be lost, delayed, duplicated and reordered, but not altered."""
 
     def send(self, frame: bytes, to: str | None = None) -> None:
-        """Send to one peer, or to all others; must not block, and not raise if no peer is reached."""
+        """Send a frame to one peer, or to all others; must not block, and must not raise if no peer is reached."""
         ...
 
     def poll(self) -> None:
-        """Deliver frames that have arrived, unless another thread does."""
+        """Deliver the frames that have arrived; does nothing if a thread of the network delivers them."""
         ...
 
     def close(self) -> None:
@@ -37,8 +38,8 @@ class Network(Protocol):
         """Join the network.
 
         Args:
-            origin: Name of the peer.
-            deliver: Called with each frame for it, on any thread.
+            origin: Name of the joining peer, `agent#start`.
+            deliver: Called with each frame for the joining peer, on any thread.
             lost: Called with the name of a peer that is no longer reachable, on any thread, if the network detects it.
         """
         ...
@@ -91,7 +92,8 @@ class Impairments:
     Attributes:
         loss: Share of frames that are lost [1].
         latency: Minimum delay of a frame [s].
-        jitter: Maximum additional delay, uniformly distributed [s]; frames can overtake each other.
+        jitter: Maximum additional delay [s]. The additional delay is uniformly distributed, so frames can overtake each
+            other.
         repeats: Share of frames that are delivered twice [1].
     """
 
@@ -105,7 +107,7 @@ class SimulatedNetwork:
     """Network that delivers frames after a simulated delay, when a peer polls.
 
     Args:
-        now: Source of time for the delays [s].
+        now: Returns the simulated time [s].
         rng: Generator of losses and delays.
         impairments: Losses and delays; may be changed at any time.
 
@@ -126,7 +128,7 @@ class SimulatedNetwork:
         self._side: dict[str, int] = {}
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Join the network. `lost` is never called: peers must detect losses themselves."""
+        """Join the network. `lost` is never called: peers must detect by themselves that another peer is gone."""
         self._peers[origin] = deliver
         return _SimulatedLink(self, origin)
 
@@ -143,7 +145,7 @@ class SimulatedNetwork:
         self._peers.pop(origin, None)
 
     def send(self, sender: str, frame: bytes, to: str | None) -> None:
-        """Send a frame."""
+        """Send a frame to one peer, or to all other peers if `to` is None."""
         for origin in [o for o in self._peers if o != sender and to in (None, o)]:
             self.sent += 1
             impairments = self.impairments

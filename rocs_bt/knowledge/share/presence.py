@@ -1,4 +1,4 @@
-"""Presence of peers, and the writes each has seen."""
+"""Presence: which peers are present, and which writes each peer has seen."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ ABSENT_AFTER = 3.0 * BEAT_PERIOD
 
 
 AGENT_LIMIT = 1024
-"""Maximum number of departed agents that are remembered."""
+"""Maximum number of departed agents whose last message is remembered."""
 
 
 @dataclass
 class Peer:
-    """Another agent, from one start of its process to the next.
+    """One start of another agent's process; the agent is another peer after a restart.
 
     Attributes:
         origin: Name of the agent and of this start of its process, `agent#start`.
-        heard: Time of its last message [s].
-        seen: Number of the newest write that it reported as seen, by origin.
-        present: Whether it is present.
-        faults: Kinds of its faults that have been reported.
+        heard: Time of the peer's last message [s].
+        seen: Number of the newest write that the peer has reported as seen, for each origin of writes.
+        present: Whether the peer is present.
+        faults: Kinds of faults of the peer that have been reported.
     """
 
     origin: str
@@ -42,7 +42,7 @@ class Presence:
 
     def __init__(self) -> None:
         self.peers: dict[str, Peer] = {}
-        self._last: dict[str, float] = {}  # by agent, last message of a start that is forgotten [s]
+        self._last: dict[str, float] = {}  # by agent, time of the last message of its forgotten starts [s]
 
     def record_message(self, origin: str, t: float) -> tuple[Peer, bool]:
         """Record a message of a peer; returns the peer, and whether it has just appeared or returned."""
@@ -54,7 +54,7 @@ class Presence:
         return peer, appeared
 
     def record_mention(self, origin: str, t: float) -> None:
-        """Record an origin that other peers reported; it counts as present only after a message of its own."""
+        """Record an origin that another peer mentioned; it counts as present only after a message of its own."""
         peer = self.peers.setdefault(origin, Peer(origin, t, present=False))
         peer.heard = max(peer.heard, t) if not peer.present else peer.heard
 
@@ -85,7 +85,7 @@ class Presence:
         return {agent: t - heard for agent, heard in last.items() if agent not in here}
 
     def forget(self, t: float, after: float) -> list[str]:
-        """Forget and return the origins that have been absent for longer than a time [s]."""
+        """Forget the origins that have been absent for longer than `after` [s] at time `t` [s], and return them."""
         gone = [p for p in self.peers.values() if not p.present and t - p.heard > after]
         for peer in gone:
             del self.peers[peer.origin]
@@ -96,12 +96,12 @@ class Presence:
         return [peer.origin for peer in gone]
 
     def stable(self, mine: Mapping[str, int]) -> dict[str, int]:
-        """Number of the newest write that every peer has seen, by origin.
+        """Number of the newest write that this agent and every peer have seen, for each origin of writes.
 
-        The result is empty while a peer has seen a write that has not been seen here.
+        The result is empty while a peer has seen a write that this agent has not.
 
         Args:
-            mine: Number of the newest write seen here, by origin.
+            mine: Number of the newest write that this agent has seen, for each origin of writes.
         """
         known = [peer.seen for peer in self.peers.values()]
         if any(number > mine.get(origin, 0) for seen in known for origin, number in seen.items()):

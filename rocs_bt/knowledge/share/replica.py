@@ -1,10 +1,10 @@
 """Replica of shared knowledge: a map whose writes merge to the same result in any order and multiplicity.
 
-Each write is one entry under one key; of two entries under a key the one with the later stamp wins (a last-writer-wins
-register: Shapiro et al., Conflict-free Replicated Data Types, 2011, 3.2). Stamps are hybrid logical clocks (Kulkarni et
-al., Logical Physical Clocks, 2014): a write is stamped later than every write that its writer knew, so a wrong clock
-can decide only between concurrent writes. Superseded entries are deleted: the size of a replica depends on what is
-known and was recently removed, not on the number of writes.
+Each write is an entry for one key, which denotes a node, an attribute or an edge. Of two entries for the same key, the
+one with the later stamp wins (a last-writer-wins register: Shapiro et al., Conflict-free Replicated Data Types, 2011,
+3.2). Stamps are hybrid logical clocks (Kulkarni et al., Logical Physical Clocks, 2014): a write is stamped later than
+every write that its writer knew. A wrong clock can therefore decide only between concurrent writes. Losing entries are
+deleted, so a replica does not grow with the number of writes.
 """
 
 from __future__ import annotations
@@ -16,35 +16,36 @@ from typing import TypeAlias
 import msgspec
 
 Key: TypeAlias = tuple[str, ...]
-"""(node,) for its kind; (node, kind, attribute); (source, relation, target, "") for an edge and its attributes."""
+"""What an entry is about: (node,) for the kind of a node, (node, kind, attribute) for an attribute, or
+(source, relation, target, "") for an edge with its attributes."""
 
 Simple: TypeAlias = bool | int | float | str | list[float] | None
 Plain: TypeAlias = Simple | dict[str, Simple]
-"""Shared form of a value; None if it does not exist or is no longer known."""
+"""Shared form of a key's value; None if the node or edge does not exist or the attribute is unknown."""
 
 STAMP_LIMIT = 2**56
 """Upper bound of a stamp [us]: the year 4253."""
 
 
 STAMP_STEP = 2**20
-"""Maximum lead of a stamp over the latest seen or plausible one [us], so that no peer can exhaust the stamps."""
+"""Maximum lead of a stamp over the latest one seen [us], so that no peer can use up the range of stamps."""
 
 ENTRY_LIMIT = 2**18
-"""Maximum number of entries; beyond it a replica accepts no new keys from peers."""
+"""Maximum number of entries of a replica; a full replica refuses new keys from peers."""
 
 NAMES_LIMIT = 12288
-"""Maximum total size of the names of all starts [bytes]: twice that, and an entry, must fit into a frame."""
+"""Maximum total size of all remembered origins [bytes]: twice that, and an entry, must fit into a frame."""
 
 
 class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
-    """One write.
+    """One write of shared knowledge.
 
     Attributes:
-        key: Key that was written.
-        value: Value; None removes the key.
+        key: Written node, attribute or edge.
+        value: New value; None removes the key.
         stamp: Hybrid logical clock of the writer [us].
-        origin: Writer as `agent#start`; it differs at each start of the agent.
-        number: Sequence number of the write at its origin, from 1.
+        origin: Writer as `agent#start`; an agent has another origin after each start.
+        number: Sequence number of the write among the writes of its origin, from 1.
     """
 
     key: Key
@@ -54,12 +55,12 @@ class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
     number: int
 
     def after(self, other: Entry | None) -> bool:
-        """Whether this entry wins over another."""
+        """Whether this entry wins over another entry for the same key."""
         return other is None or (self.stamp, self.origin) > (other.stamp, other.origin)
 
     @property
     def weight(self) -> int:
-        """Contribution to the sum by which replicas are compared; 0 for a removal."""
+        """Hash that the entry adds to the checksum `Replica.sum`; 0 for a removal."""
         if self.value is None:
             return 0
         packed = msgspec.msgpack.encode((self.key, self.value, self.stamp, self.origin))
@@ -67,17 +68,19 @@ class Entry(msgspec.Struct, frozen=True, array_like=True, gc=False):
 
 
 class Replica:
-    """The winning entries, and which writes have been seen.
+    """One agent's copy of the shared knowledge: the winning entry of each key, and which writes have been seen.
 
     Args:
-        origin: Name of the writer here; new at every start, because a number must never denote two writes.
-        calendar: Time since an epoch that all peers share [s]; it may be wrong.
+        origin: Origin of the writes of this agent, `agent#start`; it must be new at every start, because a number must
+            never denote two writes.
+        calendar: Returns the time since an epoch that all peers share [s]; it may be wrong.
 
     Attributes:
         entries: Entries by key, including removals.
-        since: Write time of each key's entry on the holder's clock [s].
-        seen: Number up to which each origin's writes have been seen, directly or through others.
-        sum: Checksum of the contents; different contents have the same one with a probability of 1 in 2^64.
+        since: Write time of each key's entry on the clock of this agent [s].
+        seen: Number of the newest seen write, by origin. All earlier writes of the origin have been seen or superseded.
+        sum: Checksum of the entries; replicas with different entries have equal checksums with a probability of 1 in
+            2^64.
     """
 
     def __init__(self, origin: str, calendar: Callable[[], float]) -> None:
@@ -89,25 +92,26 @@ class Replica:
         self._calendar = calendar
         self._stamp = 0
         self._about: dict[str, dict[Key, None]] = {}
-        self._names = 0  # [bytes] size of the names in `seen`, as sent
+        self._names = 0  # [bytes] size of the origins in `seen`, as sent
 
     def value(self, key: Key) -> Plain:
-        """The value of a key; None if there is none."""
+        """Value of a key; None if the key has no entry or was removed."""
         entry = self.entries.get(key)
         return None if entry is None else entry.value
 
     def about(self, node: str) -> list[Key]:
-        """The keys of a node's attributes and of all its edges, in order of arrival."""
+        """Keys of a node, of its attributes and of all its edges, in order of arrival."""
         return list(self._about.get(node, ()))
 
     def write(self, key: Key, value: Plain, t: float, *, first: bool = False) -> Entry:
-        """Write a value.
+        """Write a value of this agent; returns the new entry.
 
         Args:
-            key: Key.
-            value: Value; None to remove the key.
-            t: Present time on the holder's clock [s].
-            first: Whether it was known before the first contact with a peer; it then loses against any other write.
+            key: Node, attribute or edge to write.
+            value: New value; None to remove the key.
+            t: Present time on the clock of this agent [s].
+            first: Whether the value was known before the first contact with a peer; the write then loses against all
+                later ones.
         """
         number = self.seen.get(self.origin, 0) + 1
         if first:
@@ -123,15 +127,20 @@ class Replica:
     def admits(self, entry: Entry) -> bool:
         """Whether an entry from a peer has a plausible time stamp, and there is room for it.
 
-        A writer with a slow clock uses stamps slightly later than the latest one it has seen. A stamp far beyond all
-        seen ones is wrong; if it were accepted, no other writer could use a later one.
+        A writer with a slow clock uses stamps slightly later than the latest stamp that it has seen. A stamp far beyond
+        all seen ones is wrong. If it were accepted, the writes of other agents could soon find no later stamp.
         """
         if entry.stamp > max(self._stamp, STAMP_LIMIT // 2) + STAMP_STEP:
             return False
         return entry.key in self.entries or len(self.entries) < ENTRY_LIMIT
 
     def merge(self, entry: Entry, since: float) -> bool:
-        """Merge an entry from a peer; True if it is later than the present entry of its key and replaces it."""
+        """Merge an entry from a peer; True if the entry wins and replaces the present one of its key.
+
+        Args:
+            entry: Entry to merge.
+            since: Time of the write on the clock of this agent [s].
+        """
         self._stamp = max(self._stamp, entry.stamp)
         if not entry.after(self.entries.get(entry.key)):
             return False
@@ -139,13 +148,17 @@ class Replica:
         return True
 
     def learn(self, seen: Mapping[str, int], here: Collection[str] = ()) -> list[str]:
-        """Record writes as seen, each because it was received or because a later write has superseded it.
+        """Record writes as seen: they have been received, or later writes have superseded them.
 
-        If there are too many origins, the oldest absent ones are forgotten: their entries stay, and may be sent once
-        more than necessary.
+        If the names of the origins take too much space, the oldest absent origins are forgotten. Their entries stay,
+        but peers may then send these again.
+
+        Args:
+            seen: Number of the newest seen write, by origin.
+            here: Origins that are present.
 
         Returns:
-            Origins with writes that had not been seen.
+            Origins of which a write is recorded that had not been seen before.
         """
         advanced = [origin for origin, number in seen.items() if number > self.seen.get(origin, 0)]
         for origin in advanced:
@@ -159,7 +172,7 @@ class Replica:
         return advanced
 
     def lacks(self, seen: Mapping[str, int]) -> bool:
-        """Whether a peer has seen a write that is missing here.
+        """Whether a peer has seen a write that this replica lacks.
 
         Args:
             seen: Number of the newest write that the peer has seen, by origin.
@@ -167,7 +180,7 @@ class Replica:
         return any(number > self.seen.get(origin, 0) for origin, number in seen.items())
 
     def missing(self, seen: Mapping[str, int]) -> list[Entry]:
-        """Entries that a peer may lack, in the order of their stamps.
+        """Entries of this replica that a peer may lack, in the order of their stamps.
 
         Args:
             seen: Number of the newest write that the peer has seen, by origin.
@@ -176,7 +189,11 @@ class Replica:
         return sorted(found, key=lambda entry: (entry.stamp, entry.origin, entry.number))
 
     def prune(self, stable: Mapping[str, int]) -> int:
-        """Delete the records of removals that every peer has seen; returns the number of deleted records."""
+        """Delete the entries of removals that every peer has seen; returns the number of deleted entries.
+
+        Args:
+            stable: Number of the newest write that every peer has seen, by origin.
+        """
         gone = [k for k, e in self.entries.items() if e.value is None and e.number <= stable.get(e.origin, 0)]
         for key in gone:
             del self.entries[key], self.since[key]
@@ -188,7 +205,7 @@ class Replica:
 
     @property
     def live(self) -> dict[Key, Plain]:
-        """All present values, by key."""
+        """All values by key, without removed keys."""
         return {key: entry.value for key, entry in sorted(self.entries.items()) if entry.value is not None}
 
     def _put(self, entry: Entry, since: float) -> None:
@@ -206,5 +223,5 @@ def _length(origin: str) -> int:
 
 
 def nodes_of(key: Key) -> Iterable[str]:
-    """The nodes of a key: one, or the two ends of an edge."""
+    """Nodes that a key is about: one, or both ends of an edge."""
     return dict.fromkeys((key[0], key[2])) if len(key) == 4 else key[:1]

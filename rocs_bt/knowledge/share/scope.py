@@ -1,4 +1,4 @@
-"""Scope of sharing: shared and private nodes, their names at peers, and the check of every write of a peer."""
+"""Scope of sharing: which nodes are shared, their names at peers, and the check of every write of a peer."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..schema import Schema
 from .replica import STAMP_LIMIT, Entry, Key, Plain
 
 PEER = "peer"
-"""Kind as which a robot appears in the graphs of other robots."""
+"""Kind that a robot's node has in the graphs of other robots."""
 
 EVERYTHING = "all"
 """Keyword for all kinds, including a robot's own parts and blocks."""
@@ -29,8 +29,9 @@ _OWN = ("part", "monitor", "analyze", "rule_set", "message")
 class Scope:
     """Kinds and relations that are shared.
 
-    By default this is everything except a robot's own parts, blocks and rules, which have the same names in many
-    robots. If those are shared too, peers know them by names such as `R2/ranges`. A robot itself is a `peer` to others.
+    By default, all kinds are shared except a robot's own parts, blocks, rules and messages, whose nodes have the same
+    names in many robots. If they are shared too, their names at peers are such as `R2/ranges`. The node of a robot is
+    of kind `peer` at its peers.
 
     Args:
         schema: Schema of the graph.
@@ -41,7 +42,7 @@ class Scope:
     Attributes:
         kinds: Shared kinds.
         relations: Shared relations.
-        digest: Hash of scope and schema; equal for peers that share the same.
+        digest: Hash of scope and schema; equal for peers that share the same kinds and relations.
 
     Raises:
         InputError: No such kind or relation; lists what exists.
@@ -76,7 +77,7 @@ class Scope:
         self.digest = hashlib.blake2b("\n".join(parts).encode(), digest_size=8).hexdigest()
 
     def kind(self, kind: str) -> str | None:
-        """Kind that nodes of this kind have in the graphs of peers; None if they are not shared."""
+        """Kind that nodes of a kind have in the graphs of peers; None if such nodes are not shared."""
         shared = PEER if kind in self._robots else kind
         return shared if shared in self.kinds else None
 
@@ -85,32 +86,32 @@ class Scope:
         return f"{agent}/{node}" if kind in self._own and "/" not in node else node
 
     def attribute(self, kind: str, name: str) -> Attribute | None:
-        """Declaration of a shared attribute; None if it is not shared."""
+        """Declaration of an attribute of a kind; None if the attribute is not shared."""
         declared = self._schema.kinds[kind].attributes
         live = any(a.type is Live for a in declared.values())
-        # The name of a signal would refer to the reader's own signal of that name, which is a different one.
+        # At a peer, the name of a signal would refer to the peer's own signal of that name.
         if name not in declared or declared[name].type is Live or (live and name == "signal"):
             return None
         return declared[name]
 
     def shares(self, *nodes: str) -> bool:
-        """Whether these nodes may be shared, since none of them is private."""
+        """Whether none of these nodes is private."""
         return self._private.isdisjoint(nodes)
 
     def joins(self, relation: str, source: str | None, target: str | None) -> bool:
-        """Whether a relation can join nodes of these kinds, as peers know them."""
+        """Whether a relation can join nodes of these kinds; the kinds are those at peers."""
         declared, families = self._schema.relations[relation], self._schema.families
         return any(source in families[k] for k in declared.sources) and any(
             target in families[k] for k in declared.targets
         )
 
     def limits(self, relation: str) -> tuple[int | None, int | None]:
-        """Maximum number of targets of a source, and of sources of a target; None for no limit."""
+        """Maximum numbers of outgoing and of incoming edges of a node under a relation; None for no limit."""
         declared = self._schema.relations[relation]
         return 1 if declared.single else declared.max_targets, declared.max_sources
 
     def refuses(self, entry: Entry) -> str:
-        """Reason to refuse an entry of a peer; empty if it is acceptable. Peers with equal `digest` decide equally."""
+        """Reason to refuse an entry of a peer; empty if acceptable. Agents with equal `digest` decide equally."""
         if not 0 < entry.stamp < STAMP_LIMIT or not 0 < entry.number < 2**53:
             return f"the stamp {entry.stamp} or the number {entry.number} is out of range"
         if not is_origin(entry.origin):
@@ -168,7 +169,7 @@ def is_origin(name: str) -> bool:
 
 
 def agent_of(origin: str) -> str:
-    """The name of the agent in an origin `agent#start`."""
+    """Name of the agent in an origin `agent#start`."""
     return origin.partition("#")[0]
 
 

@@ -1,8 +1,8 @@
-"""Sharing: the block that synchronises an agent's knowledge with its peers' (paper, 4.2).
+"""Sharing: the block that synchronises an agent's knowledge with that of its peers (paper, 4.2).
 
-In each turn it publishes local changes, merges received ones, answers requests and sends heartbeats. It never blocks,
-and the work of a turn is bounded, so it does not delay planning or control. Lost messages are requested again when a
-peer's heartbeat shows that it has seen more.
+Sharing runs in turns. In each turn it publishes changes of the agent's graph, merges changes of peers, answers requests
+and sends heartbeats. A turn never blocks and its work is bounded, so it does not delay planning or control. A heartbeat
+lists the writes that its sender has seen; an agent that lacks some of them requests them.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from .scope import PEER, Scope, agent_of, is_origin
 from .wire import Ack, Delta, Heartbeat, Leave, Message, Request, TextAck, TextMessage, encode, parts
 
 TURN_IN = 2000
-"""Approximate maximum number of messages and entries received in a turn."""
+"""Approximate maximum number of received messages, plus entries in them, that a turn processes."""
 
 TURN_OUT = 64
 """Maximum number of frames sent in a turn."""
 
 TURN_DELTAS = 8
-"""Maximum number of frames with entries among them, so that receivers keep up."""
+"""Maximum number of frames with entries sent in a turn, so that receivers keep up."""
 
 TURN_CHANGES = 2000
 """Maximum number of graph changes published in a turn."""
@@ -53,7 +53,7 @@ PRUNE = 10.0
 """Time between two prunings [s]."""
 
 MEMORY = 3600.0
-"""Time for which removals are kept for an absent peer [s]."""
+"""Time for which an absent peer is remembered, and removals that it has not seen are kept [s]."""
 
 
 @dataclass(frozen=True)
@@ -61,8 +61,8 @@ class Ageing:
     """Expiry of the knowledge from vanished peers.
 
     Attributes:
-        state: Time after which the pose and motion of a vanished robot are unknown [s].
-        rest: Time after which everything else that it shared is dropped [s].
+        state: Time without a message after which the pose and motion of a vanished robot count as unknown [s].
+        rest: Time without a message after which everything else that the robot shared is dropped [s].
     """
 
     state: float = 3.0
@@ -77,16 +77,16 @@ class Sharing:
         scope: Shared part of the graph.
         network: Network of the peers.
         origin: `agent#start`; unique for each start of the agent.
-        calendar: Time since an epoch that all peers share [s]; it may be wrong, and is read once.
-        key: Key of the group.
+        calendar: Returns the time since an epoch that all peers share [s]; it may be wrong, and is called once.
+        key: Secret of the group, which authenticates messages.
         ageing: Expiry of the knowledge from vanished peers.
         gap: Minimum time between two turns [s].
 
     Attributes:
-        clock: Calendar of the group, which stamps writes.
+        clock: Calendar time of the group, which stamps writes.
         counts: Counts of sent, merged and rejected data.
         messenger: Sends and receives text messages.
-        replica: Shared knowledge.
+        replica: Replica of the shared knowledge.
         awake: Set when there is work to do.
     """
 
@@ -198,7 +198,7 @@ class Sharing:
 
     def _publish(self, t: float) -> None:
         if self._busy(4):
-            return  # further changes of a value are then published as one
+            return  # when published later, several changes of a value become one write
         base = self.written
         entries = self._mirror.collect(t, TURN_CHANGES, first=self._first)
         self._first = False
@@ -277,7 +277,7 @@ class Sharing:
                 self.messenger.acknowledge(sender, message)
 
     def _compare(self, sender: str, beat: Heartbeat, t: float) -> None:
-        """Request writes that this peer has and we lack; everything if both saw the same but the contents differ."""
+        """Request the writes that a peer has and this agent lacks; all entries if only the checksums differ."""
         asked, at = self._requested
         if asked and t < at + RETRY_AFTER:
             return
@@ -325,10 +325,13 @@ class Sharing:
         return "" if self.replica.admits(entry) else "the replica is full, or the stamp is too far ahead"
 
     def _learn(self, sender: str, delta: Delta, t: float) -> None:
-        """Count writes as seen when all parts have arrived; those of other origins only from peers of equal scope."""
+        """Count the writes of a message as seen once all its parts have arrived.
+
+        Writes of third agents count only if the sender has the same scope, because it may have refused some of them.
+        """
         parts_seen = self._parts.setdefault((sender, delta.sync), set())
         parts_seen.add(delta.part)
-        if len(self._parts) > SYNCS:  # a part of the oldest was lost; it is requested again
+        if len(self._parts) > SYNCS:  # a part of the oldest answer was lost; a heartbeat will cause a new request
             del self._parts[next(iter(self._parts))]
         if len(parts_seen) < delta.parts:
             return
@@ -349,7 +352,7 @@ class Sharing:
             self._acks_due[sender] = self.replica.seen[sender]
 
     def _note_reporter(self, entry: Entry) -> None:
-        """Record an agent that reports its own state."""
+        """Record the writer of an entry as self-reporting if the entry is about its own node."""
         agent = agent_of(entry.origin)
         if agent != self._agent and entry.key[0] == agent and entry.key[1:2] in ((), (PEER,)):
             self._mirror.self_reporting[agent] = None

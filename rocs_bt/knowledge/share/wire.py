@@ -1,4 +1,4 @@
-"""Wire format of the messages between peers: authenticated with the group's key, and bounded in size."""
+"""Wire format of the messages between peers. A frame is one encoded message with its authentication code."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FRAME_LIMIT = 65536
 """Maximum size of a frame [bytes]; longer ones are dropped unread."""
 
 CHUNK = 24576
-"""Target size of one part of a replica [bytes]; an entry is never split."""
+"""Target size of the entries in one message [bytes]; more entries are sent in several parts."""
 
 _SEAL = 16  # [bytes]
 
@@ -22,8 +22,9 @@ _SEAL = 16  # [bytes]
 class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
     """Periodic message that shows the presence of its sender.
 
-    `seen` contains the number of the newest write that the sender has seen, by origin. `sum` and `scope` are hashes of
-    its replica and of the shared kinds, for comparison. `time` is its calendar time [s], `ahead` the correction [s].
+    `seen` contains the number of the newest write that the sender has seen, by origin. `sum` is the checksum of its
+    replica, and `scope` the digest of its scope. `time` is the sender's calendar time [s], which includes the
+    correction `ahead` [s].
     """
 
     seen: dict[str, int]
@@ -34,7 +35,11 @@ class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
 
 
 class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
-    """Entries, each with its age [s]; all parts of one `sync` take a receiver that has seen `base` to `upto`."""
+    """Message with shared entries, or one of several parts of it.
+
+    A receiver that has seen the writes up to `base` has seen those up to `upto` when all parts with the same `sync`
+    have arrived. Both are numbers of writes by origin. `ages` contains the age of each entry [s].
+    """
 
     sync: int
     part: int
@@ -47,13 +52,13 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
 
 
 class Request(msgspec.Struct, frozen=True, tag="want", array_like=True):
-    """Request for the entries that the sender has not seen; an empty `seen` requests everything."""
+    """Request for entries that the sender lacks; `seen` has the newest write it has seen, by origin."""
 
     seen: dict[str, int]
 
 
 class Ack(msgspec.Struct, frozen=True, tag="have", array_like=True):
-    """Acknowledgement: the sender holds the receiver's writes up to this one."""
+    """Acknowledgement that the sender has seen the receiver's writes up to `number`."""
 
     number: int
 
@@ -73,7 +78,7 @@ class TextAck(msgspec.Struct, frozen=True, tag="heard", array_like=True):
 
 
 class Leave(msgspec.Struct, frozen=True, tag="bye", array_like=True):
-    """Announcement that the sender leaves."""
+    """Announcement that the sender leaves the network."""
 
 
 Message: TypeAlias = Heartbeat | Delta | Request | Ack | TextMessage | TextAck | Leave
@@ -84,7 +89,7 @@ _OUTSIDE: msgspec.msgpack.Decoder[tuple[str, msgspec.Raw]] = msgspec.msgpack.Dec
 
 
 def encode(sender: str, message: Message, key: bytes) -> bytes:
-    """Encode a frame."""
+    """Encode a message as a frame, authenticated with the group's secret `key`."""
     body = _ENCODER.encode((sender, message))
     return _seal(body, key) + body
 
@@ -111,7 +116,7 @@ def sender_of(frame: bytes) -> str | None:
 
 
 def parts(entries: list[Entry]) -> list[list[Entry]]:
-    """Split entries into portions that fit into frames; at least one portion, even without entries."""
+    """Split entries into portions that each fit into a frame; returns at least one portion, even without entries."""
     portions: list[list[Entry]] = [[]]
     size = 0
     for entry in entries:

@@ -1,4 +1,4 @@
-"""Network between processes and hosts over zenoh; on loopback only, unless there are keys (extra `share`)."""
+"""Network between processes and hosts over zenoh (extra `share`). Without keys it works on one host only."""
 
 from __future__ import annotations
 
@@ -16,16 +16,17 @@ if TYPE_CHECKING:
     import zenoh
 
 LEASE = 1000
-"""Time after which a silent peer counts as lost [ms]; a killed process is noticed at once."""
+"""Time without data after which a peer counts as lost [ms]; a killed process is noticed at once."""
 
 _ROOT = "rocs"
 
 
 class ZenohNetwork:
-    """Mesh of processes. Each listens at an address, knows some of the others, and finds the rest through them.
+    """Mesh network of processes. Each listens at an address and needs the addresses of only some others.
 
     Args:
-        listen: Address `host:port`; port 0 chooses a free one, known only to the peers that it connects to.
+        listen: Address `host:port` of this process. Port 0 chooses a free port, which only the listed peers get to
+            know.
         peers: Addresses of other peers, which need not be running yet.
         keys: Keys for mutual TLS; without them only loopback addresses are allowed.
         group: Name of the group; groups are isolated from each other.
@@ -57,7 +58,7 @@ class ZenohNetwork:
             ) from error
 
     def join(self, origin: str, deliver: Callable[[bytes], None], lost: Callable[[str], None]) -> Link:
-        """Join the network; the session ends when the last peer leaves."""
+        """Join the network; the zenoh session ends when the last agent of this process leaves."""
         self._links += 1
         return _ZenohLink(self._zenoh, self._session, self._root, origin, deliver, lost, self._left)
 
@@ -84,7 +85,7 @@ class _ZenohLink:
         self._to_all, self._to_one = f"{root}/all/{_escaped(origin)}", f"{root}/to"
 
         def take(sample: zenoh.Sample) -> None:
-            # Copies only enough of an oversized frame to be rejected as such.
+            # An oversized frame is not copied: the inbox only needs its excessive length to reject it.
             payload = sample.payload
             deliver(payload.to_bytes() if len(payload) <= FRAME_LIMIT else bytes(FRAME_LIMIT + 1))
 
@@ -121,11 +122,11 @@ def check_address(address: str, *, private: bool) -> None:
     """Check an address `host:port`.
 
     Args:
-        address: Address.
+        address: Address to check.
         private: Whether the connection is encrypted and authenticated.
 
     Raises:
-        InputError: It is invalid, or it is not on this host and there are no keys.
+        InputError: The address is invalid, or not on this host although the connection is not private.
     """
     host, colon, port = address.rpartition(":")
     if not colon or not port.isdecimal() or int(port) > 65535 or not host:
