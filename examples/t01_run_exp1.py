@@ -5,7 +5,8 @@
 """Run the paper's first experiment, and read its summary.
 
 One call runs a scenario by its name: physics, sensors, agent and actuators, in lockstep on simulated time. The summary
-has the contents of summary.json of `rocs-bt run exp1`. Runs with the same seed have the same trajectory hash.
+has the same contents as the file summary.json that `rocs-bt run exp1` writes. Runs with the same seed have the same
+trajectory hash.
 
 Output:
 

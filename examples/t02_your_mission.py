@@ -4,10 +4,10 @@
 # ///
 """Give R2 a mission of your own: drive to a lookout, look back, and go to the origin.
 
-A mission is a function `build` that returns a py_trees tree; `mission.act` creates leaves that run actions.
-It replaces the shipped mission of EXP1. The reflexes remain active and the mission does not handle them: a pre-empted
-leaf submits its action again from the robot's new pose. A sink that receives every event prints the status changes
-during the run.
+A mission is a function `build` that returns a py_trees tree; `mission.act` creates leaves that run actions. Here the
+function replaces the shipped mission of EXP1. The reflexes remain active, and the mission needs no code for them: a
+leaf whose action a reflex has cancelled submits the action again from the robot's new pose. An event sink prints the
+status changes of the tree during the run.
 
 Output:
 
@@ -36,7 +36,7 @@ from rocs_bt.units import MetresPerSecond
 
 
 def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behaviour:
-    """Tree: to the lookout, look back, on to the goal."""
+    """Build the tree: drive to the lookout, look back, drive to the goal."""
     mission.knowledge.world.place("lookout", rocs_bt.Pose2(-0.5, -0.5), kind="goal")
     return Sequence(
         "there and back",
@@ -51,10 +51,10 @@ def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behavio
 
 
 class Printer:
-    """Event sink that prints the events of the tree."""
+    """Event sink that prints status changes and replanning of the tree's nodes."""
 
     def emit(self, event: Event) -> None:
-        """Print an event of the tree."""
+        """Print an event if it concerns the tree."""
         if isinstance(event, NodeTicked):
             print(f"{event.t:5.1f} s  {event.status:8} {event.node}")
         elif isinstance(event, Replanned):

@@ -4,9 +4,10 @@
 # ///
 """Write reflexes of your own: one as a rule file, one as a class in Python.
 
-The rule file is in a project with a scenario that names it beside the shipped rules. It names an action and its
-parameters with units; expressions are checked against the robot's signals when the file is loaded. The class, a
-ReactiveModel, accumulates a value, which a rule cannot. Both share the agent's reflex slot, where priority decides.
+The rule file is part of a project, whose scenario names it beside the shipped rules. A rule names an action and its
+parameters with units; its expressions are checked against the robot's signals when the file is loaded. The class, a
+ReactiveModel, integrates a value over time, which a rule cannot. Only one reflex at a time is active: the one with the
+highest priority.
 
 Output:
 
@@ -61,7 +62,7 @@ class Dizzy(rocs_bt.ReactiveModel):
         self.until = 0.0  # [s]
 
     def react(self, x: np.ndarray, t: float) -> Sequence[Reflex]:
-        """Integrate the turn rate; request a rest of one second after two turns."""
+        """Integrate the absolute turn rate; after two full turns, request the action Stop for one second."""
         rate, passed, self.last = float(x[self.turn_rate]), t - self.last, t
         if np.isfinite(rate):
             self.turned += abs(rate) * passed
@@ -74,7 +75,7 @@ class Dizzy(rocs_bt.ReactiveModel):
 
 
 def build(mission: rocs_bt.Mission) -> Behaviour:
-    """The shipped mission, with an additional reactive model."""
+    """Build a mission with one leaf, GoTo, and add the reactive model Dizzy to the agent."""
     mission.knowledge.reactive_models.append(Dizzy(mission.knowledge))
     return mission.act("GoTo", goal="goal", cruise="0.5 m/s")
 

@@ -4,9 +4,9 @@
 # ///
 """Fill every extension point of the architecture (paper, 5.3) with a class of your own.
 
-A robot shuttles along a corridor without physics, on the mock driver. It drives until its Analyze block reports a near
-wall, turns round, and rests when its battery is low. Its reflex backs off from an obstacle too close for the plan, here
-a closing door. Only the Pipeline, Execute and the Knowledge itself are shipped classes.
+A robot shuttles along a corridor, on the mock driver and without physics. It drives until its Analyze block reports a
+near wall, then turns round; it rests when its battery is low. Its reflex backs off from an obstacle that is too close
+to wait for the plan, here a closing door. Only Pipeline, Execute and Knowledge are shipped classes.
 
     mandatory      Sensor, Actuator, Action
     deliberative   Monitor, Analyze, Plan
@@ -95,7 +95,7 @@ class Echo(rocs_bt.Sensor):
         self.robot = robot
 
     def read(self) -> rocs_bt.Reading:
-        """One ray, straight ahead."""
+        """Return the range along one ray, straight ahead."""
         return rocs_bt.Reading(self.robot.world.clock.now(), [self.robot.world.ray(*self.robot.pose)])
 
 
@@ -107,7 +107,7 @@ class Battery(rocs_bt.Sensor):
         self.clock = clock
 
     def read(self) -> rocs_bt.Reading:
-        """Voltage: 12.6 V when full."""
+        """Return the voltage, 12.6 V when full."""
         return rocs_bt.Reading(self.clock.now(), [12.6 - 0.05 * self.clock.now()])
 
 
@@ -134,7 +134,7 @@ class Creep(rocs_bt.AtomicAction):
     speed: MetresPerSecond = 0.4
 
     def act(self, body):
-        """Command one control period."""
+        """Command the wheels for one control period."""
         gap = body.knowledge.signals.value("gap", body.clock.now())
         if math.isnan(gap):
             return rocs_bt.Failure(rocs_bt.Reason.LOST_SENSOR, "the gap is not known")
@@ -145,13 +145,13 @@ class Creep(rocs_bt.AtomicAction):
 
 @dataclass(kw_only=True, eq=False)
 class Spin(rocs_bt.AtomicAction):
-    """Turn on the spot, open loop."""
+    """Turn on the spot by an angle, open loop."""
 
     angle: Radians = math.pi
     left: float = math.nan
 
     def act(self, body):
-        """Command one control period."""
+        """Command the wheels for one control period."""
         self.left = self.angle if math.isnan(self.left) else self.left
         turn = math.copysign(min(abs(self.left), 2.0 * body.period), self.left)
         body.wheels.command(body.drive.wheel_speeds(rocs_bt.Twist2(0.0, turn=turn / body.period)).tolist())
@@ -174,7 +174,7 @@ class BackOff(rocs_bt.AtomicAction):
     """Drive backward until the rule is released."""
 
     def act(self, body):
-        """Command one control period."""
+        """Command the wheels for one control period."""
         body.wheels.command([-0.3, -0.3])
         return rocs_bt.Progress.RUNNING
 
@@ -186,14 +186,14 @@ class Senses(rocs_bt.Monitor):
     """Converts the echo to a gap, and the voltage to a charge."""
 
     def signals(self) -> Sequence[rocs_bt.Signal]:
-        """Signals that it writes."""
+        """Return the declarations of the signals that this monitor writes."""
         return [
             rocs_bt.Signal("gap", 1, (LENGTH,), (0.0, math.inf), self.max_age),
             rocs_bt.Signal("charge", 1, bounds=(0.0, 1.0), max_age=self.max_age),
         ]
 
     def interpret(self, readings: Mapping[str, rocs_bt.Reading]) -> Signals:
-        """Compute gap and charge; the battery is empty at 11 V."""
+        """Compute the gap [m] and the charge (0 to 1) from the readings; the battery is empty at 11 V."""
         volts = readings["battery"].values[0]
         return {"gap": readings["echo"].values, "charge": [(volts - 11.0) / 1.6]}
 
@@ -216,7 +216,7 @@ class Walls(rocs_bt.Analyze):
 
 
 class Shuttle(rocs_bt.Plan):
-    """Shuttles until the strategy is 'rest'."""
+    """Plan that shuttles until the strategy is 'rest'."""
 
     ticket = None
 
@@ -247,7 +247,7 @@ class KeepOff(rocs_bt.ReactiveModel):
         self.latched = False
 
     def react(self, x: np.ndarray, t: float) -> Sequence[Reflex]:
-        """Request BackOff below 0.30 m, until 0.45 m (hysteresis)."""
+        """Request BackOff when the gap is below 0.30 m, until it is above 0.45 m (hysteresis)."""
         gap = x[self.gap]
         self.latched = gap < (0.45 if self.latched else 0.30)
         reading = f"gap = {gap:.2f} m"
@@ -281,7 +281,7 @@ class Duty(StrategyModel):
     """Strategy model: shuttle while there is charge, then rest."""
 
     def choose(self) -> str:
-        """Select and return the strategy."""
+        """Set the strategy in use from the charge, and return it."""
         if not self.names():
             self.add("rest")
             self.add("shuttle", falls_back_to="rest")

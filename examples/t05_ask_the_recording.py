@@ -4,9 +4,9 @@
 # ///
 """Record a run and analyse it: events, the reasons for an action at a given time, figures and replay.
 
-With `out` a run writes run.mcap, summary.json and report.html. The recording contains every event, in order and without
-loss of precision. `explain` returns the signals, plan, rules and commands at a time. A replay must make the same
-decisions.
+With `out` a run writes run.mcap, summary.json and report.html. The recording, run.mcap, contains every event in order
+and without loss of precision. `explain` returns the signals, plan, rules and commands at a time. `replay` runs the
+agent on the recorded sensor data and checks that it makes the same decisions.
 
 Output:
 

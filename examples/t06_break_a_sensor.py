@@ -5,9 +5,9 @@
 """Inject a sensor fault during a run: the robot stops until the sensor recovers.
 
 `prepare` receives the simulated world before the agents are built, and can replace any device. rocs_bt.testing.faults
-has devices that die, freeze, give wrong values, hang or raise. Here reading the sonars fails from 2 s to 4 s. Their
-signals become stale after three periods, which means NaN, the only indication of a sensor failure. The shipped rule
-Blind trips on it, and the plan continues when the sonars recover.
+has devices that die, freeze, give wrong values, hang or raise. Here the sonars cannot be read from 2 s to 4 s. After
+three periods without a reading, the values of their signals are NaN, which always means a sensor failure. The shipped
+rule Blind then stops the robot; the plan continues when the sonars recover.
 
 Output:
 

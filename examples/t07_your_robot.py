@@ -4,10 +4,10 @@
 # ///
 """Build a robot of your own: a folder with a table of devices, a model, and a driver in Python.
 
-The scout is a Pioneer with a receiver for a radio beacon at the origin. Its driver and its Monitor are beside
-robot.toml, which names them as `file.py:Class`. The driver's key `at` is a keyword parameter of its constructor, with a
-unit. Their signal is like any other: the mission reads it, and a rule could. The shipped rules run on the scout
-unchanged. `rocs-bt check` in such a project reports what does not fit.
+The scout is a Pioneer with a receiver for a radio beacon at the origin. The receiver's driver and Monitor are Python
+classes beside robot.toml, which names them as `file.py:Class`. The key `at` in robot.toml becomes a keyword argument of
+the driver's constructor, converted to metres. The mission reads the receiver's signal like any other, and rules could
+too. The shipped rules run on the scout unchanged. `rocs-bt check` in such a project reports all faults of its files.
 
 Output:
 

@@ -4,10 +4,10 @@
 # ///
 """Run an agent on a real robot: EXP1's mission and rules, and drivers that communicate with a robot over UDP.
 
-The robot folder is based on the shipped Pioneer and changes only its drivers; mission, rules and engine are unchanged.
-Here a separate process emulates the robot's controller: it receives wheel speeds as datagrams, stops by itself when
-none arrives, and sends its sensor values 20 times per second. For a serial line, replace the class Link; the rest
-stays.
+The robot's folder is based on the shipped Pioneer and changes only its drivers; mission, rules and engine are
+unchanged. Here a separate process emulates the robot's controller: it receives wheel speeds as datagrams, stops the
+robot when none arrives, and sends its sensor values 20 times per second. For a serial line, replace only the class
+Link.
 
 Output:
 

@@ -4,8 +4,9 @@
 # ///
 """Store a robot's knowledge in a file, query its history, and load it in the next run.
 
-A journal writes every change of the graph, on its own thread; the file survives a killed process. `History` restores
-the graph as of any time or revision. The next run with the same file starts with its persistent part.
+A journal writes every change of the graph to the file, on its own thread; the file survives a killed process. `History`
+restores the graph as of any time or revision. The next run with the same file starts with the knowledge that is still
+valid, such as places.
 
 Output:
 

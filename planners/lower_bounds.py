@@ -9,7 +9,7 @@ from rocs_bt.units import PositiveMetresPerSecond, PositiveSeconds
 
 
 class StandStill:
-    """Never moves."""
+    """Planner that never moves."""
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Store the number of wheels."""
@@ -22,7 +22,7 @@ class StandStill:
 
 @dataclass(kw_only=True)
 class RandomSpeeds:
-    """Random wheel speeds, each held for a time; done when the robot happens to be at a goal.
+    """Planner that samples random wheel speeds and holds each sample for a time; done at any goal.
 
     Attributes:
         speed: Maximum wheel linear speed.

@@ -1,4 +1,4 @@
-"""Planners that simulate candidate motions for a short time, toward a path, and begin the best one."""
+"""Planners that predict many candidate motions over a short horizon and drive the first part of the best one."""
 
 from dataclasses import dataclass, field
 from math import inf
@@ -11,23 +11,23 @@ from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSecon
 
 @dataclass(kw_only=True)
 class DynamicWindow:
-    """Evaluates the arcs that the wheels can reach within a period, and drives the best one without contact.
+    """Dynamic window approach: drives the best arc among those that the wheels can reach within a period.
 
-    Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (IEEE RAM 4, 1997): heading to
-    the goal, clearance and speed, each normalised, with the paper's weights 0.8, 0.1 and 0.1. The target is a point
-    ahead on the path of a route planner, as is common practice since. By itself the method stops before each wall on
-    the way to the goal.
+    Source: Fox, Burgard and Thrun, The dynamic window approach to collision avoidance (IEEE RAM 4, 1997). The score of
+    an arc is the weighted sum of heading, clearance and speed, each normalised, with the weights of the paper. The arcs
+    lead toward a point ahead on the path of a route planner, as is common practice today. Without a path, the method
+    would stop before each wall on the straight line to the goal.
 
     Attributes:
         cruise: Maximum speed.
         turn_rate: Maximum turn rate.
-        period: Time for which a choice is held; the window contains the speeds that the wheels can reach within it.
-        horizon: Minimum time for which an arc must be free for its speed to be admissible.
+        period: Time within which the speeds of the candidate arcs can be reached.
+        horizon: Time for which each arc is predicted.
         heading: Weight of the heading at the end of the arc.
-        clearance: Weight of the time until contact.
+        clearance: Weight of the time until contact along the arc.
         speed: Weight of the speed.
-        margin: Minimum gap along an arc.
-        planner: Name of a file in planners/routes.
+        margin: Minimum gap between the hull and obstacles along an arc.
+        planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
     """
 
@@ -43,11 +43,11 @@ class DynamicWindow:
     look: PositiveMetres = 1.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
-        """Read the robot's properties and create the route planner."""
+        """Read the robot's dimensions and limits, and create the route planner."""
         self._robot, self._routes = Vehicle(task), task.route(self.planner)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Select an arc."""
+        """Select the best arc; turns on the spot if no arc is free."""
         robot = self._robot
         if robot.arrived(observation):
             return None
@@ -71,7 +71,7 @@ class DynamicWindow:
         return robot.wheels(float(v[best]), float(w[best]))
 
     def _window(self, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray]:
-        """Speeds and turn rates reachable within the period, each of shape (k,)."""
+        """Speeds [m/s] and turn rates [rad/s] reachable within the period from the present ones, each of shape (k,)."""
         drive = self._robot.drive
         room = drive.max_wheel_acceleration * self.period
         v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
@@ -83,10 +83,11 @@ class DynamicWindow:
 
 @dataclass(kw_only=True)
 class Mppi:
-    """Samples perturbed trajectories around the last one and drives their mean, weighted by their costs.
+    """Model predictive path integral control: drives the cost-weighted mean of randomly perturbed trajectories.
 
     Source: Williams, Aldrich and Theodorou, Model predictive path integral control (J. Guidance, Control, and Dynamics
-    40, 2017). The cost of a trajectory is the remaining time at its end, plus a high penalty for small gaps.
+    40, 2017). The cost of a trajectory is the time still needed from its end to the lookahead point, plus a high
+    penalty for small gaps to obstacles.
 
     Attributes:
         cruise: Maximum speed.
@@ -95,8 +96,8 @@ class Mppi:
         step: Time step of a trajectory.
         courses: Number of sampled trajectories.
         temperature: Temperature of the weights; higher values give worse trajectories more weight.
-        gap: Gap below which the penalty begins.
-        planner: Name of a file in planners/routes.
+        gap: Gap to obstacles below which the penalty begins.
+        planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
     """
 
@@ -117,7 +118,7 @@ class Mppi:
         self._plan = np.zeros((round(self.horizon / self.step), 2))
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Shift the trajectory, sample perturbations, and take their weighted mean."""
+        """Shift the last trajectory by a step, perturb it, and drive the first step of the weighted mean."""
         robot = self._robot
         if robot.arrived(observation):
             return None
@@ -162,7 +163,12 @@ def aimed(
 
 
 def facing(aim: tuple[float, float], ends: np.ndarray) -> np.ndarray:
-    """Alignment of each arc's end with a point, from 0 (facing away) to 1, shape (k,)."""
+    """How well the robot faces a point at the end of each arc, from 0 (faces away) to 1, shape (k,).
+
+    Args:
+        aim: Point in the body frame [m].
+        ends: Pose at the end of each arc, body frame, shape (k, 3).
+    """
     to = np.arctan2(aim[1] - ends[:, 1], aim[0] - ends[:, 0]) - ends[:, 2]
     return 1.0 - np.abs(np.mod(to + np.pi, 2.0 * np.pi) - np.pi) / np.pi
 
@@ -184,6 +190,6 @@ def _until_contact(gaps: np.ndarray, times: np.ndarray, margin: float) -> np.nda
 
 
 def _normal(values: np.ndarray, of: np.ndarray) -> np.ndarray:
-    """Values scaled so that a selection of them ranges from 0 to 1, shape (k,)."""
+    """Values scaled so that those selected by the mask `of` range from 0 to 1, shape (k,)."""
     low, high = values[of].min(), values[of].max()
     return (values - low) / (high - low) if high > low else np.zeros_like(values)

@@ -12,16 +12,16 @@ from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, RadiansPerSec
 
 @dataclass(kw_only=True)
 class PurePursuit:
-    """Replans the path with a route planner at each step and steers toward a lookahead point on it.
+    """Pure pursuit: replans the path at each step and steers toward a lookahead point on it.
 
-    Source: Coulter, Implementation of the pure pursuit path tracking algorithm (CMU-RI-TR-92-01, 1992). It slows down
-    for obstacles ahead and stops if there is no path.
+    Source: Coulter, Implementation of the pure pursuit path tracking algorithm (CMU-RI-TR-92-01, 1992). The robot slows
+    down for obstacles ahead and stops if there is no path.
 
     Attributes:
-        planner: Name of a file in planners/routes.
+        planner: Route planner: name of a file in planners/routes.
         cruise: Maximum speed.
         look: Lookahead distance.
-        clearance: Minimum gap beside the path.
+        clearance: Minimum gap between the hull and obstacles along the path.
         turn_rate: Maximum turn rate.
     """
 
@@ -51,15 +51,15 @@ class PurePursuit:
 
 @dataclass(kw_only=True)
 class Oracle:
-    """Follows a shortest path in the ground-truth map. An upper bound for planners, not a planner itself.
+    """Follows a shortest path in the ground-truth map: an upper bound for the performance of planners.
 
-    It does not know moving obstacles. Only planners that declare `oracle = true` get the map, and only from scenes of a
+    The map lacks moving obstacles. Only planners that declare `oracle = true` get the map, and only in scenes of a
     family.
 
     Attributes:
         cruise: Maximum speed.
         look: Lookahead distance.
-        clearance: Preferred gap between the path and the circle around the robot's outline.
+        clearance: Preferred gap between obstacles and the circle around the robot's outline.
         turn_rate: Maximum turn rate.
     """
 
@@ -86,7 +86,7 @@ class Oracle:
         return steered(robot, observation, self._path, self.look, self.cruise, self.turn_rate)
 
     def _shortest(self, observation: Observation) -> list[tuple[float, float]]:
-        """Shortest path for the largest of five radii for which there is one."""
+        """Shortest path for a disc, with the largest of five radii for which there is a path."""
         robot, start = self._robot, observation.pose[:2]
         widest, narrowest = robot.footprint.outer + self.clearance, robot.footprint.inner
         for radius in np.linspace(widest, narrowest, 5):
@@ -104,7 +104,7 @@ def steered(
     cruise: float,
     turn_rate: float,
 ) -> list[float]:
-    """Wheel linear speeds [m/s] on an arc to the point of a path at a lookahead distance [m]."""
+    """Wheel linear speeds [m/s] for an arc to the point of a path that is the lookahead distance `look` [m] ahead."""
     pose = observation.pose
     ahead, aside = robot.lookahead_point(pose, path, look)
     distance = hypot(ahead, aside)

@@ -12,15 +12,15 @@ from rocs_bt.units import Metres, MetresPerSecond, PositiveMetres, PositiveMetre
 
 @dataclass(kw_only=True)
 class Braitenberg:
-    """Vehicle with wheels that are driven directly by near obstacles, and by the goal as by a light.
+    """Braitenberg vehicle: range sensors and the bearing of the goal drive the wheels directly.
 
-    Source: Braitenberg, Vehicles (1984), vehicles 2 and 3: each sensor drives a wheel directly.
+    Source: Braitenberg, Vehicles (1984), vehicles 2 and 3. The goal acts like a light that attracts the vehicle.
 
     Attributes:
         cruise: Speed without near obstacles.
         reach: Gap below which obstacles act.
-        light: Gain of the goal's bearing.
-        fear: Gain of obstacles at the sides, which turn the robot away.
+        light: Gain from the goal's bearing to the turn rate [1/s].
+        fear: Gain of obstacles at the sides, which turn the robot away from them.
     """
 
     cruise: PositiveMetresPerSecond = 0.5
@@ -45,22 +45,23 @@ class Braitenberg:
         return robot.wheels(self.cruise * (1.0 - ahead), turn)
 
     def _felt(self, gaps: np.ndarray) -> float:
-        """Proximity of the nearest obstacle, from 0 at `reach` to 1; invalid values count as 1."""
+        """Proximity of the nearest obstacle, from 0 at a gap of `reach` to 1 at contact; invalid values count as 1."""
         nearest = float(np.min(gaps))
         return 1.0 if nearest != nearest else float(np.clip(1.0 - nearest / self.reach, 0.0, 1.0))
 
 
 @dataclass(kw_only=True)
 class PotentialField:
-    """Follows the gradient of a field with an attractive goal and repulsive obstacles.
+    """Potential field: follows the sum of the attraction of the goal and the repulsion of obstacles.
 
-    Source: Khatib, Real-time obstacle avoidance for manipulators and mobile robots (IJRR 5, 1986): the attraction grows
-    with the distance up to a limit, the repulsion acts only within `reach`. The robot gets stuck in each local minimum.
+    Source: Khatib, Real-time obstacle avoidance for manipulators and mobile robots (IJRR 5, 1986). The attraction grows
+    with the distance to the goal up to a limit; the repulsion acts only within `reach`. The robot gets stuck in local
+    minima.
 
     Attributes:
         cruise: Speed without near obstacles.
         reach: Gap from the hull beyond which obstacles do not repel.
-        repulsion: Gain of the repulsion relative to the goal.
+        repulsion: Gain of the repulsion relative to the attraction of the goal.
         turn_rate: Maximum turn rate.
     """
 
@@ -74,7 +75,7 @@ class PotentialField:
         self._robot = Vehicle(task)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Drive along the force."""
+        """Drive in the direction of the total force."""
         robot = self._robot
         if robot.arrived(observation):
             return None
@@ -98,16 +99,17 @@ class PotentialField:
 
 @dataclass(kw_only=True)
 class FiniteStateMachine:
-    """Drives toward the goal; at an obstacle, follows its edge until the way to the goal is free and nearer.
+    """Bug algorithm: drives toward the goal; at an obstacle, follows its edge until the robot is nearer and can go on.
 
     Source: Bug 2 of Lumelsky and Stepanov, Path-planning strategies for a point mobile automaton (Algorithmica 2,
-    1987), with a turn rate in proportion to the gap at the side. The obstacle is always kept to the right.
+    1987). Along an edge, the turn rate is proportional to the deviation of the gap from `keep`. The obstacle is always
+    on the right.
 
     Attributes:
         cruise: Speed toward the goal.
         edge: Speed along an edge.
         stop: Gap ahead below which edge following begins.
-        keep: Gap kept to the right.
+        keep: Gap kept to the obstacle on the right.
     """
 
     cruise: PositiveMetresPerSecond = 0.6
@@ -120,7 +122,7 @@ class FiniteStateMachine:
         self._robot, self._state, self._left_at = Vehicle(task), "to the goal", 0.0
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Act according to the state, and change the state if its condition is met."""
+        """Change the state if necessary, and return the wheel speeds of the state."""
         robot, signals = self._robot, observation.signals
         if robot.arrived(observation):
             return None

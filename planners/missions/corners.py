@@ -20,6 +20,6 @@ def build(
     fourth: str = "corner_4",
     cruise: PositiveMetresPerSecond = 0.4,
 ) -> Behaviour:
-    """Sequence of GoTo."""
+    """Build a sequence of four GoTo leaves, one for each corner."""
     legs = [mission.act("GoTo", goal=goal, cruise=cruise) for goal in (first, second, third, fourth)]
     return Sequence("corners", memory=True, children=legs)

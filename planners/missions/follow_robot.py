@@ -3,8 +3,8 @@
 The leader is observed by the robot sensor only. The mission succeeds when the leader has been stationary for `rest`,
 which never happens by default, and fails with LOST_LEADER when the leader cannot be found.
 
-The follow band is `distance` +- (`distance` - `safety`), between the centres of the two bases. Below `room` the robot
-backs off; nearer than `safety` it stops.
+Distances are measured between the centres of the two bases. The robot keeps the distance to its leader within
+`distance` +- (`distance` - `safety`). Below `room` the robot backs off; below `safety` it stops.
 """
 
 from math import inf
@@ -26,7 +26,10 @@ def build(
     cruise: PositiveMetresPerSecond = 0.6,
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = inf,
 ) -> Behaviour:
-    """One leaf: FollowRobot. A follower approaches no goal, so reflexes without progress do not mean it is stuck."""
+    """Build one leaf: FollowRobot.
+
+    A follower approaches no goal, so repeated reflexes do not mean that it is stuck; pre-emptions are not limited.
+    """
     return mission.act(
         "FollowRobot",
         leader=leader,

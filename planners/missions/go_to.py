@@ -1,9 +1,9 @@
-"""Go to one goal; with `hold`, remain there: give way to obstacles that come near, and return.
+"""Go to one goal; with `hold`, stay there and return whenever reflexes have moved the robot away.
 
-The goal is a node of the world model, which the scenario places. The robot drives straight at it with the follower;
-obstacles are handled only by reflexes, and after each reflex the mission replans from the current position. A mission
-that holds never ends: run it with `--for`, in a scenario with the success `at = "end"`. The goal is pursued only on the
-way, so that the reflexes of a robot that has arrived may push it off.
+The goal is a node of the world model, which the scenario places. The action GoTo drives straight to the goal; obstacles
+are handled only by reflexes. After each reflex the mission replans from the current position. A mission with `hold`
+never ends: run it with `--for`, in a scenario with the success `at = "end"`. The goal is marked as pursued only while
+the robot drives to it. Reflexes may therefore move a robot that has arrived away from the goal.
 """
 
 from math import isnan, nan
@@ -43,7 +43,7 @@ def build(
     hold: bool = False,
     tolerance: Metres = 0.1,
 ) -> Behaviour:
-    """Build the tree: GoTo, then TurnTo if `facing` is given; with `hold`, repeated whenever the robot was displaced.
+    """Build the tree: GoTo, then TurnTo if `facing` is given; with `hold`, repeated when the robot was displaced.
 
     Args:
         mission: Context of the mission.

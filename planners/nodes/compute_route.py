@@ -17,7 +17,8 @@ class ComputeRoute(Instant):
     <ComputeRoute goal="dock" planner="visibility" path="{way}"/>
     <FollowPath points="{way}"/>
 
-    The planner object is kept and may reuse its last path. While it returns the same path, `path` is the same list.
+    The planner object is kept between ticks and may reuse its last path. As long as it returns the same path, the
+    output `path` is the same list.
     """
 
     goal = Input(str, doc="node of the world model with a pose")

@@ -53,7 +53,7 @@ class UseStrategy(Decorator):
                 return self._finish(SUCCESS)
 
     def _begin(self) -> bool:
-        """Activate the next strategy; returns whether there is one."""
+        """Activate the next strategy to try; False if there is none."""
         strategies = self._strategies
         try:
             after = strategies.after(self._tried[-1], self._tried) if self._tried else None

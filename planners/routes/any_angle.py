@@ -1,7 +1,8 @@
 """Shortest path in the robot's own map, with straight legs in any direction.
 
-Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell. The parent of a cell is any cell
-in line of sight, which is verified when the cell is expanded. Unobserved cells count as free.
+The algorithm is Lazy Theta* (Nash, Koenig and Tovey, AAAI 2010) on the eight neighbours of each cell. The parent of a
+cell can be any cell in line of sight, not only a neighbour. The line of sight is verified only when the cell is
+expanded. Unobserved cells count as free.
 """
 
 from heapq import heappop, heappush
@@ -21,7 +22,7 @@ STEPS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 class AnyAngle(RoutePlanner):
     """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
 
-    `clearance` is kept beside the hull while it drives along the path.
+    `clearance` is kept at the sides of the hull, which points along the path.
     """
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
@@ -50,7 +51,7 @@ def _cell(window, point):
 
 
 def _free(window, room):
-    """Cells where the hull's centre can be, shape (rows, columns)."""
+    """Cells that are farther than `room` [m] from obstacles, shape (rows, columns)."""
     occupied = window.states == OCCUPIED
     if not occupied.any():
         return np.ones(occupied.shape, bool)

@@ -1,11 +1,13 @@
 """Fastest path in the robot's own map, where near obstacles reduce the speed.
 
 The path runs over the cells of `knowledge.world.occupancy`, from each cell to its eight neighbours; unobserved cells
-count as free. The cost of a metre is the travel time at the speed that its clearance allows. The path therefore stays
-in the middle of gaps and avoids tight ones if the detour is short. It is found by A* (Hart, Nilsson and Raphael, IEEE
-Transactions on Systems Science and Cybernetics 4, 1968), computed as SciPy's Dijkstra on reduced costs. It is then
-smoothed as an elastic band (Quinlan and Khatib, ICRA 1993). A path is kept while no new obstacle comes near it, and
-bent around one that does. A new path begins with the part of the old one that is driven before the robot can turn.
+count as free. The cost of a metre is the travel time at the speed that the distance to obstacles allows there. The path
+therefore stays in the middle of gaps and avoids tight gaps if the detour is short. The path is found by A* (Hart,
+Nilsson and Raphael, IEEE Transactions on Systems Science and Cybernetics 4, 1968), computed as SciPy's Dijkstra on
+reduced costs. It is then smoothed as an elastic band (Quinlan and Khatib, ICRA 1993).
+
+A path is kept while no new obstacle comes near it, and otherwise bent around the obstacle or replaced. A new path
+begins with the part of the old one that the robot drives before it can turn off.
 """
 
 from functools import lru_cache
@@ -107,7 +109,7 @@ class GridAstar(RoutePlanner):
         return Field.of(window, self._footprint.inner)
 
     def _plan(self, field, start, goal, clearance, kept):
-        """Path on which the hull fits everywhere; None if there is none."""
+        """Search a path on which the hull fits everywhere; None if there is none."""
         committed = self._committed(kept, field, start)
         cost = field.cost.copy()
         _allow_departure(field, cost, committed[-1])
@@ -139,7 +141,7 @@ class GridAstar(RoutePlanner):
         return speed * AHEAD + speed * speed / (2.0 * self._brake)
 
     def _committed(self, kept, field, start):
-        """Points driven before a new path can begin, from the robot's position on [m], shape (k, 2)."""
+        """Points that the robot drives before it can turn off to a new path, from its position on [m], shape (k, 2)."""
         ahead, here = self._ahead(), np.array(start[:2])
         if kept is not None:
             points = kept.ahead(start, ahead)
@@ -177,7 +179,7 @@ class Field(NamedTuple):
         return cls(around, cost, inner, window.revision)
 
     def close(self, cost, point):
-        """Close the cells around a point [m]."""
+        """Set the costs of the cells around a point [m] to infinity, where the hull does not fit."""
         away = self.around.centres() - point
         cost[(away * away).sum(axis=-1) < CLOSED_RADIUS * CLOSED_RADIUS] = inf
 
@@ -187,7 +189,7 @@ class Field(NamedTuple):
 
 
 class PlannedPath(NamedTuple):
-    """Planned path."""
+    """Planned path, with the costs that tell later whether it must be changed."""
 
     points: np.ndarray  # (k, 2) [m]
     path: list[Point]  # the same points, as returned to missions
@@ -234,7 +236,7 @@ class PlannedPath(NamedTuple):
 
 
 def _search(field, cost, start, goal):
-    """Find the cheapest path on the grid; if the goal is outside the grid, the path ends at the best border cell.
+    """Find the cheapest path over cells; if the goal is outside the map section, to the best cell of its border.
 
     Returns:
         Cell centres from start to goal [m], shape (k, 2); None without a path.
@@ -302,7 +304,10 @@ def _reduced(cost, guess):
 
 @lru_cache(maxsize=16)
 def _neighbours(rows, columns):
-    """Column indices and row starts of a section's graph; neighbours outside are the cell itself, at infinite cost."""
+    """Column indices and row starts of the sparse adjacency matrix of a section's cells.
+
+    A neighbour outside the section is replaced by the cell itself, at infinite cost.
+    """
     own = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
     padded = np.pad(own, 1, constant_values=-1)
     near = np.stack([padded[1 + i : 1 + i + rows, 1 + j : 1 + j + columns] for i, j in NEIGHBOURS], axis=-1)
@@ -312,7 +317,7 @@ def _neighbours(rows, columns):
 
 
 def _edge(rows, columns, aim):
-    """Cells of the section's borders beyond which the goal is."""
+    """Indices of the cells at those borders of the map section beyond which the goal is."""
     own, (row, column) = np.arange(rows * columns).reshape(rows, columns), aim
     beyond = ((own[0], row < 0.0), (own[-1], row >= rows), (own[:, 0], column < 0.0), (own[:, -1], column >= columns))
     return np.concatenate([edge for edge, is_beyond in beyond if is_beyond])
@@ -327,7 +332,7 @@ def _turns_back(committed, cells):
 
 
 def _smoothed(field, footprint, committed, cells, goal):
-    """Smooth a path over cells; its committed part, which the robot drives before it can turn, stays unchanged."""
+    """Smooth a path over cells, except the `committed` points, which the robot drives before it can turn off."""
     complete = field.around.cell(goal) is not None
     rough = np.vstack([committed, cells[1:], *([np.array([goal[:2]])] if complete else [])])
     points = relaxed(field.around, footprint, _resampled(rough, len(committed)), len(committed))
@@ -336,9 +341,10 @@ def _smoothed(field, footprint, committed, cells, goal):
 
 
 def _too_tight(field, footprint, points, start, clearance):
-    """Point of a path with the largest violation of the clearance [m]; None if the hull fits everywhere.
+    """Point of a path where the hull violates the clearance most [m]; None if the hull fits everywhere.
 
-    Near the robot's position a smaller gap is allowed if it does not decrease further and there is no contact.
+    Near the robot's present position a smaller gap is allowed, if the path does not decrease it and there is no
+    contact.
     """
     if len(points) < 2:
         return None
@@ -360,7 +366,7 @@ def _too_tight(field, footprint, points, start, clearance):
 
 
 def _resampled(points, kept):
-    """Points with even spacing; the first ones are unchanged."""
+    """Points of a path resampled with even spacing; the first `kept` points are unchanged."""
     head, tail = points[:kept], points[kept - 1 :]
     stations = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(tail, axis=0).T))])
     at = np.linspace(0.0, stations[-1], max(2, round(stations[-1] / STEP) + 1))

@@ -1,8 +1,9 @@
 """Cheapest path over a state lattice: positions with a heading, connected by motions of a car-like robot.
 
-The heading is part of the search, so that the hull's pose is checked against the map, and turns have a cost. Source:
-Pivtoraiko and Kelly, Efficient constrained path planning via search in state lattices (i-SAIRAS 2005); here with eight
-headings, and SciPy's Dijkstra as the search. It uses the robot's own map; unobserved cells count as free.
+Because the heading is part of the search, the hull is checked against the map in its actual pose, and turns have a
+cost. Source: Pivtoraiko and Kelly, Efficient constrained path planning via search in state lattices (i-SAIRAS 2005);
+here with eight headings, and SciPy's Dijkstra as the search. The map is the robot's own; unobserved cells count as
+free.
 """
 
 from itertools import pairwise
@@ -60,7 +61,7 @@ class Lattice(RoutePlanner):
 
 
 class _Field:
-    """Lattice over a map section: free poses of the hull, and the cost of a metre there."""
+    """Lattice of poses over a map section: the gap beside the hull in each pose, and the search for a path."""
 
     def __init__(self, grid, start, goal, length, width, clearance):
         here, there = np.array(start[:2]), np.array(goal[:2])
@@ -78,7 +79,7 @@ class _Field:
         self._room = np.stack([self._gaps(k, length, width) for k in range(HEADINGS)], axis=-1) - clearance
 
     def _gaps(self, heading, length, width):
-        """Gap beside the hull, approximated by discs, at a heading [m], shape (rows, columns)."""
+        """Gap between obstacles and the hull, approximated by discs, at every position [m], shape (rows, columns)."""
         count = max(1, ceil(length / width - 1e-9))
         part, yaw = length / (2 * count), heading * pi / 4.0
         radius, smallest = hypot(part, 0.5 * width), np.full(self._x.shape, inf)
@@ -123,7 +124,7 @@ class _Field:
         return ((rows * self._columns + columns)[:, None] * HEADINGS + np.arange(HEADINGS)).ravel()
 
     def _graph(self, start):
-        """All motions: a step ahead, a bend to either side, a turn on the spot; only where the hull fits."""
+        """Sparse graph of all motions where the hull fits: a step ahead, a bend to either side, a turn on the spot."""
         can = self._room > 0.0
         here = self._node(start, 0)
         can.reshape(-1)[here : here + HEADINGS] = True  # a robot that is too near to an obstacle may still drive off
@@ -142,7 +143,18 @@ class _Field:
         )
 
     def _moves(self, can, price, headings, step, length, sources, targets, costs):
-        """Add the motions of one kind from every position where they are possible."""
+        """Append one kind of motion, from every position where the hull fits before and after it, to the three lists.
+
+        Args:
+            can: Whether the hull fits in each pose, shape (rows, columns, headings).
+            price: Cost of a metre in each pose, of the same shape.
+            headings: Indices of the heading before and after the motion.
+            step: Rows and columns by which the motion changes the position.
+            length: Length of the motion [m].
+            sources: Node indices before the motion.
+            targets: Node indices after the motion.
+            costs: Costs of the motions.
+        """
         (k, m), (di, dj) = headings, step
         rows = slice(max(0, -di), self._rows - max(0, di)), slice(max(0, di), self._rows - max(0, -di))
         columns = slice(max(0, -dj), self._columns - max(0, dj)), slice(max(0, dj), self._columns - max(0, -dj))
@@ -155,7 +167,7 @@ class _Field:
 
 
 def _clear(grid, path, room):
-    """Whether a path found earlier is still free."""
+    """Whether a path found earlier still has about `room` [m] to the nearest obstacle everywhere."""
     points = np.vstack([np.linspace(a, b, max(2, ceil(dist(a, b) / 0.1))) for a, b in pairwise(path)])
     window = grid.window(tuple(points.min(axis=0) - 1.0), tuple(points.max(axis=0) + 1.0))
     obstacles = window.points()

@@ -1,9 +1,9 @@
 """Visibility graph: shortest path around known obstacles, along straight lines between their corners.
 
-Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each is
-approximated by a convex polygon and inflated by the robot's radius around its base plus the clearance. The nodes of
-the graph are the corners of the polygons, its edges the lines between corners that cross no polygon. The shortest path
-in the graph is the shortest one among these polygons (Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
+Obstacles are objects of the world model with a pose and a size: a `radius`, or a `length` and a `width`. Each obstacle
+is approximated by a convex polygon, inflated by the robot's radius plus the clearance. The nodes of the graph are the
+corners of the polygons; its edges are the lines between corners that cross no polygon. The shortest path in the graph
+is the shortest path around these polygons (Lozano-Perez and Wesley, Communications of the ACM 22, 1979).
 """
 
 from itertools import combinations
@@ -14,8 +14,8 @@ import networkx as nx
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
-SIDES = 12  # of the polygon around a round obstacle
-INSIDE = 1e-6  # [m]; a line that touches a polygon does not cross it
+SIDES = 12  # number of sides of the polygon around a round obstacle
+INSIDE = 1e-6  # [m] tolerance: a line that only touches a polygon does not cross it
 
 
 class Visibility(RoutePlanner):
@@ -94,7 +94,7 @@ def _within(point: Point, polygons: dict[str, list[Point]]) -> bool:
 
 
 def _crosses(a: Point, b: Point, polygon: list[Point]) -> bool:
-    """Whether a line crosses a polygon: its part inside all edges is not empty (Cyrus, Beck)."""
+    """Whether the line from `a` to `b` crosses a convex polygon, by the clipping algorithm of Cyrus and Beck."""
     low, high = 0.0, 1.0
     for edge in _edges(polygon):
         at_a, at_b = _depth(a, edge) - INSIDE, _depth(b, edge) - INSIDE

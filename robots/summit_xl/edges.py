@@ -1,4 +1,4 @@
-"""Points that the leading edge of the hull reaches on candidate paths."""
+"""Points that the leading edge of the hull (front edge ahead, rear edge in reverse) reaches on candidate paths."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Array = npt.NDArray[np.float64]
 
 
 def leading_edges(half: tuple[float, float], runs: Array) -> Array:
-    """Points on the hull's leading edge after each distance on each arc.
+    """Points on the hull's leading edge after driving each distance on each of `rocs_bt.control.arcs.BENDS`.
 
     Args:
         half: Half the length and half the width of the hull [m].
@@ -32,7 +32,7 @@ def leading_edges(half: tuple[float, float], runs: Array) -> Array:
 
 
 def turned_edges(half: tuple[float, float], runs: Array) -> Array:
-    """Points on the hull's leading edge after a turn to each heading and each straight distance.
+    """Points on the hull's front edge after a turn to each of `rocs_bt.control.arcs.HEADINGS` and each distance.
 
     Args:
         half: Half the length and half the width of the hull [m].

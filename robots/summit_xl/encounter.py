@@ -1,4 +1,4 @@
-"""Encounters with other robots: how near they come, and where the robot drives to keep clear of them."""
+"""Encounters with other robots: how near they will come, and the escape on which the robot keeps clear of them."""
 
 from __future__ import annotations
 
@@ -19,74 +19,75 @@ NEAR = 0.2
 """Gap to a peer below which the robot must drive away or stop [m]."""
 
 PASSED = 0.27
-"""Smallest reported gap to things beside or behind the robot [m]; it neither fires Flinch nor keeps it active."""
+"""Smallest reported gap beside or behind the robot [m]; so large that it neither fires Flinch nor keeps it active."""
 
 TOUCH = 0.05
-"""Smallest gap along an escape [m]."""
+"""Smallest allowed gap to peers along an escape [m]."""
 
 AWAY = 0.4
-"""Speed of an escape, that of Flinch in rules/avoid_collision.toml [m/s]."""
+"""Speed of an escape [m/s]; that of Flinch in rules/avoid_collision.toml."""
 
 SLOW = 0.15
-"""Time that is lost until the robot has that speed [s]."""
+"""Time lost while the robot accelerates to the speed of an escape [s]."""
 
 FAR = (0.1, 0.4, 0.8, 1.2, 1.6, 2.0)
 """Times at which an escape is evaluated [s]."""
 
 SURE = 0.14
-"""Distance that is added to the safety distance, since the leader's pose is only estimated [m]."""
+"""Margin added to the safety distance, because the leader's pose is only estimated [m]."""
 
 DUTY = 120.0
-"""Time for which the safety distance is kept after the robot was last told to follow [s].
+"""Time for which the robot keeps the safety distance to its leader after it has last followed it [s].
 
-A reflex interrupts the following but not this duty, and may hold the robot for a minute while others block the path.
+A reflex ends the following and may hold the robot for a minute, while others block the path. The robot must keep the
+safety distance during this time too.
 """
 
 PINNED = 5.0
-"""Time with a peer at less than `TOUCH` after which any escape that comes no nearer than waiting is allowed [s].
+"""Time with a peer nearer than `TOUCH`, after which escapes may have gaps as small as those of waiting [s].
 
 Most peers drive on earlier.
 """
 
 STAYS = 1.0
-"""Time for which an escape is kept while it comes no nearer to a peer than waiting [s]."""
+"""Time for which a chosen escape is kept, if it comes no nearer to a peer than waiting [s]."""
 
 SCRAPES = -0.04
-"""Gap to a peer's circle at which the peer may touch the hull, whatever its heading [m]."""
+"""Gap between hull and a peer's circle below which the peer may touch the hull [m]; negative if they overlap."""
 
 LEFT = 1.0
-"""Time within which an escape must have left a peer that touches the hull [s]."""
+"""Time after which an escape from a peer that touches the hull must have gained distance [s]."""
 
 LEAST = 0.1
-"""Least free distance for an escape [m]."""
+"""Minimum free distance for an escape [m]."""
 
 BENT = 0.02
-"""Gain that an escape needs over the straight one for each rad/m of its bend [m]."""
+"""Gap by which a bent escape must be better than the straight one, for each rad/m of its curvature [m]."""
 
 Motion = tuple[float, Pose2, Twist2]
-"""Motion of a peer: age [s] of the estimate, pose and twist at that time."""
+"""Motion of a peer: age of the estimate [s], estimated pose (world frame) and twist (body frame)."""
 
 Reach = tuple[Sequence[float], Sequence[float]]
 """Free distance ahead and back on each of `rocs_bt.control.arcs.BENDS` [m]."""
 
 Escape = tuple[int, float]
-"""Direction and bend of an escape: 1 ahead, -1 back, 0 none; bend [rad/m], left positive when driving ahead."""
+"""Escape: direction (1 ahead, -1 back, 0 none) and curvature [rad/m], left positive when driving ahead."""
 
 Groups = tuple[float, float, float, float]
-"""Values of the peers for front, left_gap, right_gap and rear [m]."""
+"""Reported gaps to peers in the groups front, left_gap, right_gap and rear [m]."""
 
 NOBODY: Groups = (math.inf,) * 4
 
 
 class Gap(NamedTuple):
-    """Least gap to a peer in the next moments."""
+    """Smallest predicted gap to a peer."""
 
     least: float  # [m] from hull to hull
     bearing: float  # [rad] of the peer's centre at that moment, left positive
 
 
 class Encounters:
-    """Values of the standard groups for known peers, so that rules on ranges keep the robot clear of them.
+    """Gaps to known peers, reported in the standard groups of ranges, so that rules on ranges keep clear of peers.
 
     Args:
         knowledge: Knowledge of the robot.
@@ -97,7 +98,7 @@ class Encounters:
         horizon: Shortest prediction horizon [s].
 
     Attributes:
-        bends: Bends of the escapes ahead and back [rad/m]; 0 if there is none.
+        bends: Curvatures of the escape ahead and of the escape back [rad/m]; 0 without an escape in the direction.
     """
 
     def __init__(
@@ -116,18 +117,18 @@ class Encounters:
         self._reaction = reaction
         self._deceleration = deceleration
         self._horizon = horizon
-        self._pinned = math.inf  # time since which a peer is nearer than TOUCH [s]
+        self._pinned = math.inf  # [s] time since when a peer is nearer than TOUCH
         self.bends = (0.0, 0.0)
-        self._chosen: tuple[float, Escape] = (-math.inf, (0, 0.0))  # end of its time [s], escape
-        self._duty = (-math.inf, "", 0.0, 0.0)  # end [s], leader, follow distance, safety distance [m]
+        self._chosen: tuple[float, Escape] = (-math.inf, (0, 0.0))  # end of STAYS [s], chosen escape
+        self._duty = (-math.inf, "", 0.0, 0.0)  # end of the duty [s], leader, follow distance [m], safety distance [m]
 
     def groups(self, pose: Pose2, motions: Mapping[str, Motion], now: float, room: Callable[[], Reach]) -> Groups:
-        """Values of the peers for each group.
+        """Gaps to report for the peers in each group [m]; also chooses an escape and sets `bends`.
 
         Args:
-            pose: Pose of the robot.
+            pose: Pose of the robot, world frame.
             motions: Motion of each peer, by name.
-            now: Time [s].
+            now: Present time [s].
             room: Returns the free distances on recently seen ground; called only if an escape is needed.
         """
         self.bends = (0.0, 0.0)
@@ -149,7 +150,7 @@ class Encounters:
         return (math.inf if escape > 0 else least), left, right, (rear if escape < 0 else least)
 
     def _must_stop(self, times: Sequence[float], path: Sequence[Pose2], motions: Mapping[str, Motion]) -> bool:
-        """Whether the robot is too near to its leader, or would be before it has stopped."""
+        """Whether the robot is too near to its leader, or will be before it has stopped if it brakes now."""
         stops = next(k for k, mine in enumerate(path, 1) if mine == path[-1])  # a leader may approach a stopped robot
         for name, _, safety in self._followed():
             if safety and name in motions:
@@ -161,7 +162,7 @@ class Encounters:
         return False
 
     def _followed(self) -> Iterator[tuple[str, float, float]]:
-        """Leader, follow distance and safety distance [m]; none if the robot follows nobody."""
+        """Leader, follow distance [m] and safety distance [m]; yields nothing if the robot has no leader."""
         agent, graph, now = self._knowledge.agent, self._knowledge.graph, self._knowledge.clock.now()
         for name in graph.related(agent, "follows"):
             edge = graph.edge(agent, "follows", name) or {}
@@ -170,7 +171,7 @@ class Encounters:
             yield self._duty[1:]
 
     def _escape(self, pose: Pose2, motions: Mapping[str, Motion], room: Reach) -> Escape:
-        """Escape from peers that come near."""
+        """Choose the escape that ends with the largest gap to all peers; direction 0 if waiting is better."""
         paths = {
             name: arc_positions(place, twist, [since + t for t in FAR])
             for name, (since, place, twist) in motions.items()
@@ -180,7 +181,7 @@ class Encounters:
         def course(sign: float, bend: float, room: float) -> list[float]:
             mine = arc(pose, Twist2(sign, sign * bend), [min(AWAY * max(t - SLOW, 0.0), room) for t in FAR])
             if any(pose.distance(goal) > mine[-1].distance(goal) < least for goal, least in kept):
-                return [-1.0] * len(FAR)  # away from one peer, but into the path of the leader
+                return [-1.0] * len(FAR)  # this would lead away from one peer, but too near to the leader
             return [min(self._apart(here, *path[k]) for path in paths.values()) for k, here in enumerate(mine)]
 
         wait = course(1.0, 0.0, 0.0)
@@ -201,7 +202,7 @@ class Encounters:
         return best
 
     def _least(self, wait: Sequence[float]) -> list[float]:
-        """Least gap of an escape at each evaluated time [m], given the gaps of a robot that waits."""
+        """Smallest allowed gap of an escape at each time of `FAR` [m], given the gaps `wait` of a robot that waits."""
         now = self._knowledge.clock.now()
         self._pinned = min(self._pinned, now) if wait[0] < TOUCH else math.inf
         if now - self._pinned > PINNED:
@@ -212,7 +213,7 @@ class Encounters:
         return [min(TOUCH, max(gap - 0.01, 0.0)) for gap in wait]
 
     def _braking_path(self, pose: Pose2, now: float) -> tuple[list[float], list[Pose2]]:
-        """Times from now on [s], and the poses of a robot that brakes as soon as it can."""
+        """Predict the motion of the robot if it brakes as soon as it can: times from now on [s], and poses."""
         robot = self._knowledge.robot
         twist = Twist2(robot.speed(now), robot.turn_rate(now))
         if math.isnan(twist.forward + twist.turn):
@@ -229,7 +230,7 @@ class Encounters:
         return times, arc(pose, twist, driven)
 
     def _gap(self, times: Sequence[float], path: Sequence[Pose2], motion: Motion) -> Gap:
-        """Least gap to a peer while the robot follows a path."""
+        """Smallest gap to a peer while the robot has the poses `path` at the times `times` [s]."""
         since, place, twist = motion
         places = arc_positions(place, twist, [since + t for t in times])
         gaps = hull_gaps(path, places, self._half, self._radius)
@@ -243,5 +244,11 @@ class Encounters:
 
 
 def _leads_off(gaps: Sequence[float], wait: Sequence[float], least: Sequence[float]) -> bool:
-    """Whether the gaps of an escape end well above those of waiting, and never fall below the least ones [m]."""
+    """Whether an escape ends with a clearly larger gap than waiting, and always keeps the smallest allowed gap.
+
+    Args:
+        gaps: Gap of the escape at each time of `FAR` [m].
+        wait: Gap of a robot that waits, at the same times [m].
+        least: Smallest allowed gap at the same times [m].
+    """
     return gaps[-1] > wait[-1] + TOUCH and all(gap >= low for gap, low in zip(gaps, least, strict=True))

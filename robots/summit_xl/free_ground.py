@@ -1,4 +1,4 @@
-"""Map of free ground around the robot: for each square, the time at which it was last known to be free."""
+"""Map of free ground around the robot: for each square, the time at which it was last seen to be free."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from rocs_bt.geometry import Pose2
 Array = npt.NDArray[np.float64]
 
 Frame = tuple[float, float, float, float]
-"""Frame on a map, in squares: x and y of its origin, then cosine and sine of its yaw."""
+"""Frame of points, in units of squares: x and y of its origin on the map; cosine and sine of its yaw per side."""
 
 
 class FreeGround:
@@ -47,9 +47,9 @@ class FreeGround:
         """Mark ground as free.
 
         Args:
-            at: Frame of the points.
-            points: Positions on the ground in that frame [m], shape (k, 2).
-            t: Time [s]; -inf marks the ground as not known to be free.
+            at: Pose whose body frame is the frame of the points, world frame.
+            points: Positions on the ground in that body frame [m], shape (k, 2).
+            t: Time of observation [s]; -inf marks the ground as not free.
         """
         mark_at(self._free, self._frame(at), points, t)
 
@@ -72,7 +72,7 @@ def mark_at(ground: Array, frame: Frame, points: Array, t: float) -> None:
     """Write a time into the squares of some points; points off the map are ignored.
 
     Args:
-        ground: Map, shape (s, s).
+        ground: Map that is written, shape (s, s).
         frame: Frame of the points.
         points: Positions in that frame [m], shape (k, 2).
         t: Time [s].
@@ -97,7 +97,13 @@ def strides_at(ground: Array, frame: Frame, paths: Array, since: float) -> list[
 
 
 def _squares(size: int, frame: Frame, points: Array) -> tuple[npt.NDArray[np.int64], npt.NDArray[np.bool_]]:
-    """Row-major indices of the squares of points (..., 2), and whether each point is on the map; shapes (...)."""
+    """Row-major index of the square of each point, and whether the point is on the map.
+
+    Args:
+        size: Number of squares along a side of the map.
+        frame: Frame of the points.
+        points: Positions in that frame [m], shape (..., 2). Both results have the shape (...).
+    """
     (at_x, at_y, c, s), x, y = frame, points[..., 0], points[..., 1]
     ix, iy = np.floor(at_x + c * x - s * y).astype(np.int64), np.floor(at_y + s * x + c * y).astype(np.int64)
     inside = (ix.view(np.uint64) < size) & (iy.view(np.uint64) < size)  # as unsigned, a negative number is very large

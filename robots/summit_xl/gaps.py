@@ -1,4 +1,4 @@
-"""Distances between the hull and other things: remembered echoes, and the circles of other robots."""
+"""Gaps between the hull and other things: remembered echoes, and the circles around other robots."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TURNS = np.linspace(0.0, math.pi, 37)
 """Turns on the spot that are examined [rad]."""
 
 SWING = 0.05
-"""Smallest gap to an echo during a turn on the spot [m]."""
+"""Smallest allowed gap to an echo during a turn on the spot [m]."""
 
 
 def hull_gaps(
@@ -41,13 +41,15 @@ def hull_gaps(
 
 
 def least_gaps(points: Array, bearings: Array, half: tuple[float, float], sectors: Array) -> tuple[float, float, float]:
-    """Least gap between a hull and points [m]: on its left, on its right, and behind over the weight of the sector.
+    """Smallest gaps between the hull and points on its left, on its right, and behind it [m].
+
+    A gap behind the hull is divided by the weight of the sector in which the point is.
 
     Args:
         points: Positions in the hull's frame [m], shape (k, 2).
         bearings: Bearings of these points [rad], shape (k,).
         half: Half the hull's length and width [m].
-        sectors: Largest angle off the axis [rad] and weight of each sector, shape (n, 2).
+        sectors: Largest angle off the rear axis [rad] and weight of each sector, in order of the angles, shape (n, 2).
     """
     outside = np.maximum(np.abs(points) - half, 0.0)
     gaps, off = np.hypot(outside[:, 0], outside[:, 1]), np.abs(bearings)
@@ -62,7 +64,7 @@ def least_gaps(points: Array, bearings: Array, half: tuple[float, float], sector
 def free_turns(points: Array, half: tuple[float, float]) -> tuple[float, float]:
     """Free turns on the spot to the left and to the right [rad]: until the hull comes nearer to a point than `SWING`.
 
-    A hull that is nearer to a point already may turn away from it.
+    A hull that is already nearer to a point may turn away from the point.
 
     Args:
         points: Positions in the hull's frame [m], shape (k, 2).

@@ -17,10 +17,10 @@ from .free_ground import FreeGround
 Array = npt.NDArray[np.float64]
 
 MOVED = 0.05
-"""Distance between two readings that are stored [m]."""
+"""Distance after which the next reading is stored [m]."""
 
 TURNED = math.radians(5.0)
-"""Turn between two readings that are stored [rad]."""
+"""Turn after which the next reading is stored [rad]."""
 
 AGAIN = 1.0
 """Time after which a reading is stored even if the robot is stationary, so that visible things are kept [s]."""
@@ -29,10 +29,10 @@ MOST = 1000
 """Largest number of stored echoes; the oldest are dropped first."""
 
 CLEAR = 0.15
-"""An echo is deleted if a later reading in its direction is longer by this distance [m]."""
+"""Distance by which a later range in the direction of an echo must be longer to delete the echo [m]."""
 
 SPREAD = (-0.6, 0.0, 0.6)
-"""Directions within the cone at which an echo is stored, in half angles: a cone does not tell the direction."""
+"""Directions at which an echo is stored, as multiples of the cone's half angle; the true one is unknown."""
 
 UNDER = 0.15
 """Half the side of a square that the hull of any peer covers [m]."""
@@ -58,7 +58,7 @@ class LocalMemory:
     Args:
         mounts: Mounts of the beams.
         half_angle: Half the opening angle of a beam's cone [rad].
-        reach: Range of the beams [m].
+        reach: Maximum range of the beams [m].
         span: Time for which an echo is stored [s].
         half: Half the hull's length and width [m].
     """
@@ -92,7 +92,7 @@ class LocalMemory:
         return self._ground.cell
 
     def look(self, t: float, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> None:
-        """Store one reading; echoes of peers are left out, since peers move on.
+        """Store one reading of all beams, without echoes of peers, since peers move on.
 
         Args:
             t: Time of the reading [s].
@@ -133,14 +133,14 @@ class LocalMemory:
         return found
 
     def around(self, pose: Pose2, since: float) -> Array:
-        """Echoes since a time [s], as positions in the body frame [m], shape (k, 2)."""
+        """Positions of the echoes since a time [s], body frame [m], shape (k, 2)."""
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         echoes = self._echoes[self._echoes[:, 2] > since]
         turned: Array = (echoes[:, :2] - (pose.x, pose.y)).dot(np.array([[c, -s], [s, c]]))
         return turned
 
     def strides(self, since: float, pose: Pose2, paths: Array) -> list[int]:
-        """Number of strides of each path (n, k, m, 2), body frame, that were seen free since a time [s], shape (n,)."""
+        """Number of strides of each path on ground seen free since a time [s]; see `FreeGround.strides`."""
         return self._ground.strides(pose, paths, since)
 
     def may_turn(self, since: float, pose: Pose2) -> bool:
@@ -148,7 +148,7 @@ class LocalMemory:
         return self._ground.strides(pose, self._disc, since) == [1]
 
     def _forget(self, at: Pose2, distance: float) -> None:
-        """Delete the echoes that a beam has passed."""
+        """Delete the echoes that a beam at a pose has passed, because it measured a longer distance [m]."""
         dx, dy = self._echoes[:, 0] - at.x, self._echoes[:, 1] - at.y
         away = np.hypot(dx, dy)
         along = dx * math.cos(at.yaw) + dy * math.sin(at.yaw)
@@ -156,7 +156,7 @@ class LocalMemory:
         self._echoes = self._echoes[~gone]
 
     def _keep(self, at: Pose2, distance: float, t: float) -> None:
-        """Store an echo; the ground there is no longer free."""
+        """Store the echo of a beam at a pose and a distance [m], and mark the ground there as not free."""
         angles = [at.yaw + share * self.half_angle for share in SPREAD]
         found = [(at.x + distance * math.cos(a), at.y + distance * math.sin(a), t) for a in angles]
         self._echoes = np.vstack([self._echoes, found])[-MOST:]
@@ -165,7 +165,7 @@ class LocalMemory:
         self._ground.mark(at, rim, -math.inf)
 
     def _explains(self, at: Pose2, distance: float, peer: Pose2, radius: float) -> bool:
-        """Whether an echo is that of a peer."""
+        """Whether the echo of a beam at a pose and a distance [m] can come from a peer's hull of a radius [m]."""
         away = at.distance(peer)
         aside = abs(at.bearing(peer)) - math.asin(min(1.0, radius / max(away, radius)))
         return aside < self.half_angle and away - distance < radius + CLEAR and distance < away + radius

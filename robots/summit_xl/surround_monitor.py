@@ -1,4 +1,4 @@
-"""Standard groups of a robot with three beams, from its beams, its short memory and the known peers."""
+"""Monitor of a robot with three beams: standard groups of ranges from beams, short memory and known peers."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from .gaps import free_turns, least_gaps
 from .local_memory import Array, LocalMemory, Mount
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
-"""Standard groups; each has a value for the peers and one for the memory after those of its beams."""
+"""Standard groups; after the values of its beams, each group has a value for peers and one for remembered echoes."""
 
 ROOMS = {
     "room_ahead": (len(BENDS), f"ahead, on bends of {', '.join(f'{bend:g}' for bend in BENDS)} rad/m"),
@@ -45,45 +45,46 @@ SPARE = 0.3
 """Gap that an escape ahead leaves to echoes [m]."""
 
 STRIDES = np.linspace(0.1, 1.0, 10)
-"""Distances up to which ground is examined [m]."""
+"""Distances after which the ground under the hull's leading edge is examined [m]."""
 
 ROOM = (0.0, *STRIDES.tolist())
 """Free distance for each number of free strides [m]."""
 
 BACKING = -0.02
-"""Speed above which the robot does not drive back [m/s]."""
+"""Forward speed above which the robot does not count as driving back [m/s]."""
 
 
 class SurroundMonitor(RangeMonitor):
-    """RangeMonitor whose standard groups also hold what no beam sees now: the nearest peer and the nearest recent echo.
+    """RangeMonitor whose standard groups also contain the gaps to the nearest peer and to the nearest recent echo.
 
-    Rules on ranges therefore work on a robot with three beams. The monitor needs the length and width of the body, and
-    a monitor before it that writes `peer_range`.
+    Rules on ranges therefore protect a robot with only three beams. The monitor needs the length and width of the body,
+    and a monitor before it that writes `peer_range`.
 
-    *Peers* are those of the world model, where the robot's Analyze stores them with their speed and through occlusions.
-    The value of a peer is the least gap between the hulls while this robot brakes and the peer drives on. A peer that
-    approaches, or that a corner of the turning hull would hit, therefore counts as nearer. A near peer is reported in
-    the group from which a reflex must drive away: in `rear` if driving ahead increases the gap, in `front` if driving
-    back does, and in both if the robot should stop.
+    *Peers* are those of the world model, where the robot's Analyze stores their poses and speeds, also while they are
+    occluded. The value of a peer is the smallest gap between the hulls while this robot brakes and the peer drives on.
+    A peer that approaches, or that a corner of the turning hull would hit, therefore counts as nearer. A near peer is
+    reported in the group from which a reflex must drive away: in `rear` if driving ahead increases the gap, in `front`
+    if driving back increases it, and in both groups if the robot should stop.
 
-    *Echoes* count as long as `memory` lasts, each over the weight of its sector. Those behind count only while the
-    robot drives back, since stationary things come no nearer otherwise.
+    *Echoes* are remembered for the time `memory`; the gap to an echo is divided by the weight of its sector. Echoes
+    behind the robot count only while it drives back, since stationary things come no nearer otherwise.
 
-    *Ground* is remembered where it was seen to be free. `room_ahead` and `room_behind` are the free distances on each
-    of `rocs_bt.control.arcs.BENDS` [m]. The distance back is one square of the map shorter, since no beam sees the rest
-    of a square that the hull covered in part. `room_turned` is the free distance after a turn on the spot to each of
-    `rocs_bt.control.arcs.HEADINGS` [m]; it is 0 if a corner would sweep unknown ground. An escape from a peer uses only
-    ground that was seen within `memory`.
+    *Ground* is remembered for the time `ground` where it was seen to be free. `room_ahead` and `room_behind` are the
+    free distances on each of `rocs_bt.control.arcs.BENDS` [m]. The distance back is one square of the map shorter,
+    because a square that the hull covered only in part counts as free although no beam saw the rest. `room_turned` is
+    the free distance after a turn on the spot to each of `rocs_bt.control.arcs.HEADINGS` [m]; it is 0 if a corner of
+    the hull would sweep unknown ground during the turn. An escape from a peer uses only ground that was seen within the
+    time `memory`.
 
-    `free_turn` is the free turn on the spot to the left and to the right [rad], until a corner comes near to an echo.
-    It uses echoes as old as `ground`, since walls do not move.
+    `free_turn` is the angle by which the robot can turn on the spot to the left and to the right [rad] before a corner
+    of the hull comes near to an echo. It uses echoes for the longer time `ground`, since walls do not move.
 
     All groups are invalid while the pose or `peer_range` is invalid: a blind robot must not drive as if it were alone.
 
     Args:
         mounts: x [m], y [m] and yaw [rad] of each beam in the body frame.
         half_angle: Half the opening angle of a beam's cone [rad].
-        reach: Range of the beams [m].
+        reach: Maximum range of the beams [m].
         memory: Time for which an echo counts [s].
         ground: Time for which ground counts as free after it was seen to be free [s].
         peer_radius: Radius of a circle around a peer's base that contains its hull [m].
@@ -194,7 +195,7 @@ class SurroundMonitor(RangeMonitor):
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
-        """Free distances along arcs of each curvature, ahead and back, and ahead after a turn to each heading [m]."""
+        """Values of `room_ahead`, `room_behind` and `room_turned` [m], on ground seen free within the time `ground`."""
         since, turned = now - self._ground, [0.0] * len(HEADINGS)
         if self._memory.may_turn(since, pose):
             turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)

@@ -1,10 +1,11 @@
-"""Field of cylinders like BARN's: out of a corridor, through the field to a goal behind it, without a map.
+"""Field of cylinders like those of BARN: from a corridor through the field to a goal behind it, without a map.
 
-Independent generator based on the published description of the BARN dataset (Perille, Truong, Xiao and Stone,
-Benchmarking Metric Ground Navigation, SSRR 2020) and the sizes of its published generator: a cellular automaton on
-30 x 30 cells of 0.15 m, initial fills of 15 to 30 %, two to four smoothing steps, a cylinder of 0.15 m for each cell
-that is not fully enclosed, a path for a robot of 5 x 5 cells; the challenge's corridor, start, goal and time limit.
-Fields are sampled again only if they have no path. No parameter was tuned to match the measures of BARN's 300 worlds.
+This is an independent generator, based on the published description of the BARN dataset (Perille, Truong, Xiao and
+Stone, Benchmarking Metric Ground Navigation, SSRR 2020) and on the sizes in BARN's published generator. A cellular
+automaton on 30 x 30 cells of 0.15 m starts with 15 to 30 % occupied cells and makes two to four smoothing steps. Each
+occupied cell that is not fully enclosed becomes a cylinder of 0.15 m diameter. A field must have a path for a robot of
+5 x 5 cells, and is sampled again otherwise. Corridor, start, goal and time limit are those of the BARN challenge. No
+parameter was tuned to match the measures of BARN's 300 worlds.
 """
 
 from dataclasses import dataclass
@@ -22,18 +23,18 @@ Point = tuple[float, float]
 CELLS, CELL, RADIUS = 30, 0.15, 0.075  # [m]
 START, GOAL = Pose2(-2.25, 3.0, pi / 2.0), (-2.25, 13.0)
 FILLS, SMOOTHINGS = (0.15, 0.2, 0.25, 0.3), (2, 3, 4)
-ROBOT = 2  # cells that the robot covers on either side of its own
-SHY = 0.15  # [m] extra cost of a step next to a cell that is too narrow; half of it at two cells
+ROBOT = 2  # number of cells that the robot covers on either side of the cell of its centre
+SHY = 0.15  # [m] extra cost of a step to a cell next to one where the robot does not fit; half of it two cells away
 
 
 @dataclass(frozen=True, kw_only=True)
 class BarnLike(Family):
-    """A field of cylinders like BARN's: out of a corridor, through the field to a goal behind it, without a map.
+    """A field of cylinders like those of BARN: from a corridor through the field to a goal behind it, without a map.
 
-    Difficulty: number of `cylinders` in the field, `length` of the reference path [m], `clearance` along it [m],
-        `detour`
-    relative to the straight line. As in BARN, the reference path passes through a random cell of either edge of the
-    field.
+    As in BARN, the reference path enters and leaves the field at random cells of its near and far edge.
+
+    Difficulty: number of `cylinders` in the field; `length` of the reference path [m]; minimum `clearance` along this
+    path [m]; `detour`: length of this path divided by that of the straight line.
     """
 
     def scene(self, index: int) -> Scene:
@@ -63,7 +64,7 @@ class BarnLike(Family):
 
 
 def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:
-    """(rows, columns) Whether a cell is occupied. The two long sides are walls; cells beyond them count as occupied."""
+    """Sample a field: whether each cell is occupied, shape (rows, columns); the two long sides are walls."""
     field = rng.random((CELLS, CELLS)) < fill
     field[:, [0, -1]] = True
     for _ in range(smoothings):
@@ -73,7 +74,12 @@ def automaton(rng: np.random.Generator, fill: float, smoothings: int) -> Field:
 
 
 def neighbours(field: Field, beyond: bool) -> npt.NDArray[np.int_]:
-    """(rows, columns) Number of occupied cells among the eight neighbours; `beyond` sets those outside the sides."""
+    """Number of occupied cells among the eight neighbours of each cell, shape (rows, columns).
+
+    Args:
+        field: Whether each cell is occupied.
+        beyond: Whether cells beyond the two long sides count as occupied.
+    """
     padded = np.zeros((CELLS + 2, CELLS + 2), dtype=np.int_)
     padded[1:-1, 1:-1] = field
     padded[:, [0, -1]] = beyond
@@ -94,9 +100,10 @@ def corridor() -> list[Post]:
 
 
 def reference(field: Field, rng: np.random.Generator) -> list[Point] | None:
-    """Corners of a short path through the field that keeps some distance from its sides; None if there is none.
+    """Corners of a short path through the field that prefers some distance from cylinders [m]; None if there is none.
 
-    It starts and ends in random cells of the largest free region at either edge.
+    The path enters and leaves the field at random cells of the near and far edge, both in the largest free region
+    there.
     """
     from scipy import ndimage
 

@@ -12,10 +12,13 @@ from rocs_bt.units import Count, Seconds
 class BlockedDoors(TaskFamily):
     """From room to room while doors close: the robot is informed, or senses it, and must find another route.
 
-    Each of `doors` is sampled from the route that is shortest with the others closed; a route always remains. With
-    `told` = 1 the agent receives a fact as each door closes, with 0 it depends on its sensors. A door waits while a
-    robot blocks it. The reference uses doors that stay open. Difficulty: `length` of that path [m], `detour` relative
-    to the initially shortest path, number of `doors` that close, `first` closing time [s].
+    Each closing door is sampled from the route that is shortest while the other closing doors are closed; a route
+    always remains. The parameter `doors` is their number. With `told` = 1 the agent receives a fact when a door closes;
+    with 0 the robot must sense it. A door waits while a robot blocks it. The reference path uses only doors that stay
+    open.
+
+    Difficulty: `length` of the reference path [m]; `detour`: length of this path divided by that of the shortest path
+    with all doors open; number of `doors` that close; time of the `first` closing [s].
     """
 
     NOT_SAMPLED: ClassVar[tuple[str, ...]] = (*TaskFamily.NOT_SAMPLED, "told")

@@ -11,10 +11,12 @@ from rocs_bt.units import Count, Seconds
 class ClosedEdges(TaskFamily):
     """From room to room by roads, some of which are closed by order, without an obstacle.
 
-    Sensors cannot detect a closed road: a planner that ignores knowledge drives through. The requirement `obeys` checks
-    this. Roads are sampled from the route that is shortest with the others closed; a route always remains and is the
-    reference. Difficulty: `length` of that path [m], `detour` relative to the path over closed roads, number of
-    `closed` roads.
+    Sensors cannot detect a closed road: a planner that ignores knowledge drives through it. The requirement `obeys`
+    checks that the robot does not. Each closed road is sampled from the route that is shortest while the other closed
+    roads are closed. A route always remains; it is the reference path.
+
+    Difficulty: `length` of the reference path [m]; `detour`: length of this path divided by that of the shortest path
+    over all roads; number of `closed` roads.
     """
 
     closed: Count = 2
@@ -41,7 +43,7 @@ class ClosedEdges(TaskFamily):
 
 
 def forbidden(building: Building, closed: list[tuple[int, int]]) -> str:
-    """Requirement that the robot's centre is in no doorway of a closed road."""
+    """Expression of the requirement that the robot's centre is never in the doorway of a closed road."""
     spots = [building.doorway(door) for door in closed]
     near = f"{building.opening / 2.0:g} m"
     inside = [f"(abs(true_pose[0] - {x:g} m) < {near} and abs(true_pose[1] - {y:g} m) < {near})" for x, y in spots]

@@ -10,16 +10,18 @@ from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario, p
 from rocs_bt.errors import InputError
 from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
-RADIUS, HEIGHT = 0.25, 1.7  # [m] of a person
+RADIUS, HEIGHT = 0.25, 1.7  # [m] radius and height of a person
 
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd(Family):
     """A hall in which people walk; from one end to the other, without a map.
 
-    `motion` is `social_force` (people avoid each other, walls and, if `polite`, the robot), `polynomial` (as in
-    DynaBARN: people avoid nothing) or `mixed`. Difficulty: number of `people`, `density` [1/m2], preferred walking
-    `speed` [m/s], `length` of the path without people [m].
+    The parameter `motion` is `social_force` (people avoid each other, walls and, if `polite`, the robot), `polynomial`
+    (people avoid nothing, as in DynaBARN) or `mixed` (people of both kinds).
+
+    Difficulty: number of `people`; `density`: people per floor area [1/m2]; preferred walking `speed` [m/s]; `length`
+    of the shortest path without people [m].
     """
 
     people: Count = 8
@@ -68,7 +70,7 @@ class Crowd(Family):
     def walk(
         self, rng: np.random.Generator, ground: Ground, index: int, start: tuple[float, float]
     ) -> tuple[dict[str, object], tuple[float, float]]:
-        """Mover table and start position of one person: a walk across the hall, away from robot and pillars."""
+        """Sample a person's walk across the hall, away from robot and pillars: mover table and start position [m]."""
         pillars = [(obstacle.x, obstacle.y) for obstacle in ground.obstacles if isinstance(obstacle, Post)]
         script = self.motion if self.motion != "mixed" else ("social_force", "polynomial")[index % 2]
         while True:

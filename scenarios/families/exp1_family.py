@@ -17,10 +17,11 @@ RADIUS = 0.3  # [m] every scene has a path for a disc of this radius
 class Exp1Family(Family):
     """Variations of EXP1: unknown boxes between the robot and its goal, and other robots that wander.
 
-    The paper's first experiment with random start, goal, boxes and wanderers; the first box is near the straight line.
-    Difficulty: `length` of the shortest path [m], `clearance` along it [m], `detour` relative to the straight line,
-        number
-    of `boxes` and of `wanderers`.
+    These are scenes of the paper's first experiment with random start, goal, boxes and wandering robots (wanderers).
+    The first box is near the straight line from start to goal.
+
+    Difficulty: `length` of the shortest path [m]; minimum `clearance` along this path [m]; `detour`: length of this
+    path divided by that of the straight line; number of `boxes`; number of `wanderers`.
     """
 
     robot: str = "pioneer_p3dx"
@@ -66,7 +67,7 @@ class Exp1Family(Family):
     def place_objects(
         self, ground: Ground, rng: np.random.Generator, start: tuple[float, ...], goal: tuple[float, ...]
     ) -> list[tuple[float, float]] | None:
-        """Add the boxes and sample start positions of the wanderers; None if they do not fit."""
+        """Add boxes to the ground and sample start positions of the wanderers [m]; None if they do not fit."""
         half, placed = self.side / 2.0, list[tuple[float, float]]()
         for i in range(self.boxes):
             if i == 0:  # near the straight line, like the box in the paper

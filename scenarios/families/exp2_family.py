@@ -13,8 +13,11 @@ from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 class Exp2Family(Family):
     """Variations of EXP2: a robot drives to a place and stays there, while others wander and disturb it.
 
-    The paper's second experiment with random start, place and wanderers. Success means that the robot is at the place
-    at the end. Difficulty: `length` of the straight line [m], number of `wanderers`, their `density` [1/m2].
+    These are scenes of the paper's second experiment with random start, place and wandering robots (wanderers). Success
+    means that the robot is at the place when the run ends.
+
+    Difficulty: `length` of the straight line from start to place [m]; number of `wanderers`; `density`: wanderers per
+    floor area [1/m2].
     """
 
     robot: str = "summit_xl"

@@ -15,8 +15,11 @@ NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
 class Exp3Family(Family):
     """Variations of EXP3: a robot visits four places in turn, another one follows it, and a third wanders.
 
-    The paper's third experiment with random places, starts and wanderer; success means that R reaches its last place.
-    Difficulty: `length` of the straight legs [m], sum of the `turning` angles between them [rad].
+    These are scenes of the paper's third experiment with random places and start positions. Success means that the
+    visiting robot R reaches its last place.
+
+    Difficulty: total `length` of the straight legs between R's places [m]; `turning`: sum of the angles between
+    successive legs [rad].
     """
 
     robot: str = "pioneer_p3dx"
@@ -59,7 +62,14 @@ class Exp3Family(Family):
         wanderer: tuple[float, float],
         heading: float,
     ) -> dict[str, Any]:
-        """Tables of places, agents and movers."""
+        """Scenario tables of places, agents and movers.
+
+        Args:
+            path: Start of the visiting robot and its four places [m].
+            follower: Start position of the following robot [m].
+            wanderer: Start position of the wandering robot [m].
+            heading: Initial yaw of the wandering robot [rad].
+        """
         jitter = {"x": "0.05 m", "y": "0.05 m", "yaw": "10 deg"}
 
         def start(at: tuple[float, float], towards: tuple[float, float]) -> dict[str, object]:

@@ -11,11 +11,13 @@ from rocs_bt.units import POSITIVE, PositiveMetresPerSecond
 class LowBattery(TaskFamily):
     """The battery runs low on the way through a building: first to the charger in time, then to the goal.
 
-    At a random time the power electronics report the remaining battery time, and the agent receives it as an urgent
-    task; the charge itself is not simulated. The remaining time is `spare` times the travel time to the charger at the
-    speed `pace`, from the farthest point that the robot can have reached. Success: the charger in time, then the goal.
-    The reference leads from the start over the charger. Difficulty: `length` of that path [m], `detour` relative to the
-    path without the charger, time of the report `told` [s], remaining time `lasts` [s].
+    At a random time the agent receives the urgent task to reach the charger, with the remaining battery time as
+    deadline. The charge itself is not simulated. The remaining time is `spare` times the travel time to the charger at
+    the speed `pace`, from the farthest point that the robot can have reached. Success requires the charger in time, and
+    then the goal. The reference path leads from the start over the charger to the goal.
+
+    Difficulty: `length` of the reference path [m]; `detour`: length of this path divided by that of the shortest path
+    from start to goal; `told`: time at which the agent receives the task [s]; `lasts`: remaining battery time then [s].
     """
 
     mission: str = "errands"

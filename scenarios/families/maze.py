@@ -18,9 +18,11 @@ STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 class Maze(Family):
     """A maze with a few loops, from one corner to the opposite one, without a map.
 
-    A random spanning tree (depth-first), from which `loops` more walls are removed. Difficulty: `length` of the
-    shortest path [m], `clearance` along it [m], `detour` relative to the straight line, number of `dead_ends`, number
-    of `turns` on the path.
+    The passages are a random depth-first spanning tree of the cells; then as many more walls as the parameter `loops`
+    says are removed.
+
+    Difficulty: `length` of the shortest path [m]; minimum `clearance` along this path [m]; `detour`: length of this
+    path divided by that of the straight line; number of `dead_ends`; number of `turns` on this path.
     """
 
     columns: PositiveCount = 6
@@ -52,7 +54,7 @@ class Maze(Family):
         return Scene(scenario, ground, difficulty, path.points)
 
     def passages(self, rng: np.random.Generator) -> set[tuple[tuple[int, int], tuple[int, int]]]:
-        """Pairs of neighbouring cells without a wall between them, in both directions."""
+        """Sample the passages: ordered pairs of neighbouring cells (row, column) without a wall between them."""
         seen, walk, open_ = {(0, 0)}, [(0, 0)], set()
 
         def beside(cell: tuple[int, int]) -> list[tuple[int, int]]:

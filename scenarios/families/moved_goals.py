@@ -11,9 +11,11 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 class MovedGoals(TaskFamily):
     """From room to room to a goal that moves to other rooms during the run.
 
-    The agent receives each new position before a robot at the `fastest` speed can reach the old one. The reference
-    leads from the start to the last position of the goal. Difficulty: `length` of that path [m], number of `moves`,
-    `astray` (length over all positions of the goal divided by the reference length), time of the `last` move [s].
+    The agent receives each new position before a robot at the speed `fastest` can reach the previous one. The reference
+    path leads from the start to the last position of the goal.
+
+    Difficulty: `length` of the reference path [m]; number of `moves`; `astray`: length of a path over all positions of
+    the goal, divided by that of the reference path; time of the `last` move [s].
     """
 
     moves: Count = 2
@@ -23,7 +25,7 @@ class MovedGoals(TaskFamily):
         """Generate the scene with an index."""
         for rng, building, (start, *goals) in self.sample_until_fit(index, rooms=self.moves + 2):
             away = [building.shortest(start, room).length for room in goals]
-            # The goal moves on before even the fastest robot can reach it.
+            # The goal moves before even the fastest robot can reach its position.
             times = [float(rng.uniform(0.3, 0.9)) * length / self.fastest for length in away[:-1]]
             if all(b - a > 0.5 for a, b in pairwise([0.0, *times])):
                 break

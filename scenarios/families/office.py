@@ -18,9 +18,9 @@ ROOMY = 0.32  # [m] every scene has a path for a disc of this radius
 class Office(Family):
     """Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map.
 
-    Difficulty: `length` of the shortest path [m], `clearance` along it [m], `detour` relative to the straight line,
-        number
-    of obstacles `things`, width of the narrower `doorway` [m].
+    Difficulty: `length` of the shortest path [m]; minimum `clearance` along this path [m]; `detour`: length of this
+    path divided by that of the straight line; `things`: number of obstacles, walls included; `doorway`: width of the
+    narrower of the doorways of start and goal room [m].
     """
 
     rooms: PositiveCount = 4
@@ -54,7 +54,7 @@ class Office(Family):
         return Scene(scenario, ground, difficulty, path.points)
 
     def walls(self, rng: np.random.Generator) -> tuple[Ground, list[float]]:
-        """Empty office, and the width of each room's doorway [m]; rooms count along the south side first."""
+        """Sample the walls: an office without furniture, and the width of each room's doorway [m], south side first."""
         long, high = self.rooms * self.width, 0.5 * self.corridor + self.depth
         ground = Ground((-0.5, -high - 0.5), (long + 0.5, high + 0.5))
         doors = []

@@ -12,11 +12,14 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 class Priorities(TaskFamily):
     """Errands in a building, and an urgent one that is added on the way and has a deadline.
 
-    The agent knows `errands` of equal priority. Later it receives an urgent one, with a deadline of twice the travel
-    time from the start at the speed `pace`. Finally it drives home. Success needs all of them, and the urgent one in
-    time. The reference is the shortest tour over all. Difficulty: `length` of that tour [m], number of `errands`
-    including the urgent one, time `told` of the urgent errand [s], `slack` (available time divided by the minimum at 2
-    m/s).
+    An errand is a visit to a room. At the start the agent knows several errands of equal priority; the parameter
+    `errands` is their number. Later it receives an urgent errand, whose deadline allows about twice the travel time at
+    the speed `pace`. At the end the robot drives home. Success requires all errands, and the urgent one in time. The
+    reference path is the shortest tour over all rooms.
+
+    Difficulty: `length` of the reference path [m]; number of `errands`, including the urgent one; `told`: time at which
+    the agent receives the urgent errand [s]; `slack`: time until its deadline, divided by the shortest travel time from
+    the start at 2 m/s.
     """
 
     mission: str = "errands"
@@ -39,7 +42,7 @@ class Priorities(TaskFamily):
             places.append({"name": f"spot_{i}", **position(building.middle(room)), "tolerance": "0.5 m"})
             facts.append({"node": f"task_{i}", "kind": "task", "priority": 1, "serves": [f"spot_{i}"]})
         at, pose, by = {"at": quantity(reported, "s")}, position(building.middle(urgent)), quantity(deadline, "s")
-        # The scenario has the place for the judge only; the agent receives it later as a fact.
+        # The place is for the judge of success only; no agent knows it until it receives the fact.
         places.append({"name": "urgent", **pose, "tolerance": "0.5 m", "agents": []})
         facts.append({"node": "urgent", "kind": "goal", **at, "pose": pose, "tolerance": "0.5 m"})
         task = {"node": "task_urgent", "kind": "task", **at, "priority": 5, "deadline": by}
@@ -55,7 +58,7 @@ class Priorities(TaskFamily):
 
 
 def best_tour(building: Building, start: int, rooms: list[int], home: int) -> tuple[int, ...]:
-    """Room order of the shortest tour from the start through all rooms to home."""
+    """Order of rooms in the shortest tour from the start room through all rooms to the home room."""
 
     def length(tour: tuple[int, ...]) -> float:
         return round(
