@@ -1,7 +1,7 @@
 """Compare planners over many scenes: episodes, metrics, statistics, verdicts.
 
-Episodes run in `simulation`. The command line and the pytest plugin import this package. It exports what a family of
-scenes and a comparison need; the rest is in the submodules.
+Episodes run in `simulation`. The command line and the pytest plugin use this package. It exports the names needed to
+write a family of scenes or a comparison; all others are in its modules.
 """
 
 from .building import Building, TaskFamily

@@ -1,4 +1,4 @@
-"""Building: a grid of rooms joined by doors; and TaskFamily, scenes in it that require route planning."""
+"""Building: a grid of rooms joined by doors; and TaskFamily: scenes in a building that require route planning."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Route:
 class Building:
     """Rooms in rows and columns, with a doorway in every shared wall.
 
-    Agents know it as places in the centres of rooms and doorways, doors, and roads between the places.
+    Agents know the building as a roadmap: places in the centres of rooms and doorways, roads between them, and doors.
 
     Attributes:
         rows, columns: Number of rows and columns of rooms.
@@ -61,7 +61,7 @@ class Building:
 
     @staticmethod
     def sample(rng: np.random.Generator, rows: int, columns: int, side: float, opening: float) -> Building:
-        """Building with doorways at random positions in their walls; each wall has room for the open door leaf."""
+        """Sample a building with doorways at random positions in their walls, beside which the open leaf has room."""
         made = Building(rows, columns, side, opening)
         most = max(0.5 * side - 1.5 * opening - 0.1, 0.0)
         offsets = {door: float(rng.uniform(-most, most)) for door in made.doors()}
@@ -105,7 +105,7 @@ class Building:
         return f"door_{door[0]}_{door[1]}"
 
     def ground(self) -> Ground:
-        """Walls with doorways; a scene adds the door leaves."""
+        """Floor and walls with doorways; a scene adds the door leaves."""
         wide, deep = self.columns * self.side, self.rows * self.side
         ground = Ground((-0.5, -0.5), (wide + 0.5, deep + 0.5))
         ground.obstacles += walls_around((0.0, 0.0), (wide, deep), thickness=WALL_THICKNESS)
@@ -114,7 +114,7 @@ class Building:
         return ground
 
     def leaf(self, door: Door, *, closed: bool) -> Block:
-        """Leaf of a door, in the doorway or beside it."""
+        """Leaf of a door: in the doorway if `closed`, else beside it."""
         x, y = self.doorway(door)
         aside = 0.0 if closed else self.opening + 0.05
         if self._is_vertical(door):
@@ -122,7 +122,13 @@ class Building:
         return Block(self.door_name(door), x + aside, y, self.opening, LEAF_THICKNESS)
 
     def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
-        """Mover table of a door that closes at a time [s], or as soon as no robot blocks it."""
+        """Mover table of a door that begins to close at a time [s], or later when no robot blocks it.
+
+        Args:
+            door: Door that closes.
+            at: Time of closing [s].
+            lasts: Duration of the motion [s].
+        """
         begin, end = self.leaf(door, closed=False), self.leaf(door, closed=True)
         return {
             "name": begin.name,
@@ -179,7 +185,7 @@ class Building:
         return best.get(goal, Route())
 
     def sample_closed(self, rng: np.random.Generator, start: int, goal: int, count: int) -> list[Door]:
-        """Doors to close, each sampled from the shortest route around the earlier ones; fewer if no route is left."""
+        """Sample doors to close, each from the shortest route past the earlier ones; fewer if no route is left."""
         closed: list[Door] = []
         while len(closed) < count and (rooms := self.shortest(start, goal, closed).rooms):
             doors = [_between(a, b) for a, b in pairwise(rooms)]
@@ -209,10 +215,10 @@ def _between(room: int, other: int) -> Door:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFamily(Family):
-    """Tasks in a building with roads known to the agent.
+    """Base class of families of tasks in a building whose roads the agent knows.
 
     Attributes:
-        planner: Route planner passed to the family's own mission; other missions get only the goal.
+        planner: Route planner that the default mission of the family uses; other missions get only the goal.
         rows: Number of rows of rooms.
         columns: Number of columns of rooms.
         side: Side of a room.
@@ -230,7 +236,7 @@ class TaskFamily(Family):
     opening: PositiveMetres = 1.1
 
     def sample(self, rng: np.random.Generator, rooms: int) -> tuple[Building, list[int]]:
-        """Random building and a number of its rooms, all different.
+        """Sample a building, and `rooms` different rooms in it.
 
         Raises:
             InputError: The building has fewer rooms.
@@ -241,7 +247,7 @@ class TaskFamily(Family):
         return building, rng.permutation(len(building.rooms))[:rooms].tolist()
 
     def sample_until_fit(self, index: int, rooms: int) -> Iterator[tuple[np.random.Generator, Building, list[int]]]:
-        """Random buildings with some of their rooms and the random stream; the caller stops at the first that fits."""
+        """Yield random stream, sampled building and rooms, again and again; the caller stops at the first that fits."""
         for attempt in range(_TRIES):
             rng = self.rng(index, f"attempt {attempt}")
             yield rng, *self.sample(rng, rooms)

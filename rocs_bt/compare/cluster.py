@@ -17,7 +17,7 @@ def dask_executor(address: str) -> Iterator[Executor]:
     """Executor over the workers of a running Dask scheduler, valid inside the block.
 
     The workers need the same version of this package, and the project's files at the same path. Start them with one
-    thread each: a process plays one episode at a time.
+    thread each, because a process plays only one episode at a time.
 
     Args:
         address: Scheduler address, such as `tcp://10.0.0.1:8786`, or its scheduler file (`.json`).

@@ -45,10 +45,10 @@ class Disagreement:
 
 
 class Comparison:
-    """Episodes by planner, scene and seed.
+    """Episodes of several planners in the same scenes, with the statistics of their metrics.
 
-    With several scenes, the scenes are the sample, since the seeds of a scene are correlated. With a single scene, its
-    seeds are the sample, and all statements apply to that scene only.
+    With several scenes, the scenes are the sample units, since episodes of one scene with different seeds are
+    correlated. With a single scene, the seeds are the sample units, and all statements apply to that scene only.
 
     Args:
         records: Episodes; scenes keep their order of first occurrence, which sequential verdicts use.
@@ -89,7 +89,7 @@ class Comparison:
 
     @property
     def kind(self) -> str:
-        """Unit of the sample: scenes, or seeds of one scene."""
+        """Sample units in words: `scenes`, or `seeds of one scene`."""
         return "scenes" if len(self.scenes) > 1 else "seeds of one scene"
 
     def of(self, planner: str) -> list[EpisodeRecord]:
@@ -110,7 +110,7 @@ class Comparison:
         """Metric values of all episodes of a planner.
 
         Returns:
-            (n_scenes, n_seeds) Values; NaN if the episode is missing or the metric is undefined for it.
+            Values, shape (n_scenes, n_seeds); NaN if the episode is missing or the metric is undefined for it.
 
         Raises:
             UnknownName: The planner or metric does not exist.
@@ -126,11 +126,11 @@ class Comparison:
         return found
 
     def _on_error(self, name: str) -> float | None:
-        """Metric value of an episode that ended in an error without measurements: that of a failure."""
+        """Metric value of an episode that ended in an error without measurements: it counts as a failure."""
         return self.time_limit if name == "time" else 0.0 if name in ZERO_ON_FAILURE else None
 
     def estimate(self, planner: str, of: str | Metric) -> Estimate:
-        """Mean of a metric over all episodes of a planner, with its interval clipped to the metric's range."""
+        """Mean of a metric over all episodes of a planner, with a confidence interval within the metric's range."""
         values, most = self.sample(planner, of), self.span(of)
         if _metric(of).name in SHARES:
             return rate(values)
@@ -175,9 +175,11 @@ class Comparison:
             a: Name of a planner.
             b: Name of another planner.
             of: The metric.
-            margin: Margin in the metric's unit; negative for "not worse by".
+            margin: Margin in the metric's unit; a negative margin claims that a is not worse than b by more than its
+                absolute value.
             level: Confidence level.
-            any_time: Whether the verdict must stay valid under repeated looks (sequential testing).
+            any_time: Whether the verdict must stay valid if it is computed repeatedly while episodes are added
+                (sequential testing).
             claims: Number of claims that are tested together; more claims need more scenes.
 
         Raises:
@@ -199,30 +201,30 @@ class Comparison:
     def verdicts(
         self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL, any_time: bool = False
     ) -> list[Verdict]:
-        """Verdicts on all pairs for some metrics, adjusted for multiple claims (Holm)."""
+        """Verdicts on all pairs of planners for some metrics, adjusted for multiple claims (Holm)."""
         pairs = list(combinations(self.planners, 2))
         claims = len(of) * len(pairs)
         found = [self.verdict(a, b, m, level=level, any_time=any_time, claims=claims) for m in of for a, b in pairs]
         return adjusted(found, level)
 
     def settled(self, of: Sequence[str | Metric] = ("success",), *, level: float = LEVEL) -> bool:
-        """Whether all pairs have a conclusive verdict in all metrics, so that a sweep may stop.
+        """Whether all pairs of planners have a conclusive verdict in all metrics, so that a sweep may stop.
 
-        May be called after every scene if scenes are complete (all planners, all seeds) and in order. Verdicts computed
-        after such a stop need `any_time`.
+        It may be called after every scene, if the scenes are complete (all planners, all seeds) and in order. Verdicts
+        of a sweep that was stopped this way need `any_time`.
         """
         return all(verdict.word != "inconclusive" for verdict in self.verdicts(of, level=level, any_time=True))
 
     def span(self, of: str | Metric) -> float:
-        """Greatest possible difference between two episodes, in the metric's unit; NaN if unbounded."""
+        """Greatest possible difference of a metric between two episodes, in the metric's unit; NaN if unbounded."""
         name = _metric(of).name
         return self.time_limit if name == "time" else _SPANS.get(name, math.nan)
 
     def sample(self, planner: str, of: str | Metric) -> Floats:
-        """Metric values with one row per independent unit: scenes, or the seeds of a single scene.
+        """Metric values with one row per sample unit: per scene, or per seed of a single scene.
 
         Returns:
-            (n, m) Values; NaN if the episode is missing or the metric is undefined for it.
+            Values, shape (n, m); NaN if the episode is missing or the metric is undefined for it.
         """
         values = self.values(planner, of)
         return values if len(self.scenes) > 1 else values.T

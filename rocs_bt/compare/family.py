@@ -1,4 +1,4 @@
-"""Family: generator of scenes of one kind, each a scenario and its world held in memory."""
+"""Family: generator of random scenes of one kind. A scene is a scenario with its world, both held in memory."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Scene:
     """Scenario and world held in memory, with reference data.
 
     Attributes:
-        scenario: Content of the scenario file: dicts, lists, texts, numbers and flags; quantities with units. The key
-            `world` is the scene's name, such as `barn_like-17`.
-        ground: Floor and obstacles, from which the world is built.
+        scenario: Content of the scenario file: dicts, lists, texts, numbers and booleans; quantities are texts with
+            units. The key `world` contains the scene's name, such as `barn_like-17`.
+        ground: Floor and obstacles, from which the world file is generated.
         difficulty: Difficulty measures by name; the family's class defines each with its unit.
         reference: Corners of a shortest path from start to goal for the robot's inscribed circle [m].
     """
@@ -51,7 +51,7 @@ class Scene:
 
     @property
     def name(self) -> str:
-        """Name of the scene: family and index. Also the stem of both files."""
+        """Name of the scene, family and index; the scenario file and the world file have this name too."""
         return str(self.scenario["world"])
 
     @property
@@ -61,17 +61,17 @@ class Scene:
 
     @cached_property
     def toml(self) -> str:
-        """Scenario as TOML."""
+        """Text of the scenario file, TOML."""
         return as_toml(self.scenario)
 
     @cached_property
     def world(self) -> str:
-        """World as MJCF."""
+        """Text of the world file, MJCF."""
         return self.ground.world(self.name, str(self.scenario.get("doc", "")))
 
     @property
     def privileged(self) -> dict[str, Any]:
-        """Information reserved for oracle planners."""
+        """Ground-truth information that only oracle planners get."""
         return {"ground": self.ground, "reference": self.reference}
 
     def added_to(self, catalog: C) -> C:
@@ -111,13 +111,13 @@ class AgentSetup:
 class Family(AgentSetup, ABC):
     """Base class of families: a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
 
-    The class name is the file name in CamelCase. Its fields are its parameters: numbers in SI units, annotated with
-    types of `rocs_bt.units`, all with defaults. `scene` must use no randomness but `rng`, so that a scene is
-    reproducible.
+    The class name is the file name in CamelCase. The fields of the class are the family's parameters: numbers in SI
+    units, annotated with types of `rocs_bt.units`, all with defaults. The method `scene` must use no source of
+    randomness but `rng`, so that scenes are reproducible.
 
     Attributes:
-        NOT_SAMPLED: Parameters that do not affect the random scene, such as robot, mission and rules: every robot and
-            planner gets the same scenes.
+        NOT_SAMPLED: Parameters that must not affect the random stream, such as robot, mission and rules; every robot
+            and planner then gets the same scenes.
     """
 
     NOT_SAMPLED: ClassVar[tuple[str, ...]] = ("robot", "mission", "rules")
@@ -139,14 +139,14 @@ class Family(AgentSetup, ABC):
 
     @abstractmethod
     def scene(self, index: int) -> Scene:
-        """Generate the scene with an index, 0 or more."""
+        """Generate the scene with an index, 0 or more; equal parameters and index give an equal scene."""
 
     def scene_name(self, index: int) -> str:
-        """Name of the scene of an index."""
+        """Name of the scene with an index."""
         return f"{self.name}-{index}"
 
     def rng(self, index: int, purpose: str = "scene") -> np.random.Generator:
-        """Random stream keyed by family, parameters except `NOT_SAMPLED`, index and purpose."""
+        """Random stream, seeded from family, parameters except `NOT_SAMPLED`, index and purpose."""
         own = {name: value for name, value in self.parameters.items() if name not in self.NOT_SAMPLED}
         key = json.dumps([self.name, own, index, purpose], sort_keys=True)
         digest = hashlib.sha256(key.encode()).digest()
@@ -175,10 +175,10 @@ def goal_scenario(
     duration: float,
     agent: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
-    """Scenario in which the agent under test drives to one goal. Add tables, such as movers, with `|`.
+    """Content of a scenario in which the agent under test drives to one goal; add further tables with `|`.
 
     Args:
-        setup: Robot, mission and rules, for example a family.
+        setup: Robot, mission and rules of the agent; a family is one.
         name: Name of the scene and of its world.
         doc: One-sentence description.
         start: Start pose; the seed varies it by 5 cm and 5 deg.
@@ -216,7 +216,7 @@ def family_parameters(family: type[Family]) -> dict[str, Parameter]:
 
 
 def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None = None) -> Family:
-    """Family by its name.
+    """Load a family by its name.
 
     Args:
         catalog: Source of content.
@@ -239,7 +239,7 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
 
 
 def _arguments(family: type[Family], values: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:
-    """Parameters of a family in SI units, and their faults."""
+    """Convert given parameters of a family to SI units; returns them and their faults."""
     declared, given, faults = family_parameters(family), dict[str, Any](), list[Fault]()
     for name, value in values.items():
         if name not in declared:

@@ -1,4 +1,4 @@
-"""FloorGrid: ground-truth occupancy of a floor, and shortest paths on it."""
+"""FloorGrid: ground-truth occupancy of a floor, and shortest paths over its free cells."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ class GridPath:
 
 @dataclass(frozen=True)
 class FloorGrid:
-    """Ground-truth occupancy of a floor, in contrast to a robot's `OccupancyGrid`, which it has sensed.
+    """Ground-truth occupancy of a floor; an `OccupancyGrid`, in contrast, is what a robot has sensed.
 
     Attributes:
-        occupied: (rows, columns) Whether a cell is occupied; row 0 has the lowest y, column 0 the lowest x.
+        occupied: Whether each cell is occupied, shape (rows, columns); row 0 has the lowest y, column 0 the lowest x.
         cell: Side of a cell [m].
         low: Outer corner of the cell in row 0, column 0 [m].
     """
@@ -52,7 +52,7 @@ class FloorGrid:
         self.occupied[rows, columns] |= inside
 
     def clearances(self) -> Array:
-        """(rows, columns) Distance from each cell's centre to the nearest occupied one [m]; +inf in an empty grid."""
+        """Distance from each cell's centre to that of the nearest occupied cell [m], shape (rows, columns)."""
         from scipy.ndimage import distance_transform_edt
 
         if not self.occupied.any():
@@ -60,10 +60,10 @@ class FloorGrid:
         return np.asarray(distance_transform_edt(~self.occupied), dtype=np.float64) * self.cell
 
     def shortest(self, start: Point, goal: Point, radius: float) -> GridPath | None:
-        """Shortest path of a disc [m], exact to one cell; None if there is none.
+        """Shortest path of a disc with a radius [m], exact to one cell; None if there is none.
 
-        Dijkstra's algorithm (compiled) on the 8-connected grid, followed by line-of-sight shortcuts. If start or goal
-        is too near to an obstacle for the disc, the search uses the nearest free cell.
+        The path is found by Dijkstra's algorithm (compiled) on the 8-connected grid, and shortened along lines of
+        sight. If start or goal is too near to an obstacle for the disc, the search uses the nearest free cell.
         """
         clearances = self.clearances()
         free = clearances > radius
@@ -79,7 +79,7 @@ class FloorGrid:
         return GridPath(points, length_of(points), float(min(clearances[row, column] for row, column in found)))
 
     def blocks(self, name: str = "wall") -> list[Post | Block]:
-        """Boxes that cover exactly the occupied cells: runs along rows, merged with equal runs of the next row."""
+        """Boxes that cover exactly the occupied cells. Equal runs of occupied cells in successive rows form one box."""
         open_: dict[tuple[int, int], int] = {}  # first row of each open run, by its first and last column
         found: list[tuple[int, int, int, int]] = []
         for row in range(self.occupied.shape[0] + 1):
@@ -123,11 +123,12 @@ def shortest_cells(
     """Cells of a shortest path on the 8-connected grid, found by Dijkstra's algorithm (compiled).
 
     Args:
-        free: (rows, columns) Whether a cell may be used.
+        free: Whether each cell may be used, shape (rows, columns).
         start: Row and column of the start, a free cell.
         goal: Row and column of the goal, a free cell.
         cell: Side of a cell [m].
-        extra_cost: (rows, columns) Cost of entering each cell in addition to the step length [m].
+        extra_cost: Cost of each cell in addition to the step length [m], shape (rows, columns). A step adds the mean of
+            the costs of its two cells.
 
     Returns:
         Row and column of each cell from start to goal; None if there is no path.
@@ -171,7 +172,7 @@ def _runs(row: Mask) -> list[tuple[int, int]]:
 
 
 def _without_visible(path: Sequence[Cell], free: Mask) -> list[Cell]:
-    """Remove the corners of a path that straight lines between visible cells can bypass."""
+    """Remove the cells of a path that a straight line through free cells can skip."""
     kept, last = [path[0]], 0
     while last < len(path) - 1:
         low, high = last + 1, len(path) - 1

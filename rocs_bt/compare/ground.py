@@ -19,8 +19,9 @@ class Ground:
     Attributes:
         low, high: Corners of the floor with the smallest and with the largest coordinates, world frame [m].
         obstacles: Static obstacles.
-        movers: Objects that the scenario moves, at their initial positions: bodies in the world, not in the grid.
-        mjcf: Additional MJCF elements of the world body, not in the grid.
+        movers: Objects that the scenario moves, at their initial positions. The world contains them, the occupancy grid
+            does not.
+        mjcf: Additional MJCF elements of the world body, which the occupancy grid does not contain.
     """
 
     low: Point
@@ -30,7 +31,7 @@ class Ground:
     mjcf: str = ""
 
     def world(self, name: str, doc: str) -> str:
-        """World as MJCF."""
+        """Text of the world file, MJCF."""
         (x0, y0), (x1, y1) = self.low, self.high
         centre = f"{_n((x0 + x1) / 2)} {_n((y0 + y1) / 2)}"
         lines = [

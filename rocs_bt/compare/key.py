@@ -28,15 +28,15 @@ _NOT_PLAYED = (
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
     *("compare/imports", "compare/cluster", "compare/pool", "compare/run_sweep", "compare/search"),
 )
-"""Parts of the engine that do not affect an episode."""
+"""Folders and modules of rocs_bt that do not affect the result of an episode."""
 
 
 class Keys:
     """Computes the keys of a sweep's episodes.
 
-    A key covers the content and parameters of scene and planner, the seed, the engine's code, the versions of numerical
-    packages and the machine type. Any changed number gives a new episode. For a scene of a family, the family's file
-    and parameters are hashed, since an index always gives the same scene.
+    A key is a hash of the content and parameters of scene and planner, the seed, the engine's code, the versions of
+    numerical packages and the machine type. If any of these changes, the episode has a new key and is played again. For
+    a scene of a family, the family's file, its parameters and the index are hashed instead of the generated scene.
 
     Args:
         catalog: Source of content.
@@ -98,7 +98,7 @@ class Keys:
 
 @cache
 def engine_hash() -> str:
-    """sha256 of the engine code that affects an episode."""
+    """sha256 of all code of rocs_bt that affects the result of an episode."""
     package = Path(__file__).resolve().parent.parent
     digest = hashlib.sha256()
     for file in sorted(p for ending in ("py", "c", "h") for p in package.rglob(f"*.{ending}")):
@@ -110,7 +110,7 @@ def engine_hash() -> str:
 
 @cache
 def computing() -> Mapping[str, str]:
-    """Versions of the numerical packages, and the machine type: the bits of a run depend on them."""
+    """Versions of the numerical packages, and the machine type: the exact numbers of a run depend on them."""
     return {**versions(), "scipy": importlib.metadata.version("scipy"), "machine": platform.machine()}
 
 

@@ -1,8 +1,8 @@
-"""Metrics: numbers of one episode, with unit, direction, and value on failure.
+"""Metrics: each is a number computed from one episode, with a unit, a direction, and a value for failures.
 
 Sources: SPL is Anderson et al., On Evaluation of Embodied Navigation Agents (2018), 3; the BARN score is Xiao et al.,
 Autonomous Ground Navigation in Highly Constrained Spaces: Lessons Learned From the Second BARN Challenge (2023), with
-the bounds of its years; CVaR is Rockafellar and Uryasev, Optimization of Conditional Value-at-Risk (2000).
+different bounds in different years; CVaR is Rockafellar and Uryasev, Optimization of Conditional Value-at-Risk (2000).
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from ..record import AgentResult
 
 BARN_SPEED = 2.0  # [m/s] assumed speed on the reference path in the BARN challenge
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
-"""By challenge year: lower and upper bound of the scored time, as multiples of the optimal time."""
+"""Lower and upper bound of the scored time, as multiples of the optimal time, by challenge year."""
 
 DEFAULT_METRICS = ("success", "collision", "time")
 """Metrics of verdicts and leaderboards by default."""
 
 SHARES = ("success", "collision")
-"""Metrics that are 0 or 1 in each episode, so that their mean is a share."""
+"""Metrics that are 0 or 1 in each episode, so that their mean is a rate between 0 and 1."""
 
 ZERO_ON_FAILURE = ("success", "spl", *BARN_YEARS)
 """Metrics that are 0 in every failed episode."""
 
 CVAR_SHARE = 0.05
-"""Share of the path in the tail that CVaR averages."""
+"""Share of the path, that with the smallest clearances, over which CVaR averages."""
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class EpisodeData:
         time_limit: Time limit T_max [s].
         reference_length: Length of a shortest path [m]; 0 if unknown.
         agent: The agent's part of the run's summary.
-        path: (n, 2) Positions at equal steps of path length [m].
-        clearances: (n,) Distances from the hull to the nearest object [m].
+        path: Positions at equal steps of path length [m], shape (n, 2).
+        clearances: Distances from the hull to the nearest object along the path [m].
         energy: Kinetic energy added by the drive, per mass [J/kg].
     """
 
@@ -63,24 +63,24 @@ class EpisodeData:
 
     @property
     def time(self) -> float:
-        """Time from t = 0 until the goal was reached [s]; T_max if it was not."""
+        """Time from t = 0 until the goal was reached [s]; T_max if the goal was not reached."""
         reached = self.agent.time_to_goal
         return reached if self.success and reached is not None else self.time_limit
 
 
 @dataclass(frozen=True)
 class Metric:
-    """One number of an episode.
+    """Definition of a metric: a number computed from one episode.
 
     Attributes:
         name: Name of the metric.
         unit: Unit; empty for a share or a count.
         direction: `up` if higher is better, `down` if lower is better.
-        on_failure: `counts` if failed episodes have a value that belongs in the mean over all episodes. `until_failure`
-            if the value describes only the part before the failure; planners are then compared on the episodes in which
-            both succeed.
+        on_failure: `counts` if the values of failed episodes are meaningful and enter the mean over all episodes.
+            `until_failure` if the value describes only the time before the failure; planners are then compared on the
+            episodes in which both succeed.
         doc: Definition, including the value on failure.
-        measure: Function that computes it; None if undefined for the episode.
+        measure: Function that computes the metric; it returns None if the metric is undefined for the episode.
     """
 
     name: str
@@ -92,7 +92,7 @@ class Metric:
 
 
 def metric(name: str) -> Metric:
-    """Metric by name. Each requirement of a scenario adds `margin of NAME` and `holds NAME`.
+    """Metric by name. Each requirement of a scenario adds two metrics: `margin of NAME` and `holds NAME`.
 
     Raises:
         UnknownName: No metric has this name.
@@ -109,16 +109,16 @@ def metric(name: str) -> Metric:
 
 
 MARGIN_PREFIX = "margin of "
-"""Prefix of a requirement's name in the metric of its robustness."""
+"""Prefix of metrics that are the robustness margin of a requirement; the requirement's name follows."""
 
 HOLDS_PREFIX = "holds "
-"""Prefix of a requirement's name in the metric that is 1 if satisfied, 0 if violated, None if unknown."""
+"""Prefix of metrics that are 1 if a requirement is satisfied, 0 if violated; the requirement's name follows."""
 
 _VERDICTS: Mapping[str, float | None] = {"satisfied": 1.0, "violated": 0.0, "unknown": None}
 
 
 def measure_all(measured: EpisodeData) -> dict[str, float | None]:
-    """All metrics of an episode, including those of its requirements."""
+    """Values of all metrics of an episode by name, including those of its requirements; None if undefined."""
     found = {name: each.measure(measured) for name, each in METRICS.items()}
     for requirement in measured.agent.requirements:
         found[f"{MARGIN_PREFIX}{requirement.name}"] = requirement.margin
@@ -127,13 +127,13 @@ def measure_all(measured: EpisodeData) -> dict[str, float | None]:
 
 
 def barn_score(time: float, reference_length: float, *, low: float, high: float) -> float:
-    """BARN challenge score of a success.
+    """BARN challenge score of a successful episode.
 
     Args:
         time: Time to the goal [s].
         reference_length: Length of the reference path [m].
-        low: Multiple of the optimal time below which the score does not rise.
-        high: Multiple of the optimal time above which the score does not fall.
+        low: Multiple of the optimal time; shorter times do not increase the score.
+        high: Multiple of the optimal time; longer times do not decrease the score.
 
     Returns:
         Score between 1 / high and 1 / low.
@@ -143,10 +143,11 @@ def barn_score(time: float, reference_length: float, *, low: float, high: float)
 
 
 def turning(path: npt.NDArray[np.float64]) -> float | None:
-    """Absolute heading change per path length, summed over the path [rad/m].
+    """Sum of the absolute heading changes along a path, divided by the path length [rad/m].
 
     Args:
-        path: (n, 2) Positions at equal steps of path length [m], so that the sampling rate does not matter.
+        path: Positions at equal steps of path length [m], shape (n, 2); equal steps make the result independent of the
+            sampling rate.
     """
     steps = np.diff(path, axis=0)
     if len(steps) < 2:
@@ -156,7 +157,7 @@ def turning(path: npt.NDArray[np.float64]) -> float | None:
 
 
 def cvar(values: Sequence[float], share: float = CVAR_SHARE) -> float | None:
-    """Mean of the lowest values, a given share of all; None if there are no values."""
+    """Mean of the lowest values that make up a given share of all values; None if there are no values."""
     if not len(values):
         return None
     ordered = np.sort(np.asarray(values, dtype=float))

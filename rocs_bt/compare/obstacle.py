@@ -12,7 +12,7 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Post:
-    """An upright cylinder: centre, radius, height [m]."""
+    """An upright cylinder: name, centre x and y, radius, height [m]."""
 
     name: str
     x: float
@@ -23,7 +23,7 @@ class Post:
 
 @dataclass(frozen=True)
 class Block:
-    """An upright box: centre, length and width [m], yaw [rad], height [m]."""
+    """An upright box: name, centre x and y, length and width [m], yaw [rad], height [m]."""
 
     name: str
     x: float

@@ -49,9 +49,10 @@ class WorkerDied(RocsError):
 
 
 class WorkerPool(Executor):
-    """Worker processes that each run one task at a time. A process that dies is replaced and its task is retried.
+    """Pool of worker processes. A process that dies is replaced, and its task is tried again in a new process.
 
-    `ProcessPoolExecutor` breaks as a whole when one process dies, and cannot end a process that hangs.
+    The standard `ProcessPoolExecutor`, in contrast, becomes unusable when one process dies, and cannot end a process
+    that hangs.
 
     Args:
         workers: Number of processes.
@@ -98,7 +99,7 @@ class WorkerPool(Executor):
             self._scratch.cleanup()
 
     def _serve(self, slot: _Slot) -> None:
-        """Thread of a slot: run tasks until the queue ends."""
+        """Run queued tasks in the process of a slot until the pool is shut down; each slot has a thread for this."""
         while (task := self._tasks.get()) is not None:
             future, payload = task
             if self._cancelled.is_set():
@@ -122,7 +123,7 @@ class WorkerPool(Executor):
 
 
 class _Slot:
-    """One process at a time, started on demand; its temporary files are in a folder of the pool."""
+    """Place for one worker process, started when first needed and again after its death."""
 
     def __init__(self, name: str, scratch: str) -> None:
         self._name = name
@@ -133,7 +134,7 @@ class _Slot:
         self._connection: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
-        """Run a task: whether it succeeded, and its result or exception.
+        """Run a pickled task; returns whether it succeeded, and its result or exception.
 
         Raises:
             WorkerDied: The process ended during the task.
@@ -151,7 +152,7 @@ class _Slot:
         return answer
 
     def kill(self) -> None:
-        """Kill the process, also one that is being started."""
+        """Kill the process, even if it is just being started."""
         with _starting:
             self._killed = True
             if self._process is not None:
@@ -180,9 +181,9 @@ class _Slot:
 
 @functools.cache
 def _context() -> Any:
-    """Start method: forks of a server that has imported the engine and runs no thread; else new interpreters.
+    """Start method of processes: forks of a server process that has imported the engine; else new interpreters.
 
-    A fork of this process would lose the threads of its physics and solvers.
+    Forks of this process would lose the threads of physics and solvers; the server process has no threads.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
@@ -194,7 +195,7 @@ def _context() -> Any:
 def _worker_loop(connection: Connection, environment: Mapping[str, str]) -> None:
     """Main loop of a worker: receive a task, run it, send the result; ends when the connection closes."""
     os.environ.clear()
-    os.environ.update(environment)  # the server has the environment of the first pool
+    os.environ.update(environment)  # the server that was forked has the environment of the first pool
     tempfile.tempdir = None
     threading.Thread(target=_end_with_parent, name="parent watch", daemon=True).start()
     while True:
@@ -213,7 +214,7 @@ def _worker_loop(connection: Connection, environment: Mapping[str, str]) -> None
 
 
 def _end_with_parent() -> None:
-    """End this process when its parent ends, even during a task: the result is not needed any more."""
+    """End this process when its parent process ends, even during a task, because nothing can use its result then."""
     if (parent := multiprocessing.parent_process()) is not None:
         wait([parent.sentinel])
         os._exit(0)  # no parent reads the exit code
@@ -221,7 +222,7 @@ def _end_with_parent() -> None:
 
 @contextmanager
 def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    """Environment variables set for processes that start inside the block."""
+    """Set environment variables inside the `with` block, for processes that are started there."""
     before = {name: os.environ.get(name) for name in values}
     os.environ.update(values)
     try:

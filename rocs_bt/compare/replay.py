@@ -1,4 +1,4 @@
-"""Replay one episode of a sweep with a recording and a report."""
+"""Repetition of one episode of a sweep, with a recording and a report."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def replay_command(record: EpisodeRecord) -> str:
 
 
 def episode_command(planner: str, scene: str, seed: int) -> str:
-    """Shell command that plays a planner in a scene, both named as in records."""
+    """Shell command that plays an episode; planner and scene have the names that records contain."""
     return shlex.join(["rocs-bt", "episode", planner, scene, "--seed", str(seed)])
 
 
 def scene_by_name(name: str, catalog: Catalog) -> SceneRef:
-    """Scene by its name in records: `barn_like-17`, `crowd(people=12)-17`, `exp1`, `exp3:R2`.
+    """Scene with a name as records contain it: `barn_like-17`, `crowd(people=12)-17`, `exp1`, `exp3:R2`.
 
     Raises:
-        InputError: No scenario has this name, and it does not name a scene of a family.
+        InputError: The name is neither that of a scenario nor that of a scene of a family.
     """
     scenario, _, agent = name.partition(":")
     if any(entry.name == scenario for entry in catalog.list("scenario")) or scenario.endswith(".toml"):
@@ -82,7 +82,7 @@ def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:
 
 
 def parse_value(text: str) -> Any:
-    """Parameter value: an integer, a float, or else the text itself."""
+    """Convert the text of a parameter value to an integer or a float if possible; else return the text."""
     for kind in (int, float):
         try:
             return kind(text)

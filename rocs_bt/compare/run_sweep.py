@@ -21,7 +21,7 @@ from .store import Cost, Store
 WALL_LIMIT = 300.0
 """Maximum wall-clock time of an episode [s]."""
 
-_AHEAD = 4  # queued tasks per worker: enough to keep it busy without holding 10,000 episodes in memory
+_AHEAD = 4  # queued tasks per worker: enough to keep workers busy without holding 10,000 episodes in memory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,11 +30,13 @@ class SweepOptions:
 
     Attributes:
         workers: Number of local processes; None for one per core.
-        wall_limit: Maximum wall-clock time of an episode [s]. Its process is then ended and the episode retried once.
-        retry_errors: Whether to replay episodes that ended in `error` before.
-        require: Additional requirement on the agents; changes the episodes' keys.
-        stop_when: Predicate called after each scene, in scene order, with all episodes so far; True ends the sweep. The
-            result does not depend on the speed of workers, so an early end is reproducible.
+        wall_limit: Maximum wall-clock time of an episode [s]. A process that exceeds it is ended, and the episode tried
+            once more.
+        retry_errors: Whether to play episodes again that ended in `error` in an earlier sweep.
+        require: Additional requirement on the agents, such as `always min(front) > 0.05 m`; it changes the keys of the
+            episodes.
+        stop_when: Function called after each scene, in scene order, with all episodes so far; the sweep ends if it
+            returns True. When it ends does not depend on the speed of the workers, so the result is reproducible.
     """
 
     workers: int | None = None
@@ -50,8 +52,8 @@ class Sweep:
 
     Attributes:
         store: Store that holds the episodes.
-        keys: Keys of the episodes, ordered by planner, scene and seed.
-        played: Number of episodes played now; the others were in the store.
+        keys: Keys of the sweep's episodes, ordered by planner, scene and seed.
+        played: Number of episodes that this sweep played; the others were in the store already.
     """
 
     store: Store
@@ -74,9 +76,10 @@ def sweep(
     options: SweepOptions | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> Sweep:
-    """Play every planner in every scene with every seed, except episodes in the store.
+    """Play every planner in every scene with every seed, except episodes that are in the store already.
 
-    A killed sweep resumes when called again: every result is stored as soon as it arrives.
+    Every result is stored as soon as it arrives. A sweep that was killed therefore continues where it ended when it is
+    called again.
 
     Args:
         planners: Planners, or their names.
@@ -122,7 +125,7 @@ def _by_scene(
     catalog: Catalog,
     options: SweepOptions,
 ) -> list[list[Episode]]:
-    """All episodes grouped by scene, since a worker caches its prepared scene."""
+    """All episodes of a sweep, grouped by scene, because workers cache the scenes that they have prepared."""
     chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
     _refuse_duplicate_names(chosen)
     for planner in chosen:
@@ -136,7 +139,7 @@ def _by_scene(
 
 
 class _Progress:
-    """Number of finished scenes of a sweep."""
+    """Progress of a sweep in finished scenes, and the decision when the sweep ends."""
 
     def __init__(
         self,
@@ -153,13 +156,17 @@ class _Progress:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Keys of the finished scenes, ordered by planner, scene and seed."""
+        """Keys of the episodes of finished scenes, ordered by planner, scene and seed."""
         episodes = [episode for episodes in self._by_scene[: self._scenes] for episode in episodes]
         order = {name: i for i, name in enumerate(dict.fromkeys(episode.planner.name for episode in episodes))}
         return tuple(episode.key for episode in sorted(episodes, key=lambda episode: order[episode.planner.name]))
 
     def complete(self, done: Container[str]) -> bool:
-        """Whether all scenes are played, or the stop predicate holds."""
+        """Whether the sweep ends, because all scenes are finished or `stop_when` has returned True.
+
+        Args:
+            done: Keys of the finished episodes.
+        """
         while not self._ended and self._scenes < len(self._by_scene):
             keys = [episode.key for episode in self._by_scene[self._scenes]]
             if not all(key in done for key in keys):
@@ -173,7 +180,7 @@ class _Progress:
 
 @contextmanager
 def local_pool(workers: int) -> Iterator[WorkerPool]:
-    """Local worker processes, killed at the end of the block."""
+    """Context of a pool of local worker processes, which are killed at the end of the `with` block."""
     pool = WorkerPool(workers)
     try:
         yield pool
@@ -187,7 +194,7 @@ def cores() -> int:
 
 
 def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
-    """Play episodes in any order, with a bounded queue per worker."""
+    """Play episodes with a bounded queue; yields record and cost of each in the order of completion."""
     ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
     waiting: dict[Future[tuple[EpisodeRecord, Cost]], Episode] = {}
     limits: dict[str, float] = {}  # time limits by family, from finished episodes
@@ -210,7 +217,7 @@ def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[Ep
 def _result(
     future: Future[tuple[EpisodeRecord, Cost]], episode: Episode, time_limit: float
 ) -> tuple[EpisodeRecord, Cost]:
-    """Record and cost of an episode. An episode whose process died in every attempt becomes an error record.
+    """Record and cost of a played episode; a record with the outcome `error` if its process died in every attempt.
 
     Raises:
         InputError: Content is invalid.
@@ -233,7 +240,10 @@ def _reason(error: Exception) -> str:
 
 
 def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
-    """Check parameters here, since a worker knows only the scene's file and not the planner's."""
+    """Check a planner's parameters before the sweep, to report faults at the lines of the planner's file.
+
+    A worker does not know this file.
+    """
     try:
         mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
     except InputError as error:

@@ -1,4 +1,4 @@
-"""EpisodeRunner: plays episodes one after another and caches what they share; and the function that workers run."""
+"""EpisodeRunner: plays episodes one by one and caches loaded content; and the function that worker processes run."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from .record import EpisodeRecord
 from .store import Cost
 
 SCENES = 4
-"""Maximum number of cached scenes; a sweep proceeds scene by scene."""
+"""Maximum number of cached scenes; few suffice, because a sweep proceeds scene by scene."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,12 @@ class PreparedScene:
     """Scene with its scenario loaded, ready to be played.
 
     Attributes:
-        catalog: Source of its content.
-        scenario: The scenario, before a planner is assigned.
-        agent: Agent with the planner under test.
-        reference_length: Length of a shortest path from start to goal, as far as known [m].
+        catalog: Source of the scene's content.
+        scenario: Scenario of the scene, before a planner is assigned to an agent.
+        agent: Name of the agent to which the planner under test is assigned.
+        reference_length: Length of a shortest path from start to goal [m]; 0 if unknown.
         difficulty: Difficulty measures by name.
-        privileged: Information reserved for oracle planners.
+        privileged: Ground-truth information that only oracle planners get.
     """
 
     catalog: CachingCatalog
@@ -55,12 +55,12 @@ class PreparedScene:
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
     def with_planner(self, planner: PlannerSpec) -> ScenarioSpec:
-        """The scenario with a planner assigned to the agent; an oracle also gets the privileged information."""
+        """The scenario with a planner assigned to the agent under test; oracles also get `privileged`."""
         return planner.drives(self.scenario, self.agent, self.privileged)
 
 
 class EpisodeRunner:
-    """Plays episodes. Caches catalogs, compiled worlds and rules; the cache does not change results.
+    """Plays episodes, and caches catalogs, compiled worlds and rules between them; this does not change results.
 
     Args:
         project: Project that contains the content; None for shipped content.
@@ -161,7 +161,7 @@ def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
 
 
 def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
-    """Shortest path length from an agent's start to its goal [m]: declared, else straight-line; 0 without a goal."""
+    """Shortest path length from start to goal [m]: as declared, else of the straight line; 0 without a goal."""
     if agent.shortest is not None:
         return agent.shortest
     goals = [place.pose for place in scenario.places if place.name == agent.success]
@@ -169,10 +169,10 @@ def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
 
 
 STEP = 0.05
-"""Path length between clearance measurements, and between path samples [m]."""
+"""Path length between two measurements of clearance, and between two positions for the metrics [m]."""
 
 TRACK = 0.1
-"""Path length between the positions that a record keeps for figures [m]."""
+"""Path length between two positions that a record contains for figures [m]."""
 
 
 class MetricSink:
@@ -214,7 +214,7 @@ class MetricSink:
             self._add_energy(unpack(event.wheels))
 
     def path(self, step: float = STEP) -> npt.NDArray[np.float64]:
-        """Positions of the track at equal steps of path length [m], shape (n, 2); independent of the sampling rate."""
+        """Positions at equal steps of path length [m], shape (n, 2), interpolated between the measured ones."""
         points = np.array(self._points, dtype=float).reshape(-1, 2)
         if len(points) < 2:
             return points
@@ -223,7 +223,7 @@ class MetricSink:
         return np.column_stack([np.interp(at, along, points[:, axis]) for axis in (0, 1)])
 
     def track(self) -> bytes:
-        """Positions about every TRACK of path length, and the last one: (n, 2) float32 as bytes."""
+        """Positions at steps of TRACK of path length, and the last one, float32 of shape (n, 2) as bytes [m]."""
         return np.vstack([self.path(TRACK), *self._points[-1:]]).astype(np.float32).tobytes()
 
     def _add_energy(self, wheels: list[float]) -> None:
@@ -237,10 +237,10 @@ _ONE_AT_A_TIME = threading.Lock()  # one episode per process, even if the execut
 
 
 def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
-    """Play an episode in a worker. An episode that raises becomes a record with the outcome `error`.
+    """Play an episode in a worker process. An exception becomes a record with the outcome `error`.
 
-    In a worker process, an episode that exceeds its wall limit ends that process, even if C code holds the interpreter
-    lock. The caller then retries or records the failure.
+    If the episode exceeds its wall limit, the worker process ends, even if C code holds the interpreter lock. The
+    caller then tries again or records the failure.
 
     Raises:
         InputError: Content is invalid, so every other episode would fail too.
@@ -259,7 +259,7 @@ def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
 
 
 def error_record(episode: Episode, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
-    """Record of an episode that ended in an error: counted as a failure, without other measurements.
+    """Record of an episode that ended in an error; it counts as a failure and contains no other measurements.
 
     Args:
         episode: The episode.

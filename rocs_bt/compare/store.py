@@ -1,4 +1,4 @@
-"""Store: records of all episodes played, in one SQLite file; every write is atomic."""
+"""Store: records of all played episodes in one SQLite file, with atomic writes."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Cost:
 
 
 class Store:
-    """Content-addressed store of episodes and context manager. Several sweeps may use one store at the same time.
+    """Store of episodes by key; a context manager. Several sweeps may use one store at the same time.
 
     Args:
         folder: Folder of the file, created if missing; None for a store in memory.
@@ -109,7 +109,7 @@ class Store:
         self._do(_PUT, (*row, self._versions))
 
     def get(self, key: str) -> EpisodeRecord | None:
-        """Episode of a key, or None if not stored."""
+        """Record of the episode with a key; None if it is not stored."""
         found = self._do("select record from episodes where key = ?", (key,)).fetchone()
         try:
             return None if found is None else decode_record(found[0])
@@ -117,18 +117,18 @@ class Store:
             raise InputError(self._fault(f"holds a damaged record of the episode {key[:12]}...: {error}")) from error
 
     def outcome(self, key: str) -> str:
-        """Outcome of an episode; empty if not stored."""
+        """Outcome of the episode with a key; empty if it is not stored."""
         found = self._do("select outcome from episodes where key = ?", (key,)).fetchone()
         return "" if found is None else str(found[0])
 
     def records(self, keys: Iterable[str]) -> Iterator[EpisodeRecord]:
-        """Stored episodes of some keys, in the order of the keys."""
+        """Records of the episodes with these keys, in this order; keys without a stored episode are skipped."""
         for key in keys:
             if (record := self.get(key)) is not None:
                 yield record
 
     def cost(self, keys: Iterable[str]) -> Cost:
-        """Total computation cost of some episodes."""
+        """Total computation time of the stored episodes with these keys."""
         rows = [self._do("select wall, cpu from episodes where key = ?", (key,)).fetchone() for key in keys]
         return Cost(sum(row[0] for row in rows if row), sum(row[1] for row in rows if row))
 

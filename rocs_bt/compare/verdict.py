@@ -42,9 +42,9 @@ class Verdict:
         high: Upper end of the confidence interval.
         p: Two-sided p value of the difference against the margin; adjusted if several claims are tested together.
         superiority: Probability that a beats b in an episode of the same scene and seed; ties count half.
-        scenes: Number of scenes measured for both.
-        episodes: Number of episodes measured for both, with the same scene and seed.
-        apart: Number of these in which the two differ.
+        scenes: Number of scenes in which both planners have values.
+        episodes: Number of pairs of episodes with the same scene and seed in which both planners have values.
+        apart: Number of these episodes in which the two planners have different values.
         needed: Estimated total number of scenes (of a single scene: seeds) for a conclusive verdict at this difference;
             None if conclusive or not estimable.
     """
@@ -100,18 +100,19 @@ def judge(
 ) -> Verdict:
     """Test one claim.
 
-    An interval and a test must agree: an interval over scenes, which assumes no symmetry, and a sign-flip test over
-        whole
-    scenes, which assumes nothing about the number of differing scenes. With `any_time` a betting test replaces both.
+    A verdict is conclusive only if a confidence interval over scenes and a sign-flip test over whole scenes agree. The
+    interval does not assume a symmetric distribution; the test is valid for any number of differing scenes. With
+    `any_time` a betting test replaces both.
 
     Args:
         names: Planners a and b.
-        values: (n_scenes, n_seeds) Values of each, NaN if missing; scenes in sampling order.
+        values: Values of each planner, shape (n_scenes, n_seeds), NaN if missing; scenes in sampling order.
         metric: Metric of the values.
         margin: Claimed minimum difference.
         level: Confidence level.
         span: Greatest possible difference; NaN if unbounded.
-        any_time: Whether the verdict must stay valid under repeated looks; needs a span.
+        any_time: Whether the verdict must stay valid if it is computed repeatedly while episodes are added; needs a
+            span.
         claims: Number of claims tested together, used for `needed`.
     """
     sign = 1.0 if metric.direction == "up" else -1.0
@@ -145,7 +146,7 @@ def judge(
 
 
 def adjusted(verdicts: Sequence[Verdict], level: float = LEVEL) -> list[Verdict]:
-    """Verdicts adjusted for joint testing: the family-wise error rate is that of one claim (Holm, 1979)."""
+    """Verdicts adjusted for testing several claims together, by controlling the family-wise error rate (Holm, 1979)."""
     p = holm(np.array([verdict.p for verdict in verdicts]))
     return [_decided(verdict, float(each), level) for verdict, each in zip(verdicts, p, strict=True)]
 
@@ -166,7 +167,7 @@ def swapped(verdict: Verdict) -> Verdict:
 
 
 def favourable(verdict: Verdict) -> Verdict:
-    """The same verdict stated for the better planner; verdicts with a margin stay unchanged."""
+    """The same verdict stated as a claim on the better planner; verdicts with a margin stay unchanged."""
     return swapped(verdict) if verdict.difference < 0.0 and not verdict.margin else verdict
 
 

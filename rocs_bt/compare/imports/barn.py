@@ -25,7 +25,7 @@ _MAX_OBSTACLES = 20_000
 
 
 def read_barn(folder: Path, setup: AgentSetup | None = None) -> Iterator[Scene]:
-    """Scenes of a clone, ordered by number, with the challenge's start, goal and time limit.
+    """Yield the scenes in a user's clone, ordered by number, with the challenge's start, goal and time limit.
 
     Args:
         folder: The clone, or its folder of world files.
@@ -46,7 +46,7 @@ def read_barn(folder: Path, setup: AgentSetup | None = None) -> Iterator[Scene]:
 def read_world(file: Path) -> list[Post | Block]:
     """Cylinders and boxes in a Gazebo world file (SDF).
 
-    Only the world's own models count, since `<state>` repeats them.
+    Only models directly in `<world>` count, since `<state>` repeats them.
 
     Raises:
         InputError: The file is not a valid world file; with the line.

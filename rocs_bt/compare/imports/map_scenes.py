@@ -1,4 +1,4 @@
-"""Scenes on a grid map: sampled or given starts and goals, with a path between them."""
+"""Scenes on a grid map, with a sampled or given start and goal and a path between them."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from ..ground import Ground
 from ..obstacle import Point
 
 RADIUS = 0.32
-"""Radius of the disc that has a path in every scene [m]; a Jackal turns within 0.33 m."""
+"""Radius of a disc for which every scene must have a path [m]; a Jackal turns within a radius of 0.33 m."""
 
 MOST_BLOCKS = 5000
-"""Maximum number of boxes in a world; more would cost seconds per scan."""
+"""Maximum number of boxes in a world; with more, the simulation of a laser scan would take seconds."""
 
 
 def ground_of(grid: FloorGrid, file: Path) -> Ground:
-    """Ground of a map, with its occupied cells as boxes.
+    """Convert a map to a ground with boxes for the occupied cells.
 
     Raises:
         InputError: The map needs too many boxes.
@@ -42,7 +42,7 @@ def ground_of(grid: FloorGrid, file: Path) -> Ground:
 
 
 def sample_ends(grid: FloorGrid, rng: np.random.Generator, apart: float) -> tuple[Point, Point, GridPath] | None:
-    """Random free start and goal at a minimum distance [m], with the path between them; None after 60 attempts."""
+    """Sample a free start and goal at least `apart` [m] from each other, with a path; None if 60 samples fail."""
     rows, columns = np.nonzero(grid.clearances() > RADIUS + grid.cell)
     for _ in range(60 if len(rows) > 1 else 0):
         one, other = rng.integers(len(rows), size=2).tolist()
@@ -62,7 +62,7 @@ def scene_between(
     setup: AgentSetup,
     **difficulty: float,
 ) -> Scene:
-    """Scene from a start to a goal; the robot first faces along the path."""
+    """Scene in which a robot drives from a start to a goal [m]; at the start it faces along the path."""
     ahead = path.points[1]
     heading = math.atan2(ahead[1] - start[1], ahead[0] - start[0])
     duration = max(60.0, 10.0 * round(path.length))  # ten times the travel time at 1 m/s

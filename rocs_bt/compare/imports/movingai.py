@@ -27,13 +27,13 @@ _COLUMNS = 9
 def read_movingai(
     folder: Path, setup: AgentSetup | None = None, *, cell: float = 0.5, every: int = 100
 ) -> Iterator[Scene]:
-    """Scenes of each .scen file below a folder, except those too narrow for the robot.
+    """Yield the scenes of each .scen file in a folder and its subfolders, except those too narrow for the robot.
 
     Args:
         folder: Folder of .map and .scen files, or one .scen file.
         setup: Robot, mission and rules; the Jackal by default.
         cell: Side of a cell [m].
-        every: Stride: reads every n-th problem.
+        every: Stride n: only every n-th problem of a file is read.
 
     Raises:
         InputError: There is no .scen file, or a file is invalid; with the line.
@@ -48,7 +48,11 @@ def read_movingai(
 
 
 def read_movingai_map(file: Path, cell: float) -> FloorGrid:
-    """Grid of a .map file.
+    """Read a .map file as an occupancy grid.
+
+    Args:
+        file: The .map file.
+        cell: Side of a cell [m].
 
     Raises:
         InputError: The file is not a map; with the line.
@@ -75,7 +79,7 @@ def read_movingai_map(file: Path, cell: float) -> FloorGrid:
 
 @dataclass(frozen=True)
 class _Problem:
-    """One row of a .scen file; start and goal as column and row from the upper left."""
+    """One row of a .scen file; start and goal are (column, row) from the upper left, lengths are in cells."""
 
     map: str
     start: tuple[int, int]

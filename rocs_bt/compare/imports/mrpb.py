@@ -1,6 +1,7 @@
 """MRPB: maps from a user's clone of the local planning benchmark (Wen et al., MRPB 1.0, ICRA 2021).
 
-The maps have no starts and goals. These are sampled with a seed from the map's name, so they are the same everywhere.
+The maps have no starts and goals. These are sampled with a seed from the map's name, so every import gives the same
+scenes.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ APART = 4.0
 
 
 def read_mrpb(folder: Path, setup: AgentSetup | None = None, *, pairs: int = 5) -> Iterator[Scene]:
-    """Scenes on each map below a folder: `mrpb_<map>-0`, `mrpb_<map>-1` ...
+    """Yield scenes on each map in a folder and its subfolders: `mrpb_<map>-0`, `mrpb_<map>-1` ...
 
     Args:
         folder: The clone, or any folder with maps (YAML files that name an image).

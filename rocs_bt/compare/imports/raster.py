@@ -15,7 +15,7 @@ from ...errors import Fault, InputError
 from ..floor_grid import FloorGrid
 
 MOST_CELLS = 25_000_000
-"""Maximum number of cells of a map: a hectare at 2 cm."""
+"""Maximum number of cells of a map; enough for a hectare with cells of 2 cm."""
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,5})\s")
@@ -27,7 +27,7 @@ class MapFile:
     """Content of a map's YAML file.
 
     Attributes:
-        image: Image file beside it.
+        image: Image file in the same folder.
         resolution: Side of a cell [m].
         origin: Position of the image's lower left corner [m].
         occupied: Darkness above which a cell is occupied, 0 to 1.
@@ -42,7 +42,7 @@ class MapFile:
 
 
 def read_map(file: Path) -> FloorGrid:
-    """Grid of a map: a YAML file and its image.
+    """Read a map, a YAML file and its image, as an occupancy grid.
 
     Raises:
         InputError: One of the two files is invalid; with the line if known.
@@ -54,7 +54,7 @@ def read_map(file: Path) -> FloorGrid:
 
 
 def read_map_yaml(file: Path) -> MapFile:
-    """Content of a map's YAML file. Only `key: value` lines are supported, as map files have.
+    """Read a map's YAML file. Only lines of the form `key: value` are supported; map files have no others.
 
     Raises:
         InputError: The file is invalid; with the line.
@@ -110,7 +110,7 @@ def _origin(file: Path, words: str, line: int) -> tuple[float, float]:
 
 
 def read_pgm(file: Path) -> npt.NDArray[np.float64]:
-    """(rows, columns) Shades of a portable graymap (P2 or P5), 0 to 255, top row first.
+    """Read the shades of a portable graymap (P2 or P5), 0 to 255, top row first, shape (rows, columns).
 
     Raises:
         InputError: The file is not a graymap.

@@ -1,4 +1,4 @@
-"""Figures of a comparison: curves over all episodes, and the paths of two planners in the same scene."""
+"""Figures of a comparison: statistics of all episodes, and the paths of two planners in the same scene."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def colour(number: int) -> str:
 
 
 def line(number: int) -> dict[str, Any]:
-    """Colour and line style of a planner; neighbours, and planners of equal colour, differ in style."""
+    """Colour and line style of a planner by its index; planners of equal colour differ in style."""
     return {"color": colour(number), "linestyle": _LINES[(number + number // len(LIGHT)) % len(_LINES)]}
 
 
@@ -47,7 +47,7 @@ def theme() -> str:
 
 
 def themed(name: str, svg: str) -> str:
-    """SVG file as an element of the page, with the page's colours."""
+    """SVG figure as an element of the HTML page, with colours that follow the page's light or dark theme."""
     text = inline_svg(name, svg)
     for number, value in enumerate(LIGHT):
         text = text.replace(value, f"var(--planner-{number})")
@@ -57,12 +57,12 @@ def themed(name: str, svg: str) -> str:
 _SUCCESS, _COLLISION, _OTHER = 1, 2, 3
 _CAUSES = {"success": _SUCCESS, "collision": _COLLISION}
 _POINTS, _RESAMPLES, _BINS = 120, 400, 5
-_APART = 0.012  # offset between the bars of two planners, as a share of the width
+_APART = 0.012  # offset between the error bars of two planners, as a share of the width
 _SCENES_FOR_BINS = 10
 
 
 def incidence(canvas: Canvas, comparison: Comparison, outcome: str) -> None:
-    """Share of episodes that reached an outcome over time, with 95 % bands."""
+    """Plot the share of episodes that have reached an outcome over time, with 95 % bands."""
     axes = canvas.add_subplot()
     at = np.linspace(0.0, comparison.time_limit, _POINTS)
 
@@ -82,7 +82,7 @@ def incidence(canvas: Canvas, comparison: Comparison, outcome: str) -> None:
 
 
 def profile(canvas: Canvas, comparison: Comparison) -> None:
-    """Share of episodes in which a planner's time is within a factor of the fastest planner's."""
+    """Plot the share of episodes in which a planner's time is within a factor of the fastest one's, over the factor."""
     axes = canvas.add_subplot()
     costs = np.stack([_costs(comparison, planner).ravel() for planner in comparison.planners])
     costs = costs[:, ~np.isnan(costs).any(axis=0)]
@@ -101,7 +101,7 @@ def profile(canvas: Canvas, comparison: Comparison) -> None:
 
 
 def intervals(canvas: Canvas, comparison: Comparison) -> None:
-    """Success rates with 95 % intervals, one row per planner."""
+    """Plot the success rates with 95 % intervals, one row per planner."""
     axes = canvas.add_subplot()
     for number, planner in enumerate(comparison.planners):
         found = comparison.estimate(planner, "success")
@@ -115,7 +115,7 @@ def intervals(canvas: Canvas, comparison: Comparison) -> None:
 
 
 def difficulty(canvas: Canvas, comparison: Comparison, measure: str) -> None:
-    """Success rate with interval over a difficulty measure, in five bins of scenes."""
+    """Plot success rates with intervals over a difficulty measure, with the scenes in five bins."""
     axes = canvas.add_subplot()
     known = {r.scene: r.difficulty[measure] for r in comparison.records if measure in r.difficulty}
     rows = np.array([i for i, scene in enumerate(comparison.scenes) if scene in known])
@@ -137,7 +137,7 @@ def difficulty(canvas: Canvas, comparison: Comparison, measure: str) -> None:
 
 
 def difficulties(comparison: Comparison) -> list[str]:
-    """Difficulty measures that vary between scenes, if there are enough scenes for bins."""
+    """Names of the difficulty measures that vary between scenes; none if there are too few scenes for bins."""
     found: dict[str, set[float]] = {}
     for record in comparison.records:
         for name, value in record.difficulty.items():
@@ -147,7 +147,10 @@ def difficulties(comparison: Comparison) -> list[str]:
 
 
 def _ends(comparison: Comparison, planner: str) -> Floats:
-    """(n, m, 2) End time and cause of each episode, NaN if missing; rows are scenes, or seeds of a single scene."""
+    """End time [s] and cause of end of each episode, shape (n, m, 2); NaN if the episode is missing.
+
+    Rows are scenes, or the seeds of a single scene.
+    """
     found = np.full((len(comparison.scenes), len(comparison.seeds), 2), np.nan)
     for i, scene in enumerate(comparison.scenes):
         for k, seed in enumerate(comparison.seeds):
@@ -157,14 +160,14 @@ def _ends(comparison: Comparison, planner: str) -> Floats:
 
 
 def _cause(record: EpisodeRecord) -> int:
-    """Cause of an episode's end; 0 (censored) if only the time limit ended it. A missed deadline is a cause."""
+    """Cause of an episode's end; 0 (censored) if its time limit ended it, but not if it missed a deadline."""
     if record.outcome == "timeout" and record.sim_time >= record.time_limit - 1e-6:
         return 0
     return _CAUSES.get(record.outcome, _OTHER)
 
 
 def _costs(comparison: Comparison, planner: str) -> Floats:
-    """(n_scenes, n_seeds) Times; +inf for failures, NaN if missing."""
+    """Times of a planner's episodes [s], shape (n_scenes, n_seeds); +inf for failures, NaN if missing."""
     times, success = comparison.values(planner, "time"), comparison.values(planner, "success")
     return np.where(success == 0.0, np.inf, np.maximum(times, 1e-9))
 
@@ -181,7 +184,7 @@ _WIDTH, _LABELS = 3.8, 0.4  # [inch]
 
 
 def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
-    """World geometry of some scenes by name, for figures.
+    """World geometry of scenes, by name of the scene, for figures.
 
     Raises:
         InputError: A scene no longer exists.
@@ -196,14 +199,14 @@ def sceneries(scenes: Sequence[str], catalog: Catalog) -> dict[str, RunHeader]:
 def draw_disagreement(
     canvas: Canvas, name: str, found: Disagreement, comparison: Comparison, scenery: RunHeader | None
 ) -> None:
-    """Draw the paths of both episodes, with a cross where the failed one ended.
+    """Draw the paths of two episodes of the same scene, with a cross where the failed episode ended.
 
     Args:
         canvas: Canvas to draw on.
         name: Name of the figure, the prefix of its element ids.
         found: The two episodes.
-        comparison: All planners, for their colours.
-        scenery: World geometry, or None.
+        comparison: Comparison with all planners, which determines their colours.
+        scenery: World geometry; None if not known.
     """
     axes = canvas.add_subplot()
     axes.set_aspect("equal")
@@ -226,13 +229,13 @@ def draw_disagreement(
 
 
 def picture_size(found: Disagreement) -> tuple[float, float]:
-    """Width and height [inch] that fit both paths."""
+    """Width and height of a picture [inch] that fit the paths of both episodes."""
     (width, height) = np.subtract(*reversed(_box(found)))
     return _WIDTH, float(np.clip(_WIDTH * height / width, _WIDTH / 2, 2 * _WIDTH)) + _LABELS
 
 
 def _box(found: Disagreement) -> tuple[Corner, Corner]:
-    """Minimum and maximum x and y [m] of both paths with a margin."""
+    """Bounding box of the paths of both episodes with a margin: minimum and maximum x and y [m]."""
     every = np.concatenate([found.winner.path, found.loser.path, np.zeros((0, 2), np.float32)]).astype(float)
     if not len(every):
         return np.array([-_MARGIN, -_MARGIN]), np.array([_MARGIN, _MARGIN])

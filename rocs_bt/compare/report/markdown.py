@@ -15,12 +15,12 @@ _FAILURES = 20  # maximum number of listed failures
 
 
 def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict]) -> str:
-    """Leaderboard, verdicts and the first failures.
+    """Comparison as Markdown: leaderboard, verdicts and the first failures.
 
     Args:
         comparison: The episodes.
         metrics: Metrics of the leaderboard.
-        verdicts: Verdicts on the pairs.
+        verdicts: Verdicts on pairs of planners; none for a single planner.
     """
     rows = standings(comparison, metrics)
     parts = [f"**{headline(rows, verdicts)}.** {extent(comparison)}.", _leaderboard(rows, metrics)]
@@ -37,7 +37,7 @@ def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[
 
 
 def extent(comparison: Comparison) -> str:
-    """Numbers of episodes, scenes and seeds."""
+    """Numbers of episodes, scenes and seeds in words."""
     scenes, seeds = len(comparison.scenes), counted(len(comparison.seeds), "seed")
     of = f"{scenes} scenes, {seeds} of each" if scenes > 1 else f"the scene {comparison.scenes[0]}, {seeds}"
     return f"{counted(len(comparison.records), 'episode')}: {of}"

@@ -16,7 +16,7 @@ LEGEND = "+ better than the column's, - worse, ? inconclusive"
 
 
 def pairs(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
-    """A few lines per metric: one sentence for two planners, a matrix and sentences for more.
+    """Lines of text on each metric: one sentence for two planners, a matrix and sentences for more.
 
     Args:
         verdicts: Verdicts on all pairs of the planners.
@@ -50,7 +50,7 @@ def _wrapped(text: str) -> list[str]:
 
 
 def _square(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[str]:
-    """One row per planner with its verdict against each other planner; columns are numbered."""
+    """Matrix as lines of text: one row per planner with the verdicts against the others, in numbered columns."""
     wide, digits = max(map(len, planners)), len(str(len(planners)))
     numbers = [str(number).rjust(digits) for number in range(1, len(planners) + 1)]
     lines = [f"  {'':{digits + 1 + wide}}  {' '.join(numbers)}"]
@@ -68,7 +68,7 @@ def _by(verdict: Verdict) -> str:
 
 
 def _open(verdicts: Sequence[Verdict]) -> str:
-    """Number of inconclusive pairs, and the estimated number of scenes that they need."""
+    """Sentence with the number of inconclusive pairs, and the estimated number of scenes for conclusive verdicts."""
     needed = sorted(verdict.needed for verdict in verdicts if verdict.needed is not None)
     kind = "scenes" if max(verdict.scenes for verdict in verdicts) > 1 else "seeds"
     count = f"{len(verdicts)} inconclusive"

@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 PICTURES = 12
-"""Maximum number of disagreements drawn; all are listed."""
+"""Maximum number of disagreements for which a picture is drawn; all disagreements are listed."""
 
-_FAILURES = 300  # maximum number of listed failures; all are in the data
+_FAILURES = 300  # maximum number of listed failures; the page's data contain all
 _DIGITS = 6
 _WIDTH, _HEIGHT = 5.6, 3.9  # [inch]
 
@@ -62,8 +62,8 @@ def write_comparison(
         comparison: The episodes.
         path: Output HTML file; its folder is created if missing.
         metrics: Metrics of the verdicts and the leaderboard.
-        any_time: Whether the verdicts stay valid under repeated looks, as after a sweep that ended early.
-        sceneries: Function that returns the world geometry of some scenes, for the figures.
+        any_time: Whether the verdicts stay valid after a sweep that was stopped because of its results.
+        sceneries: Function that returns the world geometry of given scenes, for the figures.
         command: Command line that reproduces the report.
 
     Raises:
@@ -128,7 +128,7 @@ def render_comparison(
 
 
 def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """Data for the page's exports: one row per episode, and the verdicts."""
+    """Data that a reader can export from the page: a table with one row per episode, and the verdicts."""
     names = [name for name in METRICS if any(record.metrics.get(name) is not None for record in comparison.records)]
     measures = sorted({name for record in comparison.records for name in record.difficulty})
     columns = ["planner", "family", "scene", "seed", "outcome", "reason", "ended", *names, *measures]
@@ -151,7 +151,7 @@ def _matrices(
 
 
 def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
-    """Name, title and SVG of each figure."""
+    """Draw the figures; yields name, title and SVG of each."""
     planners = len(comparison.planners)
     wanted: list[tuple[str, str, float, Callable[[Canvas], None]]] = [
         (f"{outcome}-over-time", title, _HEIGHT, partial(figures.incidence, comparison=comparison, outcome=outcome))
@@ -172,7 +172,7 @@ def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
 def _picture(
     index: int, found: Disagreement, comparison: Comparison, worlds: Mapping[str, RunHeader]
 ) -> tuple[str, Disagreement, str]:
-    """Name, episodes and SVG of one disagreement."""
+    """Draw one disagreement; returns name, disagreement and SVG."""
     name, scenery = f"disagreement-{index}", worlds.get(found.winner.scene)
 
     def draw(canvas: Canvas) -> None:
@@ -186,7 +186,7 @@ def _svg(name: str, size: tuple[float, float], draw: Callable[[Canvas], None]) -
 
 
 def _shown(found: Sequence[Disagreement]) -> list[Disagreement]:
-    """Selection of disagreements to draw, spread over the pairs: the first of each pair, then the second."""
+    """Select the disagreements to draw: first one of each pair of planners, then a second one, and so on."""
     order: dict[tuple[str, str], int] = {}
     turns = []
     for each in found:

@@ -23,9 +23,9 @@ class LeaderboardRow:
 
     Attributes:
         planner: Name of the planner.
-        number: Index among all planners, which determines its colour.
+        number: Index among all planners, which determines the planner's colour.
         estimates: Means by metric, from `Comparison.estimate`.
-        most_collisions: Upper confidence bound of its collision rate.
+        most_collisions: Upper confidence bound of the planner's collision rate.
         outcomes: Number of episodes by outcome, the best outcome first.
         size: Sample size for success.
     """
@@ -44,7 +44,7 @@ class LeaderboardRow:
 
 
 def standings(comparison: Comparison, metrics: Sequence[str]) -> list[LeaderboardRow]:
-    """All planners, ordered by success rate, then by mean time."""
+    """Leaderboard: a row for each planner, ordered by success rate, then by mean time."""
     found = []
     for number, planner in enumerate(comparison.planners):
         counts = comparison.outcomes(planner)
@@ -83,7 +83,7 @@ def headline(rows: Sequence[LeaderboardRow], verdicts: Sequence[Verdict]) -> str
 
 
 def conclusive_first(verdicts: Sequence[Verdict]) -> list[Verdict]:
-    """Verdicts stated for the better planner, conclusive ones first."""
+    """Verdicts, each stated for the better planner of its pair, with conclusive ones first."""
     return sorted(map(favourable, verdicts), key=lambda verdict: verdict.word == "inconclusive")
 
 
@@ -99,14 +99,14 @@ def matrix(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[list[Ve
 
 
 def points(verdict: Verdict) -> str:
-    """Difference without a unit; shares in percentage points."""
+    """Format the difference of a verdict without its unit; differences of rates are in percentage points."""
     if math.isnan(verdict.difference):
         return "–"
     return f"{100.0 * verdict.difference:+z.1f}" if verdict.metric in SHARES else f"{verdict.difference:+z.3g}"
 
 
 def text(found: Estimate, of: Metric) -> str:
-    """Estimate and interval in the metric's unit."""
+    """Format an estimate with its interval and the metric's unit."""
     if of.name in SHARES:
         return f"{_percent(found.value)} % ({_percent(found.low)} to {_percent(found.high)})"
     unit = f" {of.unit}" if of.unit else ""
@@ -114,7 +114,7 @@ def text(found: Estimate, of: Metric) -> str:
 
 
 def number(value: float) -> str:
-    """Number with three significant digits; a dash for NaN."""
+    """Format a number with three significant digits; a dash for NaN."""
     return "–" if math.isnan(value) else f"{value:.3g}"
 
 
@@ -128,7 +128,7 @@ def difference(verdict: Verdict) -> str:
 
 
 def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
-    """Every metric that has a value: the metric, the set of episodes, and the mean of each planner.
+    """Table of all metrics with values: the metric, the episodes over which it is averaged, each planner's mean.
 
     Metrics with `on_failure` = `until_failure` are averaged over the episodes in which all planners succeed.
     """
@@ -146,7 +146,7 @@ def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
 
 
 def middle(comparison: Comparison, of: str = "time") -> list[str]:
-    """Interquartile mean of each planner, which does not reflect failures."""
+    """Format the interquartile mean of a metric for each planner; it ignores failures if they are few."""
     samples = [comparison.sample(planner, of) for planner in comparison.planners]
     return [text(bootstrapped(sample, interquartile_mean), metric(of)) for sample in samples]
 

@@ -1,4 +1,4 @@
-"""Search for failures: find a scene in which a planner fails, and reduce it to a minimal one."""
+"""Search for failures: find a scene in which a planner fails, and simplify the scene as far as possible."""
 
 from .draft import Draft
 from .keep import keep, play_command, refuse_existing

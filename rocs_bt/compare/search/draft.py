@@ -22,20 +22,20 @@ _QUANTITY = re.compile(r"\s*([+-]?[\d.]+(?:[eE][+-]?\d+)?)\s*([A-Za-z/0-9]+)\s*"
 
 @dataclass(frozen=True, eq=False)
 class Draft:
-    """Immutable scene; each change returns a new draft. Drafts are equal if their texts are.
+    """Immutable scene; each change returns a new draft. Drafts are equal if their scenario and world files are.
 
     Attributes:
-        scene: The scene. Its name never changes, since the name seeds every random stream.
+        scene: The scene. Changes keep its name, because the name seeds every random stream of its episodes.
     """
 
     scene: Scene
 
     @staticmethod
     def of(scene: Scene, name: str, doc: str) -> Draft:
-        """Draft of a family's scene under another name and without random start offsets (jitter).
+        """Make a draft of a family's scene, with another name and without random start offsets (jitter).
 
         Args:
-            scene: The scene.
+            scene: Scene to copy.
             name: New name.
             doc: One-sentence description.
         """
@@ -62,7 +62,7 @@ class Draft:
 
     @cached_property
     def obstacles(self) -> Mapping[str, Point]:
-        """Position or start position [m] of each obstacle and mover (box, walker, robot), by name."""
+        """Position of each obstacle, and start position of each mover (door, person, robot) [m], by name."""
         found = {
             obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.movers)
         }
@@ -85,7 +85,7 @@ class Draft:
 
     @property
     def movable(self) -> bool:
-        """Whether start and goal may be moved; False for tasks, in which agents know places."""
+        """Whether the search may move start and goal; False if the agents know places besides the goal."""
         return len(self._scenario.get("place", [])) == 1 and not self._scenario.get("fact")
 
     @cached_property
@@ -117,11 +117,11 @@ class Draft:
         return Draft(Scene(scenario, self._ground))
 
     def rounded(self, step: float, degrees: float, names: Collection[str]) -> Draft:
-        """Draft with numbers rounded to multiples of a step [m, m/s, s] and of an angle [deg].
+        """Draft with numbers rounded to multiples of a step.
 
         Args:
-            step: Step of all quantities but angles; sizes stay above 0.
-            degrees: Step of angles.
+            step: Step of all quantities except angles [m, m/s, s]; sizes stay above 0.
+            degrees: Step of angles [deg].
             names: Obstacles and movers to round; the name "" means start and goal.
         """
         scenario = copy.deepcopy(dict(self._scenario))
@@ -151,7 +151,7 @@ def _goal(scenario: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _simpler_obstacle(obstacle: Post | Block, step: float, degrees: float) -> Post | Block:
-    """Obstacle with rounded numbers in the plane; sizes that would become 0 stay unchanged."""
+    """Obstacle with rounded position, size and angle, but unchanged height; a size never becomes 0."""
     x, y = _multiple(obstacle.x, step), _multiple(obstacle.y, step)
     if isinstance(obstacle, Post):
         return replace(obstacle, x=x, y=y, radius=_multiple(obstacle.radius, step / 2.0) or obstacle.radius)
@@ -161,7 +161,7 @@ def _simpler_obstacle(obstacle: Post | Block, step: float, degrees: float) -> Po
 
 
 def _simpler(value: Any, step: float, degrees: float) -> Any:
-    """A quantity text, rounded; other values unchanged."""
+    """Round a quantity given as text, such as `1.23 m`; other values are returned unchanged."""
     if not isinstance(value, str) or (found := _QUANTITY.fullmatch(value)) is None:
         return value
     unit = found[2]

@@ -1,4 +1,4 @@
-"""Save a found scene as a scenario of a project, with a test."""
+"""Save a scene that a search has found as a scenario of a project, with a pytest test."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def {function}(comparison):
 
 
 def refuse_existing(folder: Path, name: str) -> None:
-    """Check that a new scenario overwrites no file.
+    """Check that saving a scene under a name would not overwrite a file.
 
     Raises:
         InputError: A file of this name exists, or the name is not valid for a scenario.
@@ -36,10 +36,10 @@ def refuse_existing(folder: Path, name: str) -> None:
 
 
 def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
-    """Write a scene and a test of it into a project.
+    """Write a scene, and a test that the planner succeeds in it, into a project.
 
     Args:
-        draft: The scene.
+        draft: Scene to save.
         planner: Planner that fails in the scene.
         folder: Project folder.
 
@@ -54,7 +54,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
 
 
 def play_command(draft: Draft, planner: str) -> str:
-    """Shell command that plays the scene again."""
+    """Shell command that plays a planner in the saved scene again."""
     return episode_command(planner, draft.name, SEED)
 
 

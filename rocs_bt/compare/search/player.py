@@ -25,14 +25,15 @@ Fails: TypeAlias = Callable[[EpisodeRecord], bool]
 
 @dataclass
 class Player:
-    """Plays a planner in drafts. Results do not depend on the number of processes; no draft is played twice.
+    """Plays one planner in drafts (modified scenes), each at most once; the number of processes has no effect.
 
     Attributes:
         planner: Planner under test.
         catalog: Source of content.
         store: Store of episodes.
         executor: Executor of the episodes.
-        budget: Maximum number of counted episodes. Episodes after the first failure of a batch do not count.
+        budget: Maximum number of counted episodes. Drafts are played in batches; episodes after the first failure in a
+            batch do not count.
         wall_limit: Maximum wall-clock time of an episode [s].
         progress: Callback with the number of counted episodes.
         count: Number of counted episodes.
@@ -56,7 +57,8 @@ class Player:
         Args:
             drafts: Candidate drafts, consumed lazily.
             fails: Predicate that is True for a failed episode.
-            skip_invalid: Whether to skip drafts that cannot be played, such as one with the robot inside an obstacle.
+            skip_invalid: Whether to skip drafts that cannot be played, for example because the robot is inside an
+                obstacle.
 
         Raises:
             InputError: Content is invalid, and `skip_invalid` is False.
@@ -73,7 +75,7 @@ class Player:
         return None
 
     def _new(self, drafts: Iterable[Draft]) -> Iterator[Draft]:
-        """Drafts (modified scenes) in which the planner has not succeeded before, each once."""
+        """Drafts that have not been played successfully before; each only once."""
         seen: set[Draft] = set()
         for draft in drafts:
             if draft not in self._passed and draft not in seen:
@@ -81,7 +83,7 @@ class Player:
                 yield draft
 
     def _play(self, drafts: Sequence[Draft], fails: Fails, skip_invalid: bool) -> list[EpisodeRecord | None]:
-        """Play one episode in each draft (modified scene) up to the first failure; None for an invalid draft."""
+        """Play one episode in each draft until the planner fails in one; None for a draft that cannot be played."""
         try:
             return list(self._swept(drafts, fails))
         except InputError:

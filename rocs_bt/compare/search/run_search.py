@@ -1,4 +1,4 @@
-"""Search: sample scenes of a family until a planner fails in one, then shrink that scene."""
+"""Search: sample scenes of a family until a planner fails in one, then simplify (shrink) that scene."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ class SearchResult:
 
     Attributes:
         sampled: Sampled scene in which the planner failed; None if it never failed.
-        found: That scene as a draft, without random start offsets (jitter).
-        first: Episode in `found`.
+        found: Draft of this scene, without random start offsets (jitter).
+        first: Episode in `found`, a failure.
         smallest: Simplified scene in which the planner still fails.
-        last: Episode in `smallest`.
-        searched: Number of counted episodes up to the failure.
-        shrunk: Number of counted episodes of the shrinking.
-        done: Whether shrinking finished within the budget.
+        last: Episode in `smallest`, a failure.
+        searched: Number of episodes until the planner failed.
+        shrunk: Number of episodes for simplifying the scene.
+        done: Whether the simplification finished within the budget.
     """
 
     sampled: SampledScene | None = None
@@ -79,13 +79,13 @@ def search(
     executor: Executor | None = None,
     progress: Callable[[float], None] = lambda done: None,
 ) -> SearchResult:
-    """Sample scenes until a planner fails in one, then shrink that scene.
+    """Sample scenes until a planner fails in one, then simplify that scene while the planner still fails.
 
     Equal arguments give equal results for any number of processes; episodes in the store are not played again.
 
     Args:
         planner: Planner under test.
-        space: Search space.
+        space: Family and ranges of its parameters, from which scenes are sampled.
         options: Options.
         catalog: Source of content; the project around the current folder by default.
         store: Store of episodes; in memory by default.
@@ -126,14 +126,14 @@ def search(
 
 
 def default_name(planner: PlannerSpec, space: SearchSpace) -> str:
-    """Default name of the resulting scene."""
+    """Default name of the scene that a search finds."""
     return f"{planner.name}_in_{space.family.name}"
 
 
 def _drafts(
     space: SearchSpace, planner: str, name: str, seed: int, sampled: dict[Draft, SampledScene]
 ) -> Iterator[Draft]:
-    """Endless drafts of sampled scenes; stores the sample of each draft in `sampled`."""
+    """Yield drafts of sampled scenes without end; `sampled` receives the sampled scene of each draft."""
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     while True:
         made = space.sample(rng)

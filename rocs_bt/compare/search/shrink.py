@@ -1,10 +1,11 @@
-"""Shrinking: reduce a scene in which a planner fails to a minimal one with the same outcome.
+"""Shrinking: simplify a scene in which a planner fails, as far as the planner still fails in the same way.
 
-Delta debugging (Zeller and Hildebrandt, Simplifying and isolating failure-inducing input, IEEE TSE 28, 2002) over the
-obstacles of a scene, then a shorter path, then rounder numbers, repeated until nothing changes.
+Obstacles are removed by delta debugging (Zeller and Hildebrandt, Simplifying and isolating failure-inducing input, IEEE
+TSE 28, 2002). Then the path is shortened and numbers are rounded. All this is repeated until nothing changes.
 
-Hypothesis is not used: it shrinks the random choices of the generator, and one box fewer changes all later choices, so
-its result is unrelated to the original failure. It also stops by wall-clock time and tries one candidate at a time.
+The library Hypothesis is not used. It would shrink the random choices of the generator; one box fewer changes all later
+choices, so the result would be unrelated to the original failure. It also stops by wall-clock time and tries only one
+candidate at a time.
 """
 
 from __future__ import annotations
@@ -26,22 +27,22 @@ STEPS = ((1.0, 90.0), (0.5, 45.0), (0.1, 15.0), (0.05, 5.0), (0.01, 1.0))
 """Rounding steps, the coarsest first: [m, m/s, s] and [deg]."""
 
 SHARES = (0.5, 0.75, 0.9)
-"""Shares of the path that shortening keeps."""
+"""Shares of the path from start to goal that remain when the path is shortened, in the order tried."""
 
-_APART = 1.0  # [m] a mover that starts at least this far from the robot is fair
-_NEAREST = 1.0  # [m] minimum distance from start to goal; a shorter task is not simpler
+_APART = 1.0  # [m] distance from the robot at which a mover may start in any simplified scene
+_NEAREST = 1.0  # [m] distance from start to goal to which any simplified scene may be shortened
 
 
 @dataclass(frozen=True)
 class Fairness:
-    """Properties that shrinking must preserve, so that success stays possible: clearance at both ends, and a path.
+    """Lower limits that every simplified scene must keep, so that success stays possible in it.
 
     Attributes:
-        radius: Radius of a disc that has a path [m]; 0 if even the original scene has no path for the robot.
-        start: Clearance around the robot's centre at the start [m].
-        goal: Clearance around the goal [m].
-        apart: Minimum distance from the start to the start of any mover [m].
-        distance: Distance from start to goal [m].
+        radius: Radius of a disc for which there is a path [m]; 0 if even the original scene has no path for the robot.
+        start: Minimum clearance around the robot's centre at the start [m].
+        goal: Minimum clearance around the goal [m].
+        apart: Minimum distance from the robot's start to the start of any mover [m].
+        distance: Minimum distance from start to goal [m].
     """
 
     radius: float
@@ -52,7 +53,7 @@ class Fairness:
 
     @staticmethod
     def of(draft: Draft, body: Footprint) -> Fairness:
-        """Properties of the original scene, limited to what a robot needs."""
+        """Limits for simplifying a scene: the values of this scene, but no more than a robot needs."""
         radius = next(
             (r for r in (body.outer + CELL, body.outer, body.inner) if draft.shortest_path(r) is not None), 0.0
         )
@@ -61,7 +62,7 @@ class Fairness:
         return Fairness(radius, start, goal, min(_apart(draft), _APART), min(_distance(draft), _NEAREST))
 
     def holds(self, draft: Draft) -> bool:
-        """Whether a draft has the properties."""
+        """Whether a draft keeps all limits."""
         start, goal = _clearance(draft, draft.start), _clearance(draft, draft.goal)
         if start < self.start or goal < self.goal:
             return False
@@ -71,12 +72,12 @@ class Fairness:
 
 
 class Shrinking:
-    """Shrinks a draft while the planner fails in it with the same outcome.
+    """Simplifies a draft step by step; a step is kept if the planner still fails with the same outcome.
 
     Args:
         player: Player of drafts.
         draft: Scene in which the planner failed.
-        record: Its episode.
+        record: Episode in which it failed.
         body: Outline of the robot.
     """
 
@@ -95,7 +96,7 @@ class Shrinking:
             self._round()
 
     def _first(self, drafts: Iterator[Draft]) -> bool:
-        """Continue with the first draft that fails with the same outcome; returns whether there is one."""
+        """Continue with the first draft in which the planner fails with the same outcome; False if there is none."""
         outcome = self.record.outcome
         found = self._player.first((d for d in drafts if d != self.draft), lambda r: r.outcome == outcome)
         if found is not None:
@@ -120,7 +121,7 @@ class Shrinking:
             size //= 2
 
     def _shorten(self) -> None:
-        """Move start and goal towards each other along the path."""
+        """Move start or goal along the path between them, as long as the planner still fails."""
         while self.draft.movable and self._fair.radius and self._first(self._shorter()):
             pass
 
@@ -133,7 +134,7 @@ class Shrinking:
                 yield from self._fairly(self.draft.between(*points))
 
     def _round(self) -> None:
-        """Round numbers, of all objects at once or one after another."""
+        """Round the numbers of all objects at once, then those of each object."""
         names = ["", *self.draft.obstacles]
         for chosen in ([names] if len(names) > 1 else []) + [[name] for name in names]:
             self._first(d for step in STEPS for d in self._fairly(self.draft.rounded(*step, chosen)))
@@ -144,7 +145,7 @@ class Shrinking:
 
 
 def point_along(points: tuple[Point, ...], length: float) -> Point:
-    """Point of a polyline at a path length [m]; its end if the polyline is shorter."""
+    """Point of a polyline at a distance [m] along it; the end point if the polyline is shorter."""
     for a, b in pairwise(points):
         piece = math.dist(a, b)
         if length <= piece > 0.0:
@@ -155,7 +156,7 @@ def point_along(points: tuple[Point, ...], length: float) -> Point:
 
 
 def _clearance(draft: Draft, point: Point) -> float:
-    """Clearance at a point on the grid [m]."""
+    """Distance from a point to the nearest static obstacle, measured on a grid [m]."""
     grid = draft.ground.grid(CELL)
     return float(grid.clearances()[grid.cell_at(point)])
 

@@ -16,16 +16,16 @@ from ..family import Family, Scene, family_parameters
 from ..replay import parse_value
 
 INDICES = 1_000_000
-_ATTEMPTS = 200  # consecutive parameter samples without a valid scene before the ranges are rejected
+_ATTEMPTS = 200  # consecutive samples of parameters without a valid scene, after which the ranges are rejected
 
 
 @dataclass(frozen=True)
 class SampledScene:
-    """A sampled scene.
+    """Scene that a search has sampled.
 
     Attributes:
         scene: The scene.
-        index: Index in its family.
+        index: Index of the scene in its family.
         parameters: Values of the varied parameters, in SI units.
     """
 
@@ -36,10 +36,10 @@ class SampledScene:
 
 @dataclass(frozen=True)
 class SearchSpace:
-    """Distribution of scenes.
+    """Distribution from which a search samples scenes of a family.
 
     Attributes:
-        family: Family with the fixed parameters.
+        family: Family with the values of the fixed parameters.
         ranges: Minimum and maximum (inclusive) of each varied parameter, in SI units.
     """
 
@@ -48,9 +48,9 @@ class SearchSpace:
 
     @staticmethod
     def of(family: Family, fixed: Mapping[str, object], varied: Mapping[str, str]) -> SearchSpace:
-        """Search space of a family. Numbers that are not fixed vary from half to twice their value.
+        """Search space of a family. By default, numbers that are not fixed vary from half to twice their value.
 
-        Integers of at most 1 may be flags and vary from 0 to 1.
+        Integers of 0 or 1, which may be flags, vary from 0 to 1.
 
         Args:
             family: The family.
@@ -70,7 +70,7 @@ class SearchSpace:
         return SearchSpace(family, ranges)
 
     def sample(self, rng: np.random.Generator) -> SampledScene:
-        """Random scene. Parameters that give no valid scene, such as a hall that is too small, are sampled again.
+        """Sample a scene. Parameters that give no valid scene, such as a hall that is too small, are sampled again.
 
         Raises:
             InputError: No sampled parameters gave a valid scene.
@@ -112,7 +112,7 @@ def _range(parameter: Parameter, text: str) -> tuple[float, float]:
 
 
 def _end(parameter: Parameter, text: str, hint: str) -> float:
-    """One bound of a range in SI units."""
+    """Convert the text of one bound of a range to SI units."""
     value = parse_value(text)
     if parameter.dimension is not None:
         return convert(value, parameter.dimension, parameter.name)

@@ -1,4 +1,4 @@
-"""Statistics of episodes over scenes and seeds: functions of arrays values[scene, seed]."""
+"""Statistics of episodes over scenes and seeds. Functions take metric values as arrays values[scene, seed]."""
 
 from .curves import cumulative_incidence, interquartile_mean, performance_profile, restricted_mean_time
 from .estimates import (

@@ -1,8 +1,8 @@
 """Curves over episodes: cumulative incidence of outcomes, and performance profiles.
 
-A collision is a competing event, not censoring: an episode that collided never succeeds. The Kaplan-Meier estimate
-would remove it from those at risk and so favour planners that crash early. Only an episode cut off by its time limit
-is censored.
+A collision is a competing event, not censoring: an episode with a collision never succeeds. The Kaplan-Meier estimate
+would remove such an episode from the set at risk, and so favour planners that crash early. Only an episode that its
+time limit ended is censored.
 """
 
 from __future__ import annotations
@@ -21,13 +21,10 @@ def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int
     Aalen and Johansen, An Empirical Transition Matrix for Non-homogeneous Markov Chains, Scand. J. Statist. 5, 1978.
 
     Args:
-        times: (n,) End time of each episode [s].
-        causes: (n,) Cause of each end; 0 if censored.
+        times: End time of each episode [s], shape (n,).
+        causes: Cause of the end of each episode, shape (n,); 0 if censored.
         cause: The cause of interest.
-        at: (m,) Times of the result, ascending [s].
-
-    Returns:
-        (m,) Shares.
+        at: Times at which to compute the share, ascending [s], shape (m,). The result has this shape too.
     """
     ends, inverse = np.unique(times, return_inverse=True)
     decided = np.bincount(inverse, causes != 0, len(ends))
@@ -41,14 +38,14 @@ def cumulative_incidence(times: Floats, causes: npt.NDArray[np.int_], cause: int
 
 
 def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int, horizon: float) -> float:
-    """Restricted mean time until a cause (RMST) [s]; episodes that do not reach it count as the horizon.
+    """Restricted mean time (RMST) until episodes end by a given cause [s]; all others count as the horizon.
 
-    The area above the curve of `cumulative_incidence` (Royston and Parmar, BMC Med. Res. Methodol. 13, 2013). The mean
-    over successes alone would reward planners that give up on slow episodes.
+    It is the area above the curve of `cumulative_incidence` up to the horizon (Royston and Parmar, BMC Med. Res.
+    Methodol. 13, 2013). The mean over successes alone would reward planners that give up in slow episodes.
 
     Args:
-        times: (n,) End time of each episode [s].
-        causes: (n,) Cause of each end; 0 if censored.
+        times: End time of each episode [s], shape (n,).
+        causes: Cause of the end of each episode, shape (n,); 0 if censored.
         cause: The cause of interest.
         horizon: Upper limit of the times [s].
     """
@@ -59,14 +56,16 @@ def restricted_mean_time(times: Floats, causes: npt.NDArray[np.int_], cause: int
 
 
 def performance_profile(costs: Floats, ratios: Floats) -> Floats:
-    """Share of episodes in which a planner is within a ratio of the best (Dolan, More, Math. Program. 91, 2002).
+    """Share of episodes in which a planner's cost is at most a ratio times that of the best planner.
+
+    Dolan and More, Benchmarking optimization software with performance profiles, Math. Program. 91, 2002.
 
     Args:
-        costs: (n_planners, n_episodes) Positive costs, such as times; +inf for failures.
-        ratios: (m,) Ratios, at least 1.
+        costs: Positive costs, such as times, shape (n_planners, n_episodes); +inf for failures.
+        ratios: Ratios, at least 1, shape (m,).
 
     Returns:
-        (n_planners, m) Shares: at ratio 1 the share of wins, for large ratios the success rate.
+        Shares, shape (n_planners, m): at ratio 1 the share of wins, at large ratios the success rate.
     """
     best = costs.min(axis=0)
     with np.errstate(invalid="ignore"):  # inf / inf if no planner succeeded: within no ratio
@@ -80,8 +79,8 @@ def interquartile_mean(values: Floats) -> float:
 
     Agarwal et al., Deep Reinforcement Learning at the Edge of the Statistical Precipice, 2021.
 
-    It describes typical episodes and ignores failures of up to a quarter of them; report it beside the mean, not in
-    place of it.
+    It describes typical episodes. Because it ignores failures if they are less than a quarter of the episodes, report
+    it together with the mean, not in place of it.
     """
     known = values[~np.isnan(values)]
     if (count := len(known)) == 0:

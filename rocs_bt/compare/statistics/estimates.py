@@ -1,12 +1,12 @@
 """Estimates over scenes and seeds: means, shares and differences, with intervals that are valid for few scenes.
 
-Scenes are the sample, since the seeds of a scene are correlated. All functions take values[scene, seed], NaN if
-missing. They work on the scene means, which are independent of each other (ultimate clusters: Hansen, Hurwitz and
-Madow, Sample Survey Methods and Theory, 1953).
+Scenes are the sample units, since episodes of one scene with different seeds are correlated. Functions take arrays
+values[scene, seed], with NaN for missing episodes. They use the scene means, which are independent of each other
+(ultimate clusters: Hansen, Hurwitz and Madow, Sample Survey Methods and Theory, 1953).
 
 Bootstrap percentile intervals are too narrow for few scenes, and a bootstrap of Student's t fails if most scenes have
-the same value (docs/statistics.md has the coverage of each). Means therefore have intervals of their own;
-`cluster_bootstrap` is for other statistics.
+the same value; docs/statistics.md shows the coverage of each. The intervals of means are therefore computed without a
+bootstrap; `cluster_bootstrap` is meant for other statistics.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ class Estimate:
 
     Attributes:
         value: Estimated value.
-        low: Lower end of the interval; NaN if the sample has fewer than two members.
-        high: Upper end of the interval; NaN likewise.
-        of: Sample size: episodes of one scenario, or scenes.
+        low: Lower end of the interval; NaN if the sample size is less than 2.
+        high: Upper end of the interval; NaN if the sample size is less than 2.
+        of: Sample size: number of scenes, or of episodes of one scenario.
     """
 
     value: float
@@ -50,12 +50,12 @@ class Estimate:
 
 
 def share(hits: int, of: int) -> Estimate:
-    """Share of the episodes of one scenario, with its exact interval (Clopper and Pearson, 1934).
+    """Share of the episodes of one scenario that succeed, with its exact interval (Clopper and Pearson, 1934).
 
     The episodes must be independent, so they may differ only by seed; over several scenes use `rate`.
 
     Args:
-        hits: Number of hits.
+        hits: Number of episodes that succeed.
         of: Number of episodes, at least one.
     """
     from scipy.stats import binomtest
@@ -88,13 +88,13 @@ def mean(values: Sequence[float]) -> Estimate:
 
 
 def scene_means(values: Floats) -> Floats:
-    """Mean of each scene that has a value.
+    """Mean of the values of each scene, over its seeds; scenes without any value are omitted.
 
     Args:
-        values: (n_scenes, n_seeds), NaN if missing.
+        values: Values, shape (n_scenes, n_seeds); NaN if missing.
 
     Returns:
-        (n,) Means, n <= n_scenes.
+        Means, shape (n,) with n <= n_scenes.
     """
     known = values[~np.isnan(values).all(axis=1)]
     return known[:, 0].copy() if known.shape[1] == 1 else np.nanmean(known, axis=1)
@@ -109,8 +109,8 @@ class SampleSize:
         episodes: Number of episodes with a value.
         intraclass_correlation: Correlation of the seeds of one scene, 0 (independent) to 1 (identical); estimated by
             analysis of variance and clipped.
-        design_effect: Variance of the mean divided by that of as many independent episodes (Kish, Survey Sampling,
-            1965).
+        design_effect: Variance of the mean, divided by the variance that the mean of as many independent episodes would
+            have (Kish, Survey Sampling, 1965).
         effective: Equivalent number of independent episodes.
     """
 
@@ -125,7 +125,7 @@ def sample_size(values: Floats) -> SampleSize:
     """Actual and effective size of a sample.
 
     Args:
-        values: (n_scenes, n_seeds), NaN if missing.
+        values: Values, shape (n_scenes, n_seeds); NaN if missing.
     """
     known = values[~np.isnan(values).all(axis=1)]
     scenes, episodes = len(known), int((~np.isnan(known)).sum())
@@ -141,10 +141,10 @@ def sample_size(values: Floats) -> SampleSize:
 
 
 def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
-    """Mean over scenes with Student's interval, widened on the side to which the scenes are skewed.
+    """Mean over scenes with Student's interval, which is widened on the side of a skewed distribution's long tail.
 
     Args:
-        values: (n_scenes, n_seeds), NaN if missing.
+        values: Values, shape (n_scenes, n_seeds); NaN if missing.
         level: Confidence level.
     """
     means = scene_means(values)
@@ -156,15 +156,15 @@ def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
 
 
 def _ends(sample: Floats, error: float, level: float) -> tuple[float, float]:
-    """Student's interval; each end is the wider one with and without a skewness correction.
+    """Ends of Student's interval of a mean, the end on the long tail's side with a skewness correction.
 
-    Times and lengths are skewed, and so are differences if one planner fails more often; a plain interval then misses
-    on one side. The correction shifts the interval by its first-order term (Johnson, Modified t Tests, JASA 73, 1978;
-    Hall, On the Removal of Skewness by Transformation, J. R. Statist. Soc. B 54, 1992). The other side keeps its end,
+    Times and lengths are skewed, and so are differences if one planner fails more often; a plain interval is then too
+    short on one side. The correction is the first-order term of Johnson (Modified t Tests, JASA 73, 1978) and Hall (On
+    the Removal of Skewness by Transformation, J. R. Statist. Soc. B 54, 1992). It is not applied to the other end,
     which preserves the coverage for few scenes. Hall's full transformation fails for few scenes.
 
     Args:
-        sample: (n,) The sample.
+        sample: Values, one per scene, shape (n,).
         error: Standard error of the mean.
         level: Confidence level.
     """
@@ -179,14 +179,14 @@ def _ends(sample: Floats, error: float, level: float) -> tuple[float, float]:
 
 
 def paired(a: Floats, b: Floats) -> Floats:
-    """Mean difference a - b of each scene, over the seeds that both have.
+    """Mean difference a - b in each scene, over the seeds for which both have a value.
 
     Args:
-        a: (n_scenes, n_seeds), NaN if missing.
-        b: Values for the same scenes and seeds.
+        a: Values, shape (n_scenes, n_seeds); NaN if missing.
+        b: Values for the same scenes and seeds, same shape.
 
     Returns:
-        (n,) One difference per scene with a common seed.
+        Differences, shape (n,): one for each scene with at least one common seed.
     """
     return scene_means(np.asarray(a, dtype=float) - np.asarray(b, dtype=float))
 
@@ -194,16 +194,16 @@ def paired(a: Floats, b: Floats) -> Floats:
 def mean_difference(differences: Floats, level: float = LEVEL, span: float = math.nan) -> Estimate:
     """Mean of paired differences, with Student's interval over scenes.
 
-    The variance includes one additional scene with the mean squared nonzero difference: if few scenes differ, they say
-    little about how often others will. For single episodes this is close to Agresti and Min, Biostatistics 6, 2005, who
-    add such pairs to the counts.
+    The variance includes one additional, fictitious scene, whose squared difference is the mean of the nonzero squared
+    differences. The reason is that a few differing scenes do not show well how often new scenes will differ. For single
+    episodes this is close to Agresti and Min, Biostatistics 6, 2005, who add such pairs to the counts.
 
     Args:
-        differences: (n,) One per scene, from `paired`.
+        differences: Differences, one per scene, from `paired`, shape (n,).
         level: Confidence level.
-        span: Greatest possible difference. It bounds the interval, and is the additional scene's difference if no scene
-            differs. NaN if unbounded: without any difference the interval is then 0 to 0 and says nothing about new
-            scenes.
+        span: Greatest possible difference, which bounds the interval. It is also the difference of the additional scene
+            if all differences are 0. NaN if unbounded; if all differences are 0, the interval is then 0 to 0, which is
+            too narrow.
     """
     n = len(differences)
     if n < 2:
@@ -219,15 +219,16 @@ _PRIOR_SCENES = 0.5  # [scenes] weight of the prior "all seeds of a scene are eq
 
 
 def rate(values: Floats, level: float = LEVEL) -> Estimate:
-    """Share of episodes over scenes, with an interval that accounts for correlated seeds.
+    """Success or collision rate over scenes, with an interval that accounts for correlated seeds.
 
-    Wilson's score interval (1927) at the effective number of episodes, with Student's quantile for the scenes. Korn and
-    Graubard (Survey Methodology 24, 1998) do so with the exact interval, which is too wide. The intra-class correlation
-    is hard to estimate if nearly all episodes end the same way. It is therefore shrunk towards 1 with the weight of
-    half a scene against the scenes that contain the rarer outcome.
+    The interval is Wilson's score interval (1927), computed with the effective number of episodes and Student's
+    quantile for the number of scenes. Korn and Graubard (Survey Methodology 24, 1998) use the exact interval instead,
+    which is too wide. The intra-class correlation is hard to estimate if nearly all episodes end the same way. Its
+    estimate is therefore shrunk towards 1, with the weight of half a scene against the number of scenes with the rarer
+    outcome.
 
     Args:
-        values: (n_scenes, n_seeds), 0 or 1, NaN if missing.
+        values: Values 0 or 1, shape (n_scenes, n_seeds); NaN if missing.
         level: Confidence level.
     """
     from scipy.special import stdtrit
@@ -249,14 +250,15 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
 
 
 def upper_bound(values: Floats, level: float = LEVEL) -> float:
-    """One-sided upper confidence bound of a share, valid for any correlation between the seeds of a scene.
+    """One-sided upper confidence bound of a rate, valid for any correlation between the seeds of a scene.
 
-    With one seed per scene this is the exact bound of Clopper and Pearson (1934). With several, each scene counts as
-    one trial with its mean as the count. That is exact if all seeds of a scene end the same way and conservative
-    otherwise; seeds as trials would give a bound that is too low. No hits in n scenes give about 3 / n.
+    With one seed per scene this is the exact bound of Clopper and Pearson (1934). With several seeds, each scene counts
+    as one trial, and the mean of its values as the number of hits. This is exact if all episodes of a scene end the
+    same way, and conservative otherwise. Counting each seed as a trial would give a bound that is too low. If all
+    values of n scenes are 0, the bound is about 3 / n.
 
     Args:
-        values: (n_scenes, n_seeds), 0 or 1, NaN if missing.
+        values: Values 0 or 1, shape (n_scenes, n_seeds); NaN if missing.
         level: Confidence level.
 
     Returns:
@@ -270,5 +272,5 @@ def upper_bound(values: Floats, level: float = LEVEL) -> float:
 
 
 def lower_bound(values: Floats, level: float = LEVEL) -> float:
-    """One-sided lower confidence bound of a share; see `upper_bound`."""
+    """One-sided lower confidence bound of a rate; see `upper_bound`."""
     return 1.0 - upper_bound(1.0 - np.asarray(values, dtype=float), level)

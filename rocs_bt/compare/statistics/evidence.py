@@ -1,9 +1,10 @@
 """Tests of differences: sign-flip tests over scenes, sequential betting tests, and the number of scenes needed.
 
-A betting test starts with wealth 1 and bets, scene by scene, on a mean above m. If the mean is at most m, the wealth
-is a nonnegative supermartingale, so it ever reaches 1 / alpha with probability at most alpha (Ville, 1939), for any
-stopping rule. Waudby-Smith and Ramdas, Estimating Means of Bounded Random Variables by Betting, J. R. Statist. Soc.
-B 86, 2024. The order of the scenes must not depend on their results.
+A betting test of the hypothesis that a mean is at most m starts with wealth 1 and bets, scene by scene, on a larger
+mean. Under the hypothesis, the wealth is a nonnegative supermartingale. The probability that the wealth ever reaches 1
+/ alpha is therefore at most alpha (Ville, 1939), for any stopping rule. The order of the scenes must not depend on
+their results. Source: Waudby-Smith and Ramdas, Estimating Means of Bounded Random Variables by Betting, J. R. Statist.
+Soc. B 86, 2024.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ def cluster_bootstrap(
     """Statistic with its bootstrap interval, resampling whole scenes (Davison and Hinkley, 1997, 3.8).
 
     Args:
-        values: (n_scenes, ...) Input of the statistic, scenes first.
+        values: Input of the statistic, shape (n_scenes, ...).
         statistic: Function that returns a number or an array.
         level: Confidence level.
         resamples: Number of resamples, from a seeded generator.
@@ -51,15 +52,15 @@ def bootstrapped(values: Floats, statistic: Callable[[Floats], float], level: fl
 
 
 def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
-    """Two-sided p value of a mean of 0, by flipping the signs of whole scenes.
+    """Two-sided p value of the hypothesis that the mean difference is 0, by flipping the signs of whole scenes.
 
-    This is the exact McNemar test if differences are -1, 0 or 1 (McNemar, Psychometrika 12, 1947). All flips are
-    counted if differences are multiples of one number, or scenes are few; otherwise flips are sampled from a seeded
-    generator (p value after Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010).
+    If all differences are -1, 0 or 1, this is the exact McNemar test (McNemar, Psychometrika 12, 1947). The p value is
+    exact if the differences are multiples of one number, or if few scenes differ. Otherwise flips are sampled from a
+    seeded generator (p value after Phipson and Smyth, Stat. Appl. Genet. Mol. Biol. 9, 2010).
 
     Args:
-        differences: (n,) One per scene, from `paired`.
-        lattice: Differences are multiples of 1 / lattice; 0 if they are not.
+        differences: Differences, one per scene, from `paired`, shape (n,).
+        lattice: Integer n if all differences are multiples of 1 / n; else 0.
 
     Returns:
         The p value; 1 if no scene differs.
@@ -81,10 +82,10 @@ def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
 
 
 def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
-    """Share of all sign flips of integers with an absolute sum of at least that of the total."""
+    """Share of all sign combinations of some integers whose absolute sum is at least that of `total`."""
     from scipy.stats import binom
 
-    chances = np.ones(1)  # probabilities of the sums from -reach to reach
+    chances = np.ones(1)  # probabilities of all possible sums, in ascending order
     for size, count in zip(*np.unique(sizes, return_counts=True), strict=True):
         of_these = np.zeros(2 * size * count + 1)
         of_these[:: 2 * size] = binom.pmf(np.arange(count + 1), count, 0.5)
@@ -95,9 +96,9 @@ def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
 
 
 def mcnemar_test(only_a: int, only_b: int) -> float:
-    """Two-sided p value of the exact McNemar test, from the counts of episodes in which only one of two succeeds.
+    """Two-sided p value of the exact McNemar test, from the counts of episodes in which only one planner succeeds.
 
-    Valid for one seed per scene; with several correlated seeds use `sign_flip_test`.
+    It is valid for one seed per scene; for several correlated seeds use `sign_flip_test`.
     """
     from scipy.stats import binomtest
 
@@ -110,10 +111,7 @@ def holm(p: Floats) -> Floats:
     Holm, A Simple Sequentially Rejective Multiple Test Procedure, Scand. J. Statist. 6, 1979, 65-70.
 
     Args:
-        p: (n,) P values.
-
-    Returns:
-        (n,) Adjusted p values in the same order.
+        p: P values, shape (n,). The adjusted p values have the same order.
     """
     order = np.argsort(p, kind="stable")
     scaled = np.asarray(p, dtype=float)[order] * (len(p) - np.arange(len(p)))
@@ -123,33 +121,30 @@ def holm(p: Floats) -> Floats:
 
 
 def superiority(a: Floats, b: Floats) -> Estimate:
-    """Probability that a is above b in an episode of the same scene and seed; ties count half. An effect size.
+    """Probability that the value of a is above that of b in the same scene with the same seed; ties count half.
 
-    The probability of improvement, or stochastic superiority (Vargha and Delaney, J. Educ. Behav. Statist. 25, 2000),
-    of paired episodes.
+    This effect size is the probability of improvement, or stochastic superiority, of paired episodes (Vargha and
+    Delaney, J. Educ. Behav. Statist. 25, 2000).
 
     Args:
-        a: (n_scenes, n_seeds), NaN if missing.
-        b: Values for the same scenes and seeds.
+        a: Values, shape (n_scenes, n_seeds); NaN if missing.
+        b: Values for the same scenes and seeds, same shape.
     """
     found = mean_difference(scene_means(np.where(np.isnan(a - b), math.nan, np.sign(a - b))), span=1.0)
     value, low, high = (0.5 + end / 2.0 for end in (found.value, found.low, found.high))
     return Estimate(value, max(low, 0.0), min(high, 1.0), found.of)
 
 
-_BETS = np.geomspace(0.01, 0.95, 24)  # bet sizes as shares of the maximum; the wealth is spread over all
-_STEPS = 40  # bisection steps for an end of an interval
+_BETS = np.geomspace(0.01, 0.95, 24)  # bet sizes as shares of the largest one; they share the wealth
+_STEPS = 40  # number of bisection steps for one end of an interval
 
 
 def log_wealth(values: Floats, mean: float) -> Floats:
-    """Logarithm of the wealth after each scene, for bets on a mean above `mean`.
+    """Logarithm of the wealth of a betting test after each scene, for bets on a mean above `mean`, shape (n,).
 
     Args:
-        values: (n,) One per scene, between 0 and 1.
+        values: Values, one per scene, between 0 and 1, shape (n,).
         mean: Mean of the null hypothesis, above 0.
-
-    Returns:
-        (n,) Logarithms.
     """
     each = np.cumsum(np.log1p(_BETS[:, None] * (values / mean - 1.0)), axis=1)
     wealth: Floats = np.logaddexp.reduce(each, axis=0) - math.log(len(_BETS))
@@ -160,13 +155,10 @@ def always_valid(differences: Floats, span: float, margin: float = 0.0, level: f
     """Mean of paired differences with an interval and a p value that stay valid at every stopping time of a sweep.
 
     Args:
-        differences: (n,) One per scene, in scene order.
-        span: Greatest possible difference.
-        margin: Difference of the null hypothesis.
-        level: Probability that the interval contains the mean at all times.
-
-    Returns:
-        The estimate, and the two-sided p value of the margin.
+        differences: Differences, one per scene, in scene order, shape (n,).
+        span: Greatest possible absolute difference.
+        margin: Mean difference of the null hypothesis.
+        level: Probability that the interval contains the true mean at all times.
     """
     if len(differences) == 0:
         return Estimate(math.nan, -span, span, 0), 1.0
@@ -180,14 +172,19 @@ def always_valid(differences: Floats, span: float, margin: float = 0.0, level: f
 
 
 def _evidence(values: Floats, mean: float) -> float:
-    """Maximum log wealth so far."""
+    """Maximum of the log wealth over all scenes so far; see `log_wealth`."""
     if mean >= 1.0:
         return 0.0
     return float(log_wealth(values, mean).max()) if mean > 0.0 else math.inf
 
 
 def _low_end(values: Floats, enough: float) -> float:
-    """Greatest mean rejected by the test, found by bisection: the wealth decreases with the mean."""
+    """Greatest mean that the betting test rejects, found by bisection, since the wealth decreases with the mean.
+
+    Args:
+        values: Values, one per scene, between 0 and 1.
+        enough: Log wealth at which the test rejects.
+    """
     low, high = 0.0, 1.0
     for _ in range(_STEPS):
         middle = (low + high) / 2.0
@@ -196,9 +193,9 @@ def _low_end(values: Floats, enough: float) -> float:
 
 
 POWER = 0.8
-"""Default probability of detecting a true difference."""
+"""Default power: probability of detecting a true difference."""
 
-_NOTHING = 1e-3  # share of the spread below which a difference would need millions of scenes and counts as none
+_NOTHING = 1e-3  # share of the spread below which a difference counts as none: it would need millions of scenes
 
 
 def scenes_needed(
@@ -207,8 +204,8 @@ def scenes_needed(
     """Estimated number of scenes for distinguishing a mean difference from a margin.
 
     Args:
-        differences: (n,) One per scene, from `paired`.
-        margin: Difference of the null hypothesis.
+        differences: Differences, one per scene, from `paired`, shape (n,).
+        margin: Mean difference of the null hypothesis.
         effect: Assumed distance of the true difference from the margin. The observed distance by default, which is
             unreliable for few scenes.
         level: Confidence level of the verdict.
@@ -226,7 +223,7 @@ def scenes_needed(
     spread = float(differences.std(ddof=1))
     if apart == 0.0 or apart <= _NOTHING * spread:
         return None
-    least = math.ceil(1.0 - math.log2(1.0 - level) - 1e-9)  # fewer scenes have too few flips for such a p
+    least = math.ceil(1.0 - math.log2(1.0 - level) - 1e-9)  # fewer scenes have too few sign flips for such a p
     sure, likely = float(ndtri(0.5 + level / 2.0)), float(ndtri(power))
     # The second term corrects for Student's quantiles (Guenther, The American Statistician 35, 1981).
     return max(least, math.ceil(((sure + likely) * spread / apart) ** 2 + sure**2 / 2.0))
@@ -245,7 +242,7 @@ def mcnemar_power(only_a: float, only_b: float, pairs: int, level: float = LEVEL
 
     discordant = np.arange(1, pairs + 1)
     counts = np.arange(pairs + 1)
-    # The two-sided p of k out of d is twice the smaller tail; both tails of each d have the same critical count.
+    # The two-sided p value of k out of d is twice the smaller tail; both tails have the same critical count.
     tail = 2.0 * binom.cdf(counts[:, None], discordant, 0.5)
     critical = (tail <= 1.0 - level).sum(axis=0) - 1  # -1 if even 0 out of d is not significant
     towards = only_a / (only_a + only_b)
