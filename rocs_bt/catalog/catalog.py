@@ -68,10 +68,10 @@ class Catalog:
         return Catalog(find_project(start or Path.cwd()), code=code)
 
     def with_scene(self, name: str, scenario: Mapping[str, Any], world: str) -> Self:
-        """Copy of this catalog, cache included, with a scenario and a world made by a program.
+        """Copy of this catalog, with its cache, to which a scenario and a world made by a program are added.
 
         Args:
-            name: Name of both; they hide a project's scenario and world of this name.
+            name: Name of both; they hide a scenario and a world of this name in the project.
             scenario: Content of the scenario's file: dicts, lists, texts, numbers and flags.
             world: World as MJCF.
         """
@@ -209,7 +209,7 @@ class Catalog:
         return content_hash(self.content_of(scenario))
 
     def cached(self, key: Hashable, make: Callable[[], T]) -> T:
-        """Result of `make`, such as a compiled world; a `CachingCatalog` reuses it for episodes of the same content."""
+        """Result of `make`, such as a compiled world; a `CachingCatalog` makes it only once for each key."""
         return make()
 
     def load_schema(self) -> Schema:
@@ -386,7 +386,7 @@ class Catalog:
             raise InputError(*(Fault(message, p, hint=hint) for p in code))
 
     def _missing(self, file: Path, kind: str, name: str) -> Fault | None:
-        """Fault of a name that cannot be used in a file; None if it can."""
+        """Fault if a content file names other content that does not exist or is outside the project; else None."""
         try:
             self.find(kind, name, named_in=file)
         except InputError as error:
@@ -412,10 +412,10 @@ class Catalog:
 
 
 def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterator[Fault]:
-    """Faults of a robot when it is used as an agent of a scenario, each located in the file that has to change.
+    """Faults of a robot as an agent of a scenario, each located in the file that has to change.
 
     An agent, its devices and the places that it knows are nodes of one graph, so their names must differ. The maximum
-    command age of its actuators must not be shorter than the scenario's control period.
+    command age of an actuator must not be shorter than the control period of the scenario.
 
     Args:
         scenario: The scenario.
@@ -444,11 +444,11 @@ def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterat
 
 
 LIMIT = 64
-"""Maximum number of cached objects; the least recently used is dropped."""
+"""Maximum number of cached objects; then the least recently used one is dropped."""
 
 
 class CachingCatalog(Catalog):
-    """Catalog that caches loaded content and objects made of it. Files must not change while it is in use.
+    """Catalog that caches loaded content and objects made of it. Files must not change while the catalog is in use.
 
     Args:
         project: Project's root; None for shipped content only.

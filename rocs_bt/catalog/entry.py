@@ -34,7 +34,7 @@ _XML_FILE = re.compile(r"""\b(?:file|path)\s*=\s*["']([^"']+)["']""")
 
 @dataclass(frozen=True)
 class Entry:
-    """One piece of content.
+    """One piece of content, such as a robot, a mission or a scenario.
 
     Attributes:
         name: File stem; for a robot, the folder's name.
@@ -42,7 +42,7 @@ class Entry:
         path: File of the entry; `robot.toml` for a robot.
         origin: `project`, `shipped`, or `file` for an entry given by its path.
         text: Text of an entry made by a program without a file; None for entries with a file.
-        outside: Whether a link leads out of the project; such an entry is listed and never read.
+        outside: Whether the path is a link that leads out of the project; such an entry is listed but never read.
     """
 
     name: str
@@ -100,7 +100,7 @@ def name_of(path: Path, kind: str) -> str:
 
 
 def kind_of(path: Path) -> str | None:
-    """Kind of a file, by its folder in a project; None for a file that is no content."""
+    """Kind of content of a file, by its folder in a project; None for a file that is not content."""
     for kind, patterns in KINDS.items():
         if any(path.match(pattern) for pattern in patterns):
             return kind
@@ -140,7 +140,7 @@ def by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
 
 
 def content_hash(entries: Iterable[Entry]) -> str:
-    """SHA-256 over kind, name, relative path and bytes of all files of the entries; the same on every machine."""
+    """SHA-256 over kind, name, relative path and bytes of all files of the entries; equal on every machine."""
     digest = hashlib.sha256()
     for entry in sorted(set(entries), key=lambda e: (e.kind, e.name)):
         for path, data in entry.contents():

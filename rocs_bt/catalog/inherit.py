@@ -1,8 +1,8 @@
 """Inheritance between TOML files: a file with `base` overrides the file that `base` names.
 
-Tables are merged key by key, arrays of tables by their `name`; a table with a new name is appended. All other values
-replace those of the base. The parameters of a mission are inherited only with that mission, and the keys of a driver
-only with that driver.
+Tables are merged key by key. In arrays of tables, tables of equal `name` are merged; a table with a new name is
+appended. All other values replace those of the base. If a file replaces a mission, it does not inherit the parameters
+of the old mission; if it replaces a driver, it does not inherit the keys of the old driver.
 """
 
 from __future__ import annotations
@@ -82,9 +82,15 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
 def _merged(
     own: dict[str, Any], base: dict[str, Any], key: Key, target: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:
-    """Merge `own` over `base`; records in `found` the positions of the merged keys.
+    """Merge the table `own` over the table `base`, and record the positions of the merged keys in `found`.
 
-    `key` is the path of `own` in its file, `target` its path in the merged document.
+    Args:
+        own: Table of the file.
+        base: Inherited table.
+        key: Path of `own` in its file.
+        target: Path of the result in the merged document.
+        positions: Positions in the file.
+        found: Positions in the merged document; updated.
     """
     dropped = _not_inherited(own, base, key)
     merged = {name: value for name, value in base.items() if name not in dropped}
@@ -103,7 +109,7 @@ def _merged(
 
 
 def _not_inherited(own: dict[str, Any], base: dict[str, Any], key: Key) -> set[str]:
-    """Keys of the base that belong to a mission or a driver which the file replaces."""
+    """Keys of the base that are not inherited, because the file replaces the mission or driver to which they belong."""
     dropped = set[str]()
     if "mission" in own and own["mission"] != base.get("mission"):
         dropped.add("parameters")

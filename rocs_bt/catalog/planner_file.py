@@ -19,7 +19,7 @@ Missing = Callable[[str, str], Fault | None]
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerSpec:
-    """A planner: the exchangeable part of an agent on a given robot. Read from a file or made by a program.
+    """A planner: mission, rules and parameters of an agent, exchangeable on a given robot.
 
     Attributes:
         name: Name in results.
@@ -28,7 +28,7 @@ class PlannerSpec:
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, `nav2` for Nav2's.
-        oracle: Whether it gets privileged information, such as the map (`Mission.privileged`).
+        oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
         doc: One-sentence description.
         source: Book or paper of the method.
         file: Planner file; None for a planner made by a program.
@@ -46,12 +46,12 @@ class PlannerSpec:
     file: Path | None = None
 
     def drives(self, scenario: ScenarioSpec, agent: str, privileged: Mapping[str, Any] | None = None) -> ScenarioSpec:
-        """Copy of a scenario in which this planner controls an agent. Its file, and so its random samples, stay.
+        """Copy of a scenario in which this planner controls an agent; name and random samples do not change.
 
         Args:
             scenario: Scenario to copy.
-            agent: Name of one of its agents.
-            privileged: Information for oracle planners; not passed to others.
+            agent: Name of an agent of the scenario.
+            privileged: Ground-truth information; passed on only if this planner is an oracle.
         """
         known = (privileged or {}) if self.oracle else {}
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
@@ -74,7 +74,8 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
 
     Args:
         file: File to read.
-        missing: Called with kind and name of each referenced content; a returned fault is noted at that name.
+        missing: Returns the fault of referenced content that cannot be used, by kind and name, or None; faults are
+            reported at the position of the name.
 
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
@@ -104,7 +105,7 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
 
 
 def at_parameters(planner: PlannerSpec, error: InputError) -> InputError:
-    """The same error; faults without a file get the position of `parameters` in the planner's file."""
+    """The error with positions: faults without a file get the position of `parameters` in the planner's file."""
     if planner.file is None:
         return error
     table = read_toml(planner.file)

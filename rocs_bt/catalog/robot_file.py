@@ -79,7 +79,7 @@ def _model(root: Table) -> Path | None:
 
 
 def _beside(table: Table, key: str, named: str) -> bool:
-    """Whether a file is in the robot's folder; the robot's content hash covers no other files."""
+    """Check that a file is in the folder of the robot or a base, because content hashes cover no other files."""
     path = table.beside(named)
     if any(path.resolve().is_relative_to(file.parent.resolve()) for file in (table.file, *table.bases)):
         return True
@@ -146,7 +146,7 @@ def _dimension(table: Table, default: str = "1") -> Dimension:
 def _wire_sensors(
     tables: Sequence[Table], sensors: Sequence[SensorSpec], declared: Sequence[Table]
 ) -> tuple[tuple[SensorSpec, ...], list[MonitorSpec]]:
-    """Sensors with the names of their Monitors, and the Monitors created for sensors that name only a class."""
+    """Connect sensors to Monitors: sensors with names of their Monitors, and Monitors for sensors that name a class."""
     names = {str(t.raw("name", "")) for t in declared}
     wired, made = [], []
     for table, sensor in zip(tables, sensors, strict=True):
@@ -238,7 +238,7 @@ def _unique(tables: Sequence[Table]) -> Sequence[Table]:
 
 
 UNKNOWN = Limits((-1.0,), (1.0,))
-"""Placeholder for missing or invalid limits; a fault is noted."""
+"""Placeholder for limits that are missing or invalid in the file, which is reported as a fault."""
 
 
 def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limits:
@@ -278,7 +278,7 @@ def drive_limits(drive: Table, given: Mapping[str, float], limits: Limits, ramp:
 
     Args:
         drive: `[drive]` table; faults are noted in it.
-        given: Numbers of the table [SI].
+        given: Numbers of the table, by name, in SI units.
         limits: Limits of the wheels' actuator [m/s, m/s2].
         ramp: Maximum wheel acceleration of the actuator's electronics [m/s2]; +inf if the driver declares none.
     """

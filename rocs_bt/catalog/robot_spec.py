@@ -1,4 +1,4 @@
-"""Content of a robot.toml: drive, devices and the wiring of blocks."""
+"""RobotSpec: content of a robot.toml, that is drive, devices and the wiring of blocks."""
 
 from __future__ import annotations
 
@@ -43,7 +43,8 @@ class SensorSpec:
     Attributes:
         name: Name of the sensor and of its node in the knowledge graph.
         driver: Driver's name, or `file.py:Class` beside robot.toml.
-        signal: Signal of the readings, shown live by the sensor's node; the sensor's name by default.
+        signal: Signal to which the readings are written, also shown by the sensor's node in the graph; the sensor's
+            name by default.
         monitor: Name of the Monitor that reads the sensor; always one of the robot's `monitors`.
         rate: Rate of readings [Hz]; None for one in each control period.
         noise: Standard deviation of each value, in the SI unit of `dimension`.
@@ -88,7 +89,7 @@ class MonitorSpec:
     Attributes:
         name: Block's name.
         cls: Name of a shipped Monitor class, or `file.py:Class` beside robot.toml.
-        sensors: Names of the sensors that it interprets.
+        sensors: Names of the sensors whose readings the Monitor interprets.
         parameters: Arguments of the class, in SI units; sub-tables are dicts.
         line: Line of the table in the file.
     """
@@ -107,7 +108,7 @@ class AnalyzeSpec:
     Attributes:
         name: Block's name.
         cls: Name of a shipped Analyze class, or `file.py:Class` beside robot.toml.
-        monitors: Names of the Monitors that it listens to.
+        monitors: Names of the Monitors whose signals the Analyze block processes.
         parameters: Arguments of the class, in SI units.
         line: Line of the table in the file.
     """
@@ -127,7 +128,7 @@ class ActuatorSpec:
         name: Name of the actuator and of its node in the knowledge graph.
         driver: Driver's name, or `file.py:Class` beside robot.toml.
         limits: Range and rate of change of the commands, enforced by the safety gate.
-        max_command_age: Watchdog time: the actuator goes to neutral without a command for this long [s].
+        max_command_age: Watchdog time [s]: the actuator goes to neutral if it gets no command for this time.
         parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
         size: Number of values of a command; None if only a user's driver knows it.
         line: Line of the table in the file.
@@ -177,7 +178,7 @@ class RobotSpec:
         drive: Kinematics of the wheels.
         length: Length of the outline along x [m]; NaN if robot.toml omits it.
         width: Width of the outline along y [m]; NaN if robot.toml omits it.
-        sensors, monitors, analyzers, actuators: Wiring; the agent builds exactly this.
+        sensors, monitors, analyzers, actuators: Devices and blocks; the agent consists of exactly these.
         bases: The robot.toml files that this one is based on, nearest first.
         thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
     """
@@ -197,7 +198,7 @@ class RobotSpec:
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
 
     def beside(self, name: str) -> Path:
-        """Path of a file named in robot.toml: beside it, or else beside one of its bases."""
+        """Path of a file that robot.toml names: in the folder of this robot, or else of the nearest base with it."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
 

@@ -56,13 +56,14 @@ class AgentSpec:
         success: Goal that the ground-truth pose must reach for `success`; None if the mission's result suffices.
         at_end: Whether the robot must be at the goal when the run ends, whatever the mission returns; for missions
             that never end.
-        after: Goals that the robot must have reached before, each with its latest time [s].
+        after: Goals that the robot must have reached before `success`, each with its deadline [s].
         shortest: Length of the shortest path to the goal [m]; None if unknown.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
         line: Line of the table in the file.
         parameters_line: Line of the parameters in the file.
-        privileged: Information for oracle planners only, set by programs, never by a file (`Mission.privileged`).
+        privileged: Ground-truth information for oracle planners (`Mission.privileged`), set by programs and never by a
+            file.
     """
 
     name: str
@@ -90,7 +91,7 @@ class MoverSpec:
     Attributes:
         name: Mover's name, and prefix of a robot's body in the world; for an object, the name of its body.
         robot: Robot's name; empty for an object.
-        script: Script that moves it.
+        script: Name of the script that moves the robot or object.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
         parameters: Script parameters, in SI units.
@@ -108,12 +109,12 @@ class MoverSpec:
 
 @dataclass(frozen=True)
 class RequirementSpec:
-    """One `[[requirement]]` table: a condition on the whole run, reported in the summary. The outcome ignores it.
+    """One `[[requirement]]` table: a condition on the whole run, reported in the summary; it does not affect outcomes.
 
     Attributes:
         name: Requirement's name.
         require: Condition in the rule language, such as `always min_clearance > 0.05 m`.
-        agents: Names of the agents that it is checked for.
+        agents: Names of the agents for which the requirement is checked.
         doc: One-sentence description.
         line: Line of the table in the file.
         position: Line and column of the condition.
@@ -165,7 +166,7 @@ class ScenarioSpec:
 
     @property
     def tags(self) -> dict[str, int]:
-        """Number 1, 2, ... of each robot, by name of the agent or scripted robot; sensors can read it."""
+        """Number 1, 2, ... of each robot, by name of the agent or scripted robot; sensors can detect the number."""
         names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers if mover.robot)]
         return {name: tag for tag, name in enumerate(names, 1)}
 
@@ -188,7 +189,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
 
     Args:
         root: Root table of the document.
-        missing: Called with kind and name of each referenced content; a returned fault is noted at that name.
+        missing: Returns the fault of referenced content that cannot be used, by kind and name, or None; faults are
+            reported at the position of the name.
 
     Raises:
         InputError: The document has faults; contains all of them, each with its line.
@@ -274,7 +276,7 @@ def dialect_in(table: Table, default: str) -> str:
 
 
 def _after(table: Table) -> dict[str, float]:
-    """Goals to be reached before the last one, each with its latest time [s]."""
+    """Read the goals that must be reached before the success goal, each with its deadline [s]."""
     names = table.keys()
     return {name: table.quantity(name, TIME, low=0.0, high=math.inf) for name in names}
 

@@ -97,8 +97,8 @@ class ShareSpec:
         relations: Shared relations; all relations between shared kinds by default.
         private: Kinds, relations and nodes that are never sent.
         rate: Maximum send rate of an agent [Hz].
-        lost_after: Validity of the state of a vanished robot [s].
-        forget_after: Validity of all other facts from a vanished robot [s].
+        lost_after: Time after which pose and motion of a vanished robot count as unknown [s].
+        forget_after: Time after which all other facts from a vanished robot are dropped [s].
         latency: Latency of messages in lockstep [s].
         jitter: Maximum additional latency in lockstep [s].
         loss: Fraction of messages lost in lockstep [1].
@@ -172,7 +172,7 @@ class FactSpec:
         node: Node's name.
         kind: Node's kind; empty if the table extends a node that is declared elsewhere.
         agents: Names of the agents that receive the fact.
-        at: Time at which they receive it [s]; 0 for initial knowledge.
+        at: Time at which the agents receive the fact [s]; 0 for initial knowledge.
         table: Remaining keys: attributes and relations of the node, typed by the agents' schema.
     """
 

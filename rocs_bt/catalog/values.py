@@ -43,7 +43,7 @@ def read_name(table: Table) -> str:
 
 
 MEASURED = "measured"
-"""Value of `latency` for a planner that is charged its measured planning time."""
+"""Value of `latency` for a planner whose measured planning time delays its actions."""
 
 
 def latency_of(table: Table) -> float | None:
@@ -75,7 +75,7 @@ def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
 
 
 def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
-    """Read the numbers of a `[drive]` table; notes a fault for each missing dimension that the kind requires."""
+    """Read the numbers of a `[drive]` table; reports a fault for each missing number that the kind of drive needs."""
     needed = [name for name in (DRIVES[kind][1] if kind in DRIVES else ()) if name not in LIMITS]
     for name in needed:
         if name not in table:

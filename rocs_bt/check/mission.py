@@ -27,7 +27,7 @@ DEFAULT = MissionOptions()
 
 
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
-    """Check a mission with its default parameters; if it has required parameters, only its form is checked."""
+    """Check a mission, built with its default parameters; one with required parameters is not built."""
     if entry.path.suffix == ".xml":
         dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
         options = replace(options, dialect=dialect)
@@ -70,7 +70,7 @@ def built_faults(
         agent: Agent of the mission.
         parameters: Mission parameters, in SI units.
         later: Nodes that may become known during the run; None if any node may.
-        fit: Whether the mission is meant for the agent's robot, rather than checked on an arbitrary one.
+        fit: Whether the mission is meant for the agent's robot; False if the robot is an arbitrary one.
     """
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
@@ -86,9 +86,9 @@ def built_faults(
 
 
 def words_in(mission: Path) -> set[str] | None:
-    """All words in the string literals of a mission's file; a mode that is not among them is never set by the mission.
+    """All words in the string literals of a mission's file; None if the file is unreadable.
 
-    None if the file is unreadable.
+    A check uses them to find modes that the mission never sets.
     """
     try:
         text = mission.read_text(encoding="utf-8")
@@ -101,7 +101,10 @@ def words_in(mission: Path) -> set[str] | None:
 
 
 def nodes_in(files: Iterable[Path]) -> set[str]:
-    """Strings that occur more often than as goals, and so may be nodes that the content adds and then goes to."""
+    """Strings in content files that may name nodes of Knowledge which the content itself adds.
+
+    A string that occurs only as the goal of an action is not included, since something else must then add the node.
+    """
     found: Counter[str] = Counter()
     goals: Counter[str] = Counter()
     for file in files:

@@ -43,7 +43,8 @@ def draw_mission(
         robot: Name of the robot that the tree is built for.
         form: Format: text, svg, html or xml.
         main: ID of a tree in an XML file; the main tree by default.
-        dialect: Dialect of an XML file: `nav2`, or empty for rocs_bt's; that of the scenarios by default.
+        dialect: Dialect of an XML file: `nav2`, or empty for rocs_bt's own; by default the dialect in scenarios that
+            use the mission.
         stub_unknown: Whether unknown or invalid nodes of an XML file are replaced by stubs.
 
     Raises:

@@ -61,7 +61,7 @@ def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, dict[str, Sensor]]:
     """Check that a robot's model compiles and contains the elements that its devices name.
 
-    User drivers for MuJoCo are instantiated too if code may run, each in a world of its own.
+    User drivers for MuJoCo are instantiated too if code may run, each in a separate world.
 
     Returns:
         Sensors that could be made, by name.

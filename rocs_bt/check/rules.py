@@ -41,7 +41,7 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     Args:
         entry: Entry of the rule file.
         catalog: Catalog of robots and scenarios.
-        robot: Name of the only robot to load it for; by default those of the scenarios that use it.
+        robot: Name of the only robot for which to load the file; by default all robots that use it in scenarios.
 
     Returns:
         Pairs of robot's name and rules.

@@ -1,4 +1,4 @@
-"""Check of scenarios: all referenced content, built as for a run, and whether starts and goals are free."""
+"""Check of scenarios: builds all referenced content as for a run, and checks that starts and goals are free."""
 
 from __future__ import annotations
 
@@ -135,9 +135,9 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
 
 
 def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: Catalog) -> set[str] | None:
-    """Nodes that may become known to an agent during the run; None if that cannot be determined.
+    """Names of nodes that may be added to an agent's Knowledge during the run; None if they cannot be determined.
 
-    Other robots, user blocks and TrackObjects may add nodes with any name.
+    The reason for None is that sharing, user blocks and TrackObjects may add nodes with any name.
     """
     if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
         return None
@@ -148,7 +148,7 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: 
 
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
-_LATER = 1e6  # [s] longer than the `for` of any rule, so that a guard that holds fires
+_LATER = 1e6  # [s] longer than the `for` of any rule, so that a rule whose guard holds fires
 
 
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:

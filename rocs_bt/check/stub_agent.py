@@ -1,6 +1,6 @@
 """Stub agents: all blocks of a robot, built and wired, with stub devices.
 
-They provide the signals, places and actions that rules and missions are checked against, without a simulation.
+Rules and missions are checked against the signals, places and actions of a stub agent, without a simulation.
 """
 
 from __future__ import annotations

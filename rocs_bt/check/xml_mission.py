@@ -36,7 +36,7 @@ class MissionOptions:
         models: Node models declared by palettes and by the files that are checked together, by ID.
         palettes: Whether the user named palettes; the models of the checked files are then used as well.
         stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
-        together: Survey of the files that are checked together.
+        together: Trees and nodes that occur in the files checked together.
     """
 
     dialect: str | None = None

@@ -16,10 +16,11 @@ AMONG: tuple[Among, ...] = ("obstacles", "robots")
 class ClearanceWatch:
     """Emits an Approached event whenever the clearance of an agent's hull reaches a new minimum.
 
-    The clearance to a static obstacle decreases at most by the displacement of the robot, the clearance to another
-    robot by the displacements of both. A point of the hull moves at most by the displacement of the axle plus hull
-    radius times turn. The last measured distance minus these displacements is therefore a lower bound of the clearance.
-    The clearance is measured again only when the lower bound does not exceed the minimum so far.
+    Measuring is slow, so a lower bound of the clearance is kept. The clearance to a static obstacle decreases at most
+    by the displacement of the robot, the clearance to another robot at most by the displacements of both robots. A
+    point of the hull moves at most by the displacement of the axle plus hull radius times turn. The last measured
+    clearance minus these displacements is a lower bound. The clearance is measured again only when the bound does not
+    exceed the minimum so far.
 
     Args:
         world: World of the robots.

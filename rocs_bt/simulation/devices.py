@@ -81,7 +81,7 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
     """Construct a device on hardware with its name, the host and its keys.
 
     Raises:
-        InputError: As for `hardware_driver`, or the constructor raised.
+        InputError: See `hardware_driver`; or the constructor raised an exception.
         DeviceError: The constructor cannot reach the device.
     """
     driver = hardware_driver(catalog, robot, device)
@@ -93,7 +93,7 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
     """Construct an isolated actuator: its device is constructed in a separate process.
 
     Raises:
-        InputError: As for `make_hardware`, or the system is not POSIX.
+        InputError: See `make_hardware`; or the system is not POSIX.
         DeviceError: The constructor cannot reach the device.
     """
     driver = hardware_driver(catalog, robot, actuator)

@@ -19,7 +19,7 @@ from .physics_thread import PhysicsThread
 from .simulated_world import SimulatedWorld
 
 CLOSED = "the viewer was closed"
-"""Reason of a run that its observer ended."""
+"""Reason of the outcome `interrupted` if the observer of the run ended it."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Result:
     Attributes:
         verdicts: Verdicts by agent.
         sim_time: Simulated duration [s].
-        wall_time: Computing time [s].
+        wall_time: Wall-clock duration of the run [s].
         trajectory_hash: sha256 of the float64 generalised positions at all control periods.
         lateness: Maximum delay of physics behind the wall clock [s]; 0 in lockstep.
     """
@@ -42,7 +42,7 @@ class Result:
 
     @property
     def real_time_factor(self) -> float:
-        """Simulated time per computing time."""
+        """Simulated time divided by wall-clock time."""
         return self.sim_time / max(self.wall_time, 1e-9)
 
 
@@ -97,7 +97,8 @@ class Episode:
     def run(self) -> Result:
         """Run in lockstep: single-threaded, in the order of docs/architecture.md, repeatable bit by bit.
 
-        If an exception is raised, all agents are stopped and their outcomes determined before it propagates.
+        If an exception is raised, all agents are stopped and their outcomes are determined before the exception
+        propagates.
         """
         wall, count = WallClock(), 0
         try:
@@ -115,13 +116,15 @@ class Episode:
         return self._finish(wall)
 
     def run_threaded(self, clock: WallClock, runners: Sequence[AbstractContextManager[object]]) -> Result:
-        """Run on wall time: physics in a separate thread, the agents in the threads of their runners.
+        """Run in real time: physics in a separate thread, each agent in the threads of its runner.
 
-        If an exception is raised, all agents are stopped and their outcomes determined before it propagates.
+        If an exception is raised, all agents are stopped and their outcomes are determined before the exception
+        propagates.
 
         Args:
-            clock: Clock of the world and the agents; it starts at zero.
-            runners: Contexts of the agents' threads, entered after physics started, left at the end.
+            clock: Wall clock of the world and the agents; the run starts it at zero.
+            runners: Runners of the agents, context managers that are entered after physics has started and left at the
+                end.
 
         Raises:
             BlockError: The physics thread failed.

@@ -16,11 +16,11 @@ _SAME = 1e-9  # [s]
 
 
 class FactSchedule:
-    """Writes each fact to the Knowledge of one agent at the time of the fact.
+    """Writes each scheduled fact to the Knowledge of one agent when its time has come.
 
     Args:
-        agent: The agent.
-        facts: Facts of the agent, ordered by time.
+        agent: Agent that receives the facts.
+        facts: Facts for the agent, ordered by time.
         placed: Called with the node of each written fact and its pose, if the node has one.
     """
 
@@ -51,9 +51,9 @@ def fact_schedules(
 
     Args:
         scenario: The scenario.
-        agents: Its agents.
-        simulated: Simulated world. A fact with a new pose of a goal also moves the goal by which the outcome of
-            the run is determined. None if no outcome is determined, as in a replay.
+        agents: Agents of the scenario.
+        simulated: Simulated world. If a fact gives a goal a new pose, the judge of the outcome uses the new pose too.
+            None if no outcome is determined, as in a replay.
     """
     found = []
     for agent in agents:
@@ -67,7 +67,7 @@ def fact_schedules(
 
 
 def _mover(judge: Judge, goals: list[Goal]) -> Callable[[str, Pose2], None]:
-    """Create a function that moves a goal of one agent, in the simulation and for the judge of its outcome."""
+    """Create a function that gives a goal of one agent a new pose, in the simulation and for the agent's judge."""
 
     def move(node: str, pose: Pose2) -> None:
         for i, goal in enumerate(goals):

@@ -10,7 +10,7 @@ from ..device import Reading, Sensor
 from ..drivers.mujoco import MujocoWorld
 from ..geometry import Pose2
 
-_RINGS = (0.0, 0.5, 0.99)  # of the tolerance
+_RINGS = (0.0, 0.5, 0.99)  # radii of the rings of tried positions, as shares of the goal's tolerance
 _BEARINGS = 8
 _HEADINGS = 24
 
@@ -24,7 +24,7 @@ class FreePose:
 
     Attributes:
         pose: Pose, world frame.
-        clearance: Distance from the hull to the nearest obstacle [m], at most 1 m.
+        clearance: Distance from the hull to the nearest obstacle [m]; 1 m if it is farther.
         nearest: Name of the nearest obstacle; empty if none is within 1 m.
         readings: Readings of the robot's sensors at the pose, by sensor.
     """

@@ -9,15 +9,15 @@ from typing import Any
 from ..record import Following
 
 DRIVES = 0.02
-"""Wheel linear speed above which a robot counts as driving [m/s]; a pushed robot with stopped wheels does not."""
+"""Wheel linear speed above which a robot counts as driving [m/s]; a robot that is pushed does not count."""
 
 
 class FollowMetrics:
     """Ground-truth distance between a follower and its leader over a run.
 
-    The follow band is `distance` +- (`distance` - `safety`), from the parameters of FollowRobot. Distances count from
-    the first time that the follower is near enough for the band until the leader reaches its goal. The minimum distance
-    while driving counts over the whole run.
+    The follow band is the interval `distance` +- (`distance` - `safety`), from the parameters of FollowRobot. Distances
+    are counted from the time at which the follower first is not beyond the band, until the leader reaches its goal. The
+    minimum distance while driving is that of the whole run.
 
     Args:
         parameters: Parameters of FollowRobot: `leader`, `distance` [m] and `safety` [m].
@@ -52,7 +52,7 @@ class FollowMetrics:
         """Metrics of the run.
 
         Args:
-            until: Time at which the leader reached its goal [s]; None if it did not.
+            until: Time at which the leader reached its goal [s]; None if the leader did not.
         """
         kept = [distance for t, distance in self._rows if until is None or t <= until]
         slack = self._distance - self._safety

@@ -47,7 +47,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         write_report: Writes report.html.
 
     Raises:
-        InputError: Something in the content is wrong, or an option needs a simulated world.
+        InputError: The content is invalid, or an option needs a simulated world.
         DeviceError: A driver cannot reach its device.
         KeyboardInterrupt: A signal ended the run.
     """
@@ -166,8 +166,8 @@ class HardwareDevices:
             robot: Specification of the robot.
             rates: Rates of the sensors in control periods, by sensor.
             catalog: Source of the driver classes.
-            shared: Stack that closes the host, which the devices share.
-            opened: Stack that closes the devices.
+            shared: Exit stack that closes the host, which the devices share.
+            opened: Exit stack that closes the devices.
         """
         host = Host(self.clock)
         shared.callback(host.close)
@@ -180,7 +180,7 @@ class HardwareDevices:
 
 
 def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
-    """Device of an actuator; for an isolated one the link to its process."""
+    """Device of an actuator; for an isolated actuator, the link to its process."""
     if spec.isolated:
         return make_isolated(catalog, robot, spec)
     device: Actuator = make_hardware(catalog, robot, spec, host)
@@ -254,7 +254,7 @@ class HardwareEpisode:
         self._panel.finish(self.t)
 
     def _check_all(self) -> None:
-        """Check devices and progress of all agents."""
+        """Check the devices of all agents, and determine the agents' outcomes."""
         self._check(self.t)
         for gate in self._gates:
             gate.check()

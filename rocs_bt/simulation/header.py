@@ -35,7 +35,7 @@ def versions() -> Mapping[str, str]:
 
 
 def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
-    """Header for a figure of a scenario without agents: static obstacles and places only."""
+    """Header with only the static obstacles and places of a scenario, for figures."""
     return RunHeader(
         scenario=scenario.name, seed=0, outlines=outlines(world.model, world.robots), places=_places(scenario)
     )
@@ -44,7 +44,7 @@ def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
 def plain_header(
     scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str, simulated: bool = True
 ) -> RunHeader:
-    """Header of a run without scenery; sufficient for its summary.
+    """Header of a run without bodies, obstacles and places; sufficient for a summary.
 
     Args:
         scenario: The scenario.
@@ -79,7 +79,7 @@ def with_scenery(
     """Header of a run with the bodies, obstacles and places that figures show.
 
     Args:
-        header: Header without scenery.
+        header: Header without these, from `plain_header`.
         scenario: The scenario.
         simulated: Simulated world of the run.
         command: Command line that repeats the run.

@@ -1,8 +1,8 @@
 """System identification of a robot's drive on an infinite plane, for its robot.toml.
 
-The effective track is the wheel separation of the ideal differential drive that turns as the robot does, and the pivot
-is the position of that drive's axle (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS
-2007).
+A skid-steer robot is described by an ideal differential drive that turns as the robot does. The effective track is the
+wheel separation of this drive, and the pivot is the position of its axle (Mandow et al., Experimental kinematics for
+wheeled skid-steer mobile robots, IROS 2007).
 """
 
 from __future__ import annotations
@@ -63,15 +63,17 @@ class Identified:
     Attributes:
         robot: Name of the robot.
         effective_track: Effective track, from true wheel linear speeds [m].
-        track_error: Maximum deviation of a single turn from the effective track, relative to its turn rate.
-        slowest_turn: Minimum ratio of the turn that the wheels made to the commanded turn; the rest is lost to load.
-        pivot: Distance ahead of the base of the point that does not skid sideways in a forward curve [m]. It is
-            smaller at lower speed, smaller still in place, and nearly 0 in reverse.
+        track_error: Maximum error of the turn rate that the effective track predicts for a single turn, relative to
+            that turn rate.
+        slowest_turn: Minimum ratio of the wheels' speed difference in a turn to the commanded one; load causes the
+            loss.
+        pivot: Distance ahead of the base at which the robot does not skid sideways in a forward curve [m]. The distance
+            is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
         wheel_lag: Total delay and lag of the wheels, on a ramp at the drive's maximum acceleration [s].
         top_speed: Forward speed with all wheels at their maximum speed [m/s].
         brake_delay: Delay of the braking model: stopping distance = v * delay + v^2 / (2 deceleration) [s].
         deceleration: Deceleration of the braking model [m/s2].
-        misfit: Maximum deviation of the braking model from the measurement, relative to the distance.
+        misfit: Maximum error of the braking model, relative to the measured stopping distance.
         braking: Braking tests.
     """
 
@@ -182,7 +184,7 @@ class _TestRig:
 
 
 def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, float]:
-    """Effective track [m], its maximum relative error in a single turn, minimum ratio of made to commanded turn."""
+    """Measure turns: effective track [m], `track_error` and `slowest_turn` of `Identified`."""
     differences, rates, shares = [], [], []
     for left, right in np.array(_TURNS) * drive.max_wheel_speed:
         robot = rig()
@@ -199,7 +201,7 @@ def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, flo
 
 
 def _pivot(rig: Callable[[], _TestRig], drive: Drive) -> float:
-    """Distance ahead of the base of the point with the least lateral speed in steady curves [m]; least squares."""
+    """Distance ahead of the base at which the lateral speed in steady curves is smallest [m], by least squares."""
     turns, skids = [], []
     for left, right in np.array(_CURVES) * drive.max_wheel_speed:
         robot = rig()
@@ -214,7 +216,7 @@ def _pivot(rig: Callable[[], _TestRig], drive: Drive) -> float:
 
 
 def _lag(robot: _TestRig, drive: Drive) -> float:
-    """Lag of the wheel travel behind its command [s], on a ramp to half the maximum wheel speed."""
+    """Measure the time by which the wheels lag behind a speed ramp to half their maximum speed [s]."""
     top, speed, commanded = 0.5 * drive.max_wheel_speed, 0.0, 0.0
     for _ in range(round((top / drive.max_wheel_acceleration + _SETTLE) / robot.period)):
         speed = min(speed + drive.max_wheel_acceleration * robot.period, top)
@@ -233,7 +235,7 @@ def _brake(robot: _TestRig, speed: float) -> Braking:
 
 
 def _fit(braking: Sequence[Braking]) -> tuple[float, float, float]:
-    """Delay [s], deceleration [m/s2] and relative misfit of distance / speed = delay + speed / (2 deceleration)."""
+    """Fit distance / speed = delay + speed / (2 deceleration): delay [s], deceleration [m/s2], relative misfit."""
     v, d = np.array([b.speed for b in braking]), np.array([b.distance for b in braking])
     (delay, slope), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), d / v, rcond=None)
     delay = max(float(delay), 0.0)

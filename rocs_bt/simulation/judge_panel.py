@@ -1,4 +1,4 @@
-"""Determine the outcome of each agent of a run, and stop the agents at its end."""
+"""JudgePanel: determines the outcome of each agent of a run, and stops the agents at the end of the run."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..raised import describe
 from .outcome import AgentState, Judge, Verdict
 
 END = "the end of the run"
-"""Cause of the cancellations when an agent's run is over."""
+"""Reason with which actions are cancelled when an agent's run is over."""
 
 SLICE = 0.05
 """Maximum interval between two checks for a signal that ends the run, on wall time [s]."""
@@ -64,7 +64,8 @@ class JudgePanel:
 
         Args:
             why: Reason of the outcome.
-            at_once: Whether all agents brake before the first is stopped; stopping may wait for a plan that hangs.
+            at_once: Whether all robots brake before the first agent is stopped, because stopping may wait for a plan
+                that hangs.
         """
         going = [agent for agent in self._agents if not self._judges[agent.name].decided]
         for agent in going:

@@ -1,6 +1,6 @@
 """Localisation error: pose estimates of a robot compared with the simulation's ground truth.
 
-Only this metric reads the ground truth, never the agent. Consistency is the normalised estimation error squared (NEES),
+Only this metric reads the ground truth; agents do not. Consistency is the normalised estimation error squared (NEES),
 e' P^-1 e / 3. Its mean is 1 for a consistent estimate, larger for an overconfident one, smaller for an underconfident
 one. Source: Bar-Shalom, Li and Kirubarajan, Estimation with Applications to Tracking and Navigation (2001), 5.4.
 """
@@ -27,11 +27,11 @@ class LocalisationError:
         self._consistency: list[float] = []
 
     def moved(self, event: BodyMoved) -> None:
-        """Take the ground-truth pose of the robot."""
+        """Store the ground-truth pose of the robot."""
         self._ground_truth = event
 
     def estimated(self, event: SignalsWritten) -> None:
-        """Take the signals of the agent; only estimates with a covariance count."""
+        """Compare a pose estimate of the agent with the ground truth; estimates without a covariance are ignored."""
         if COVARIANCE not in event.signals or (truth := self._ground_truth) is None:
             return
         values = event.values

@@ -1,4 +1,4 @@
-"""Knowledge that agents keep between runs."""
+"""Memory: knowledge that agents keep from run to run, in a file."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from ..record import KnowledgeFile, Remembered
 
 
 class Memory:
-    """File of knowledge between runs: loaded into the agents before the run, and written during it.
+    """File of knowledge that agents keep from run to run: loaded before the run, and written during the run.
 
     Args:
         path: Path of the file, which is created if it does not exist. None loads and writes nothing.
-        agents: Agents of this run; each loads the knowledge of the newest run of its name.
+        agents: Agents of this run; each loads the knowledge of the newest run in the file with an agent of its name.
 
     Attributes:
         recalled: Loaded knowledge as JSON, by agent; agents without earlier knowledge are missing.
@@ -53,8 +53,8 @@ class Memory:
         """Begin to write this run to the file.
 
         Args:
-            label: Name of the run, for people.
-            patient: Whether agents may wait for the disk; only in lockstep, which does not depend on wall time.
+            label: Human-readable name of the run.
+            patient: Whether agents may wait for the disk; True only in lockstep, which does not depend on wall time.
         """
         if self._path is None:
             return
@@ -77,7 +77,7 @@ class Memory:
             self._journal.close()
 
     def summary(self) -> KnowledgeFile | UnsetType:
-        """Summary of the knowledge between runs; UNSET without a file."""
+        """Summary of the loaded and written knowledge; UNSET without a file."""
         if self._path is None:
             return UNSET
         remembered = {
@@ -103,7 +103,7 @@ def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, Lo
         agents: Agents of this run.
 
     Returns:
-        LoadResult content by agent.
+        Result of loading, by agent; agents without earlier knowledge are missing.
     """
     loaded = {}
     for agent in agents:

@@ -1,4 +1,4 @@
-"""Metrics of each agent in summary.json, from the event stream alone: a run and its recording give the same."""
+"""Metrics of each agent in summary.json, computed from events only: a run and its recording give equal metrics."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ from ..record import AgentInfo, AgentResult, Finding, SolveTime, TrackingError
 from .follow_metrics import FollowMetrics
 from .localisation import LocalisationError
 
-_HELD = 0.2  # [s] maximum duration that a command counts; after it the watchdog stops the wheels
+_HELD = 0.2  # [s] maximum time that a command counts as driving; then the watchdog stops the wheels
 _ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
 
 
@@ -131,10 +131,10 @@ class Metrics:
         """Result of one agent.
 
         Args:
-            agent: The agent.
-            end: End of the run [s].
-            sharing: Counts of its shared knowledge; None if it does not share.
-            requirements: Results of its requirements.
+            agent: Description of the agent.
+            end: Time of the end of the run [s].
+            sharing: Statistics of the knowledge that the agent shares; None if it shares none.
+            requirements: Results of the agent's requirements.
         """
         tally = self._tallies[agent.name]
         judged, true = tally.judged or _cut_off(tally, end), self._simulated
@@ -187,7 +187,7 @@ class Metrics:
             tally.following.note(event.t, self._positions[event.body], leader, wheel_speed)
 
     def _arrival(self, agent: str) -> float | None:
-        """Time at which an agent reached its goal [s]; None if it did not, or if there is no such agent."""
+        """Time at which an agent reached its goal [s]; None if the agent did not, or does not exist."""
         tally = self._tallies.get(agent)
         return None if tally is None or tally.judged is None else tally.judged.time_to_goal
 

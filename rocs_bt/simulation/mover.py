@@ -137,7 +137,7 @@ class RandomWalk(Mover):
         return spare < 0.0
 
     def _choose(self, pose: Pose2) -> float:
-        """First sampled heading with enough space, or else the one with the most space [rad]."""
+        """Sample headings; returns the first one with enough space, or else the one with the most space [rad]."""
         headings = self.rng.uniform(-math.pi, math.pi, self._HEADINGS).tolist()
         rooms = [self._room(pose, heading, self._LOOK) for heading in headings]
         for heading, room in zip(headings, rooms, strict=True):

@@ -35,23 +35,24 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
 
     Attributes:
         seed: Seed of the episode.
-        mode: `lockstep`: blocks and physics take turns, repeatable; `threaded`: they run in threads, in real time.
-        duration: Maximum duration [s]; the scenario's own if None.
+        mode: `lockstep`: blocks and physics run by turns, repeatably. `threaded`: they run in threads, in real time.
+        duration: Maximum duration [s]; that of the scenario if None.
         out: Folder for summary.json, run.mcap and report.html; None writes nothing.
         report: Whether to write report.html.
         btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent whose mission is a tree.
         missions: Mission functions that replace the scenario's, by agent.
-        prepare: Function called with the world before the agents are built; may replace devices to inject faults.
+        prepare: Function called with the simulated world before the agents are built; it may replace devices, for
+            example to inject faults.
         sinks: Sinks for all events.
         progress: Function called once per control period with the time [s].
-        watch_rules: Whether to reload changed rule files during the run, which then may not be repeatable.
-        knowledge: File that keeps knowledge from run to run: read before the run, written during it.
+        watch_rules: Whether to reload rule files that change during the run; the run may then not be repeatable.
+        knowledge: File that keeps knowledge from run to run: read before the run, and written during the run.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
         live: Live page of the run, whose context has been entered; the run then keeps pace with the wall clock.
         command: Command line that repeats this run, for the report; `rocs-bt run ...` if empty.
         signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
-            a signal has its usual effect after the run, such as a KeyboardInterrupt.
+            a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.
     """
 
     seed: int = 1

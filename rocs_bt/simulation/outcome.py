@@ -1,4 +1,4 @@
-"""Outcome of an agent: exactly one per run, from the simulation's ground truth (docs/architecture.md)."""
+"""Outcome of an agent: exactly one per run, such as `success` or `collision` (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..geometry import Pose2
 from .progress import ProgressWatch
 
 OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "timeout")
-"""All outcomes, by precedence: an agent has the first that applies."""
+"""All outcomes in order of precedence: the outcome of an agent is the first that applies."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class Goal:
     Attributes:
         name: Name of the place.
         pose: Pose of the place, world frame.
-        tolerance: Maximum distance [m].
+        tolerance: Maximum distance from the place at which the goal counts as reached [m].
     """
 
     name: str
@@ -37,7 +37,7 @@ class Verdict:
     Attributes:
         outcome: One of `OUTCOMES`.
         reason: Reason of the outcome; empty for `success`.
-        time_to_goal: Time at which the mission's goal was reached [s]; None if it was not.
+        time_to_goal: Time at which the goal was reached [s]; None if the goal was not reached.
     """
 
     outcome: str
@@ -70,7 +70,7 @@ class AgentState(Protocol):
 
     @property
     def held(self) -> bool:
-        """Whether an action of the plan waits for the end of that reflex."""
+        """Whether an action of the plan waits for the end of the active reflex."""
         ...
 
     def reading(self, rule: str) -> str:
@@ -82,18 +82,18 @@ class Judge:
     """Determines the outcome of one agent, such as `success` or `collision`; updated once per control period.
 
     Args:
-        goal: Goal of the scenario; None if the status of the mission is sufficient.
-        at_end: Whether the goal is checked at the end of the run, whatever the mission's status; for missions that
-            never end.
-        after: Goals to reach before, each with its deadline [s]; a missed deadline is a `timeout`.
+        goal: Goal that the robot must reach for success; None if the status of the mission is sufficient.
+        at_end: Whether success means that the robot is at the goal at the end of the run, whatever the mission's
+            status; for missions that never end.
+        after: Goals to reach before `goal`, each with its deadline [s]; a missed deadline is a `timeout`.
         end_on_collision: Whether a collision decides the outcome immediately.
-        end_on_stuck: Whether a lack of progress decides the outcome immediately; if not, it counts only if it lasts
-            until the end of the run.
+        end_on_stuck: Whether a lack of progress decides the outcome immediately. If not, a lack of progress counts only
+            if it lasts until the end of the run.
 
     Attributes:
-        stuck: Reason that the robot is stuck now; empty if it is not.
-        stuck_rule: Rule whose reflexes held the robot longest; empty if there is none.
-        time_to_goal: Time at which the goal was reached [s]; None before.
+        stuck: Reason why the robot counts as stuck now; empty if it is not stuck.
+        stuck_rule: Rule whose reflexes held the stuck robot longest; empty if there is none.
+        time_to_goal: Time at which the goal was reached [s]; None before that.
         decided: Whether the outcome is final.
     """
 
@@ -153,7 +153,7 @@ class Judge:
         return self.decided
 
     def check_failure(self, agent: AgentState) -> None:
-        """Record the failure of a block or actuator as an `error`, also a failure during the final stop."""
+        """If a block or actuator of the agent has failed, set the outcome `error`; call it after the final stop too."""
         if agent.failure is not None:
             self._note("error", str(agent.failure), decides=True)
 
@@ -169,12 +169,12 @@ class Judge:
         self._after = [(replace(g, pose=pose) if g.name == name else g, by) for g, by in self._after]
 
     def fail(self, reason: str) -> None:
-        """End the run as an `error` outside of the agent's blocks; a decided outcome remains."""
+        """Set the outcome `error` for a failure outside of the agent's blocks; a decided outcome remains."""
         if not self.decided:
             self._note("error", reason, decides=True)
 
     def interrupt(self, reason: str) -> None:
-        """End the run early, by a signal or a person; a decided outcome remains."""
+        """Set the outcome `interrupted` for a run that a signal or a person ends early; a decided outcome remains."""
         if not self.decided:
             self._note("interrupted", reason, decides=True)
 
@@ -197,14 +197,14 @@ class Judge:
         self.decided = self.decided or decides
 
     def _visit(self, t: float, pose: Pose2) -> None:
-        """Remove the reached goals from those to reach before; a missed deadline decides the outcome."""
+        """Remove reached goals from `after`; a missed deadline decides the outcome."""
         self._after = [(goal, by) for goal, by in self._after if pose.distance(goal.pose) > goal.tolerance]
         for goal, by in self._after:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
     def _watch_progress(self, t: float, pose: Pose2, agent: AgentState, commanded: bool) -> None:
-        """Check the progress; none is required at the goal if success means being there at the end of the run."""
+        """Check the progress of the robot; none is required at the goal if success means staying there (`at_end`)."""
         arrived = self._at_end and not self._after and self._at_goal
         watch, held = self._progress, agent.held and not arrived
         stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=agent.reflex, held=held)

@@ -8,7 +8,7 @@ from ..clock import WallClock
 
 
 class Pace:
-    """Observer, called once per control period with the simulated time [s]; waits until the wall clock reaches it.
+    """Observer of a run that is called with the simulated time [s] and waits until the wall clock has reached it.
 
     The wall clock starts at zero when the object is constructed.
     """

@@ -8,14 +8,14 @@ from ..clock import WallClock
 from ..drivers.mujoco import MujocoWorld
 from ..errors import BlockError
 
-_FORGIVE = 0.25  # [s] delay above which lost time is skipped, not caught up
+_FORGIVE = 0.25  # [s] delay above which physics skips the lost time instead of catching up
 
 
 def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> float:
     """Advance a world step by step in real time until `stop` is set.
 
-    Late steps are caught up, so that the world stays in step with the clock. After a delay of more than 0.25 s, such as
-    a suspended process, the lost time is skipped instead of driven in a burst.
+    After a short delay, steps follow without a pause until the world has caught up with the clock. After a delay of
+    more than 0.25 s, for example of a suspended process, the lost time is skipped.
 
     Args:
         world: World on the same clock.

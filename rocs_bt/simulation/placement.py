@@ -13,7 +13,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2, wrap_angle
 from .random_streams import START, stream
 
-_SAMPLES = 20  # sampled poses until a start counts as impossible
+_SAMPLES = 20  # number of sampled poses, all in collision, after which a start counts as impossible
 
 
 class Start(Protocol):
@@ -46,7 +46,7 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: 
     Args:
         world: World of the robots.
         starts: Starts of all robots in the world.
-        scenario: Name of the scenario, a key of the random streams.
+        scenario: Name of the scenario, which seeds the random streams.
         seed: Seed of the episode.
 
     Returns:

@@ -8,10 +8,10 @@ from collections.abc import Callable
 from ..geometry import Pose2
 
 PROGRESS = 0.05
-"""Distance from the last anchor that counts as progress [m]."""
+"""Distance from the position of the last progress that counts as progress [m]."""
 
 PATIENCE = 15.0
-"""Time without progress after which a robot is stuck [s]; only time in which it tries to move counts."""
+"""Time without progress after which a robot counts as stuck [s]; time in which it does not try to move is ignored."""
 
 _SLACK = 1e-9  # [s] rounding tolerance of summed periods
 
@@ -19,8 +19,8 @@ _SLACK = 1e-9  # [s] rounding tolerance of summed periods
 class ProgressWatch:
     """Timer of the time without progress, reset whenever the robot has moved by `PROGRESS`.
 
-    It runs while the robot is commanded to move, or while a reflex holds an action of the plan. It does not run while
-    the plan itself waits, even if a reflex is active.
+    The timer runs while the robot is commanded to move, or while a reflex holds an action of the plan. The timer pauses
+    while the plan itself waits, even if a reflex is active.
     """
 
     def __init__(self) -> None:

@@ -14,17 +14,17 @@ from ..plan import Act
 from ..reactive import RuleModel
 
 _ENGINE = __package__.partition(".")[0]
-_MAKERS = ("actions", "analyze", "control", "monitor")  # packages whose objects construct others while driving
+_MAKERS = ("actions", "analyze", "control", "monitor")  # subpackages whose objects construct others during a run
 _MADE = ("actions", "control")
 
 
 def used_classes(agent: Agent, foreign: Sequence[object], actions: Mapping[str, type[Action]]) -> tuple[type, ...]:
     """Engine classes that an agent consists of, including devices, sorted by name.
 
-    Classes count if their objects are reachable from the agent, or if its mission's leaves or its rules name them as
-    actions. Actions and classes of `control` that the modules of these classes import count, too: decomposed actions,
-    and paths, references and filters that are constructed while driving. Value types (frozen dataclasses, tuples,
-    enums) and private classes do not count; base classes do.
+    A class counts if one of its objects is reachable from the agent, or if a leaf of the mission or a rule names it as
+    an action. Classes of `actions` and `control` that the modules of these classes import count too, because objects of
+    them are constructed during a run, such as parts of decomposed actions, paths and filters. Base classes count. Value
+    types (frozen dataclasses, tuples, enums) and private classes do not.
 
     Args:
         agent: A built agent; it need not have run.
@@ -51,7 +51,7 @@ def is_counted(cls: type) -> bool:
 
 
 def _reachable(root: object, foreign: Sequence[object]) -> Iterator[object]:
-    """Every object that is reachable from another; of functions only closures and defaults, not their module."""
+    """Every object that is reachable from `root`; through functions only their closures and defaults are followed."""
     seen, open_ = set(map(id, foreign)), [root]
     while open_:
         each = open_.pop()
@@ -66,7 +66,7 @@ def _reachable(root: object, foreign: Sequence[object]) -> Iterator[object]:
 
 
 def _named_actions(objects: Iterable[object], actions: Mapping[str, type[Action]]) -> Iterator[type[Action]]:
-    """Actions that leaves and rules name."""
+    """Classes of the actions that leaves and rules among these objects name."""
     for each in objects:
         if isinstance(each, Act):
             yield type(each.make())
@@ -75,7 +75,7 @@ def _named_actions(objects: Iterable[object], actions: Mapping[str, type[Action]
 
 
 def _with_imported(classes: Iterable[type]) -> Iterator[type]:
-    """Classes, and the classes of `_MADE` that their modules import, recursively."""
+    """Yield classes, and recursively the classes of the subpackages `_MADE` that their modules import."""
     seen: set[type] = set()
     open_ = list(classes)
     while open_:

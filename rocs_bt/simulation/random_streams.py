@@ -1,4 +1,4 @@
-"""Random streams of an episode: one generator per owner and purpose, so that samples do not affect each other."""
+"""Random streams of an episode: one generator for each owner and purpose, so that they are independent."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from typing import Final
 import numpy as np
 
 START: Final = "start"
-"""Purpose: start pose. These strings seed every run and are frozen: a changed one changes all runs."""
+"""Purpose: start pose. The purposes seed the random streams, so changing such a string would change all runs."""
 
 NETWORK: Final = "network"
-"""Purpose: loss and delay of the simulated network of sharing agents; its owner is empty."""
+"""Purpose: loss and delay of the simulated network of sharing agents; the owner of this stream is empty."""
 
 
 def noise_of(sensor: str) -> str:
@@ -22,7 +22,8 @@ def noise_of(sensor: str) -> str:
 def stream(scenario: str, seed: int, owner: str, purpose: str) -> np.random.Generator:
     """Generator of one owner and purpose in an episode.
 
-    The seed depends on names only, never on the contents of files: a changed comment or planner changes no sample.
+    The stream depends only on the arguments, never on the contents of files. A changed comment or planner therefore
+    changes no sample.
 
     Args:
         scenario: Name of the scenario.

@@ -26,7 +26,7 @@ from .summary import Unrecorded
 
 
 class Relay:
-    """Sink whose target is set later; it buffers earlier events."""
+    """Event sink whose target is set later; events before that are buffered."""
 
     def __init__(self) -> None:
         self._early: list[Event] = []
@@ -49,7 +49,7 @@ class ReadyRun:
         agents: Agents of the scenario.
         header: Header of the run, without scenery.
         relay: Sink for the events of world and agents.
-        rules: Watcher of the rule files that are reloaded on change.
+        rules: Watcher that reloads changed rule files.
         clock: Wall clock in threaded mode; None in lockstep.
     """
 
@@ -62,10 +62,10 @@ class ReadyRun:
     clock: WallClock | None
 
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
-        """The episode.
+        """Create the episode.
 
         Args:
-            duration: Maximum duration [s]; None for the scenario's own.
+            duration: Maximum duration [s]; None for that of the scenario.
             watch: Observer, called once per control period with the time [s]; False ends the run.
             ended: Returns the reason of a signal that ends the run, or an empty text.
         """
@@ -92,7 +92,7 @@ class ReadyRun:
             episode.run_threaded(clock, [ThreadedRunner(agent, clock) for agent in self.agents])
 
     def summary(self, record: RunRecord, episode: Episode, memory: Memory) -> Summary:
-        """Summary after the episode, also if it raised."""
+        """Summary after the episode, even if the episode ended by an exception."""
         result, sharing, knowledge = episode.result, sharing_counts(self.agents), memory.summary()
         if result is None:
             return record.summary(self.simulated.clock.now(), Unrecorded(sharing=sharing, knowledge=knowledge))
@@ -118,7 +118,7 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
 
 
 def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:
-    """Counts of shared knowledge by agent; None for an agent that does not share."""
+    """Statistics of the shared knowledge, by agent; None for an agent that does not share knowledge."""
     return {agent.name: None if agent.sharing is None else agent.sharing.statistics() for agent in agents}
 
 
@@ -137,10 +137,10 @@ def simulated_agents(
 
 
 def refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
-    """Check that the scenario's requirements fit their agents.
+    """Check that the scenario's requirements use only signals that their agents have.
 
     Raises:
-        InputError: A requirement does not fit; lists every fault.
+        InputError: A requirement does not fit its agent; lists every fault.
     """
     faults = [f for info in agents for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
     if faults:

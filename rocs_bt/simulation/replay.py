@@ -37,7 +37,7 @@ def replay(
         missions: Mission functions that replaced the scenario's in the run, by agent.
 
     Returns:
-        The first difference; None if all events are equal, byte by byte except for wall-time fields.
+        First event that differs; None if all events are equal, except for fields with wall-clock times.
 
     Raises:
         RecordingError: The run cannot be repeated: threaded mode, changed content, rules replaced during the run, or

@@ -1,4 +1,4 @@
-"""Check of requirements over a run, from the event stream alone: a run and its recording give the same findings."""
+"""Check of requirements over a run, from events only: a run and its recording give equal findings."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class _Check:
         self._last: tuple[float, float | bool | None] = (0.0, None)
 
     def update(self, sample: Sample) -> bool:
-        """Process a sample; returns True if an `always` requirement is violated by it for the first time."""
+        """Process a sample of the signals; returns True if it is the first to violate an `always` requirement."""
         if self._start is None:
             self._start = sample.t
         value, about = self._expression(sample.x, sample.t), sample.t - self._requirement.delay
@@ -81,7 +81,7 @@ class RequirementWatch:
     Args:
         requirements: Requirements of the agents.
         agents: Agents with their signals.
-        sink: Sink for RequirementViolated events; it must not forward them to this object.
+        sink: Sink for RequirementViolated events; it must not forward these events to this object.
 
     Raises:
         InputError: A requirement does not fit its agent.
@@ -111,7 +111,7 @@ class RequirementWatch:
             self._end(event.t, checks)
 
     def close(self) -> None:
-        """Finish after the last event, also for a truncated recording."""
+        """Finish the checks after the last event; needed for a truncated recording, which lacks the agents' stops."""
         for snapshots, checks in self._agents.values():
             if (sample := snapshots.end()) is not None:
                 self._update(sample.t, checks, sample)

@@ -1,6 +1,7 @@
 """Reuse between two scenarios: equal and different files, classes of rocs_bt in the agents, and settings.
 
-The paper's claim is reuse: replacing the robot keeps the mission, replacing the task keeps the robot (6.2, Q2 and Q3).
+The paper claims reuse: the mission stays when the robot is replaced, and the robot stays when the task is replaced
+(6.2, Q2 and Q3).
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ class Piece:
     Attributes:
         kind: Kind of content in the catalog.
         name: Name of the content.
-        content_hash: sha256 over its files.
-        lines: Number of lines in its files.
+        content_hash: sha256 over the files of the content.
+        lines: Number of lines in these files.
     """
 
     kind: str
@@ -89,11 +90,11 @@ class Reuse:
     Attributes:
         first: Name of the first scenario.
         second: Name of the second scenario.
-        content: Overlap in content, by kind.
-        code: Overlap in engine classes of all agents, by subpackage.
-        settings: Settings of both scenarios; of their robots only the names.
-        robots: Robots with their counterparts: robots of the same name, else the next unmatched one.
-        pieces: All content of the scenarios `first` and `second`.
+        content: Overlap in content, one item per kind of content.
+        code: Overlap in engine classes of all agents, one item per subpackage.
+        settings: Settings of both scenarios; settings of their robots are in `robots`.
+        robots: Each robot with its counterpart: the robot of the same name, else the next robot without a counterpart.
+        pieces: All content that the scenarios use, under the keys `first` and `second`.
     """
 
     first: str
@@ -159,7 +160,7 @@ def _by_package(first: Iterable[type], second: Iterable[type]) -> tuple[Share, .
 
 
 def _share(kind: str, first: Mapping[str, str], second: Mapping[str, str]) -> Share:
-    """Overlap of two sets of names with digests."""
+    """Overlap of two mappings from names to digests of their content."""
     common = sorted(first.keys() & second.keys())
     return Share(
         kind,
@@ -171,7 +172,7 @@ def _share(kind: str, first: Mapping[str, str], second: Mapping[str, str]) -> Sh
 
 
 def _pairs(first: Sequence[Robot], second: Sequence[Robot]) -> Iterator[tuple[Robot | None, Robot | None]]:
-    """Each robot with its counterpart: the robot of the same name, else the next with a new name."""
+    """Pairs of robots: of the same name in both scenarios, else the next ones whose names differ."""
     there = {robot.name: robot for robot in second}
     new = [robot for robot in second if robot.name not in {r.name for r in first}]
     for robot in first:

@@ -1,6 +1,6 @@
 """Open-loop evaluation of rule files on recordings: firing times of rules, and firing counts by threshold.
 
-Open loop means that the rules process the recorded signals; their reactions do not change the signals.
+Open loop means that the rules are evaluated on the recorded signals, and that their reflexes have no effect on these.
 """
 
 from __future__ import annotations
@@ -51,14 +51,14 @@ class ReflexInput:
 
 @dataclass(frozen=True)
 class Firing:
-    """Interval in which a rule would have been latched.
+    """Interval in which a rule is latched when it is evaluated on a recording.
 
     Attributes:
         rule: Name of the rule.
         begin: Start of the interval [s].
         end: End of the interval [s].
-        won: Time in the interval as the winning rule [s].
-        reading: Guard values at the start.
+        won: Time within the interval in which the rule wins over all others [s].
+        reading: Guard values at the start of the interval.
     """
 
     rule: str
@@ -70,12 +70,12 @@ class Firing:
 
 @dataclass(frozen=True, eq=False)
 class RuleReplay:
-    """Evaluation of a rule file on a recording.
+    """Result of evaluating a rule file on a recording.
 
     Attributes:
-        rules: The rules.
+        rules: Evaluated rules.
         inputs: Recorded input of the reflexes.
-        steps: Result of the rules at each sample.
+        steps: Winning rule and latched rules at each sample.
         firings: Latched intervals, ordered by time.
     """
 
@@ -121,7 +121,7 @@ def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, 
         file: Path of the rule file.
         agent: Description of the agent in the recording.
         catalog: Source of the robot.
-        own: Thresholds by name, which take precedence over the robot's.
+        own: Thresholds by name, which take precedence over those of the robot.
 
     Raises:
         InputError: The file is invalid, or does not fit the agent.
@@ -250,7 +250,7 @@ def _panels(rule: Rule, inputs: ReflexInput) -> dict[str, list[Compared]]:
 
 
 def _series(node: Node, inputs: ReflexInput) -> Series | None:
-    """Side of a comparison over time.
+    """Values of one side of a comparison over time.
 
     Returns:
         Values, shape (n,), or (n, k) for a signal group of k values; None for other expressions of groups.

@@ -1,4 +1,4 @@
-"""End of a run: regular, by a signal, by a failure of the engine, or on a full disk."""
+"""RunEnd: writes and closes all files of a run, however it ends: normally, by a signal or by a failure."""
 
 from __future__ import annotations
 
@@ -45,7 +45,9 @@ class RunEnd:
 
     @contextmanager
     def guarded(self) -> Iterator[ExitStack]:
-        """Context that closes the files and writes the report, however the block ends; without a summary no report.
+        """Context that closes the files and writes the report, however the `with` block ends.
+
+        Without a summary there is no report.
 
         Raises:
             EndedAtOnce: A second signal was received; its note names the missing files.
@@ -70,7 +72,7 @@ class RunEnd:
         self._last.enter_context(self.signals)
 
     def attempt(self, play: Callable[[], object]) -> None:
-        """Call a part of the run; `result` raises the first exception of these calls."""
+        """Call a part of the run, and keep its exception; `result` raises the first exception kept."""
         try:
             play()
         except Exception as error:  # noqa: BLE001 - boundary: `result` raises it after all files are written
@@ -82,7 +84,7 @@ class RunEnd:
         self.files.end(summary)
 
     def result(self) -> RunResult:
-        """The result, after `guarded`.
+        """Result of the run; call it after the context `guarded` has been left.
 
         Raises:
             Exception: First exception of the run; its notes contain the result.

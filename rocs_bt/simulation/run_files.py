@@ -26,8 +26,8 @@ class RunFiles:
         folder: Folder of the files; None writes no files.
 
     Attributes:
-        recorder: The recorder; None before `begin`, and without files.
-        missing: Files that could not be written, with the reason, one sentence each.
+        recorder: Recorder of events; None before `begin`, and if no files are written.
+        missing: One sentence for each file that could not be written, with the reason.
     """
 
     def __init__(self, folder: Path | None) -> None:
@@ -88,7 +88,7 @@ class RunFiles:
 
     @property
     def unfinished(self) -> str:
-        """Message about the files that a truncated run lacks and how to make them; empty if none are missing."""
+        """Message that names missing files of a run that ended early and the command to create them; else empty."""
         if self._folder is None or self.recorder is None:
             return ""
         lacks = [name for name in (SUMMARY, REPORT) if not (self._folder / name).exists()]
@@ -101,7 +101,7 @@ class RunFiles:
         """Run a step of writing; a failure is added to `missing`.
 
         Args:
-            what: Written object, for the message of an OSError.
+            what: Name of what is written, such as `the recording`, for the error message.
             step: Function to call.
 
         Returns:

@@ -1,4 +1,4 @@
-"""Event processing of a run: recorder, metrics and requirements on the same events."""
+"""RunRecord: passes the events of a run to recorder, metrics, requirements and the caller's sinks."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class EventBatch:
     Not thread-safe.
 
     Attributes:
-        sinks: Targets, called in this order; they must not be needed before the batch is flushed.
+        sinks: Sinks that receive the events, in this order, when the batch is flushed.
     """
 
     def __init__(self, *sinks: BatchSink) -> None:
@@ -35,7 +35,7 @@ class EventBatch:
         self.emit: Callable[[Event], None] = self._events.append
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """A function that flushes the batch, then calls `watch`; to be called once per control period."""
+        """Wrap `watch`, which is called once per control period, in a function that first flushes the batch."""
 
         def flushing(t: float) -> bool:
             self.flush()
@@ -53,7 +53,7 @@ class EventBatch:
 
 
 class _Listener:
-    """Wrapper of a caller's sink. After an exception the sink gets no more events; agents and recording continue."""
+    """Wrapper of a caller's sink. After an exception the sink receives no more events; agents and recording go on."""
 
     def __init__(self, sink: EventSink) -> None:
         self.failure: Exception | None = None
@@ -72,7 +72,7 @@ class RunRecord:
     """Event processing of one run: recorder, metrics, requirements and sinks of the caller.
 
     Args:
-        header: Header of the run; scenery and bodies are not used.
+        header: Header of the run; bodies, obstacles and places may be missing.
         recorder: Recorder of the events; None without a recording.
         sinks: Further sinks for all events; `check` raises their exceptions.
         batched: Whether events are forwarded once per control period, by `before`; not for threaded mode.
@@ -94,7 +94,7 @@ class RunRecord:
         self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded
 
     def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """A function that flushes the events, calls `check`, then `watch`; to be called once per control period."""
+        """Wrap `watch`, called once per control period, in a function that first flushes events and calls `check`."""
 
         def checked(t: float) -> bool:
             self.check()

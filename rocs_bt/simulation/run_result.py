@@ -1,4 +1,4 @@
-"""Result of a run."""
+"""RunResult: summary and files of a run."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
         summary: Summary, also written as summary.json.
         recording: Path of run.mcap; None if nothing was recorded.
         report: Path of report.html; None if none was written.
-        missing: Files that could not be written, as on a full disk, and why; a sentence each.
+        missing: One sentence for each file that could not be written, with the reason, such as a full disk.
     """
 
     summary: Summary

@@ -1,7 +1,8 @@
-"""Scripted objects: doors, boxes and people that scripts move along the floor; contacts do not move them.
+"""Scripted objects: doors, boxes and people that scripts move along the floor.
 
-An object is a mocap body of the world. A script sets its velocity once per control period, and the world moves it in
-each physics step. The motion is thus continuous, and contacts with robots are detected.
+A scripted object is a mocap body of the world, so contacts do not move it. The script sets the velocity once per
+control period, and the world moves the object in each physics step. The motion is therefore continuous, and contacts
+with robots are detected.
 """
 
 from __future__ import annotations
@@ -65,14 +66,15 @@ class ScriptedObject(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class SlideParameters:
-    """Parameters of slide.
+    """Parameters of the script `slide`.
 
     Attributes:
         to_x, to_y: Target position [m], world frame.
         at: Start time [s].
         lasts: Duration of the motion [s].
         back_at: Start time of the return [s]; never by default.
-        yields: Distance of a robot to the target position below which the object stops [m], as a door with a sensor.
+        yields: The object stops while a robot is nearer to the target position than this distance [m], like a door with
+            a sensor.
     """
 
     to_x: Metres
@@ -117,7 +119,7 @@ class Slide(ScriptedObject):
 
 @dataclass(frozen=True, kw_only=True)
 class PolynomialParameters:
-    """Parameters of polynomial.
+    """Parameters of the script `polynomial`.
 
     Attributes:
         to_x, to_y: Second end of the path [m], world frame.
@@ -182,13 +184,13 @@ class Polynomial(ScriptedObject):
 
 @dataclass(frozen=True, kw_only=True)
 class SocialForceParameters:
-    """Parameters of social_force.
+    """Parameters of the script `social_force`.
 
     Attributes:
-        to_x, to_y: Second end of the walk, from where it returns [m], world frame.
+        to_x, to_y: Second end of the walk [m], world frame; the first end is the start position.
         speed: Mean preferred walking speed [m/s].
         radius: Radius of the body [m].
-        sees_robots: Whether it avoids robots as it avoids people, 0 or 1.
+        sees_robots: Whether the pedestrian avoids robots like people: 0 or 1.
     """
 
     to_x: Metres
@@ -210,10 +212,10 @@ class SocialForceParameters:
 class SocialForce(ScriptedObject):
     """Pedestrian that walks back and forth and avoids people, robots and walls (social force model).
 
-    The circular social force, weaker behind than ahead, with the parameters that were fitted to videos of pedestrians
-    (Johansson, Helbing and Shukla, Specification of the Social Force Pedestrian Model by Evolutionary Adjustment to
-    Video Tracking Data, 2007: A = 0.42 m/s2, B = 1.65 m, lambda = 0.12); walls as in Helbing and Molnar, Social force
-    model for pedestrian dynamics, 1995 (U = 10 m2/s2, R = 0.2 m).
+    People and robots exert the circular social force, weaker from behind than from ahead. Its parameters A = 0.42 m/s2,
+    B = 1.65 m and lambda = 0.12 were fitted to videos of pedestrians (Johansson, Helbing and Shukla, Specification of
+    the Social Force Pedestrian Model by Evolutionary Adjustment to Video Tracking Data, 2007). The force of walls is
+    that of Helbing and Molnar, Social force model for pedestrian dynamics, 1995 (U = 10 m2/s2, R = 0.2 m).
     """
 
     Parameters = SocialForceParameters
@@ -264,7 +266,7 @@ class SocialForce(ScriptedObject):
         return push
 
     def _around(self, push: Any, ahead: Any) -> Any:
-        """A force plus, for the part from straight ahead, a fraction to the right: head-on pedestrians step aside."""
+        """Add a fraction of a force's component from straight ahead as a force to the right, to step aside."""
         against = max(-float(push @ ahead), 0.0)
         return push + self._SIDESTEP * against * np.array([ahead[1], -ahead[0]])
 

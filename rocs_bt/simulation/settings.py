@@ -1,4 +1,4 @@
-"""Settings of two scenarios side by side as texts, from all fields of their specifications."""
+"""Settings of two scenarios side by side, as texts made from all fields of their specifications."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Setting:
 def settings(first: Any, second: Any) -> tuple[Setting, ...]:
     """Settings of two specifications, field by field.
 
-    Values are rounded; if that hides a difference they have all digits, or are formatted by `repr`. Attributes of
+    Values are rounded. If rounding would hide a difference, they are shown with all digits or by `repr`. Attributes of
     places are in SI units, without unit symbols.
 
     Args:
@@ -99,7 +99,7 @@ def _parameters(robot: AgentSpec | MoverSpec, show: Formatter) -> dict[str, str]
 
 
 def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:
-    """A row for each place, fact and requirement; of robots only the names, since they have their own tables."""
+    """Settings of a field with several places, facts or requirements, one for each; of robots only their names."""
     if isinstance(specs[0], (AgentSpec, MoverSpec)):
         return {what: _text([robot.name for robot in specs], show)}
     rows: dict[str, str] = {}

@@ -17,14 +17,14 @@ from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
 from .random_streams import NETWORK, stream
 
 Join = Callable[[Knowledge], Sharing]
-"""Factory of an agent's knowledge sharing."""
+"""Function that sets up sharing of an agent's knowledge."""
 
 
 def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Join]:
-    """Factories of knowledge sharing by agent; empty without sharing.
+    """Functions that set up knowledge sharing for each agent, by agent; empty if the scenario shares nothing.
 
-    In lockstep the agents of one process share on a simulated network, so that a run is repeatable. On wall time they
-    also share with other processes, if the table declares an address.
+    In lockstep the agents share over a network inside the process, so that a run is repeatable. On wall time they also
+    share with other processes, if the table declares an address.
 
     Args:
         scenario: The scenario.
@@ -75,7 +75,7 @@ def share_faults(scenario: ScenarioSpec, schema: Schema) -> list[Fault]:
 
 
 def _network(scenario: ScenarioSpec, spec: ShareSpec, clock: Clock, seed: int) -> tuple[Network, bytes]:
-    """Network, and the secret key of its members; an empty key without encryption."""
+    """Create the network; returns it with the secret of its members, which is empty without encryption."""
     if isinstance(clock, SimulatedClock):
         impairments = Impairments(spec.loss, spec.latency, spec.jitter)
         if impairments == Impairments():

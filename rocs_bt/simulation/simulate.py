@@ -28,7 +28,7 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
         write_report: Writes report.html.
 
     Raises:
-        InputError: Something in the content is wrong; nothing was written.
+        InputError: The content is invalid; nothing was written.
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """

@@ -8,8 +8,8 @@ import threading
 from ..event import Event, EventSink
 
 _DELAY = 0.01
-"""Delay before the first event of a burst is processed [s]. The event is emitted by control code on which a reflex may
-wait; processing it at once would compete with that code for the interpreter."""
+"""Delay before the first event of a burst is processed [s]. Control code has just emitted this event, and a reflex may
+depend on it; processing the event at once would compete with control code for the Python interpreter."""
 
 
 class SinkThread:

@@ -14,7 +14,7 @@ STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SI
 
 
 class EndedAtOnce(KeyboardInterrupt):
-    """A second signal was received before the run had ended in order.
+    """Exception raised when a second signal is received before the run has ended in order.
 
     Attributes:
         signal: The second signal.
@@ -29,15 +29,15 @@ class StopSignals:
     """Handler of the stop signals while its context is open, so that a run ends in order.
 
     The first signal is only recorded. The second raises EndedAtOnce in the main thread; from then on signals have their
-    usual effect. A closing terminal may send SIGHUP twice, from its shell and from the kernel: a repeated SIGHUP does
-    not count as a second signal. Signals that the process ignores (`nohup`, a shell's background jobs) stay ignored.
-    Python allows handlers in the main thread only; elsewhere the context has no effect.
+    usual effect. A repeated SIGHUP does not count as a second signal, because a closing terminal may send it twice.
+    Signals that the process ignores, as with `nohup` or in background jobs of a shell, stay ignored. Python allows
+    signal handlers in the main thread only; in other threads the context has no effect.
 
     Args:
         notice: Text for stderr at the first signal; `{signal}` is replaced by the signal's name.
 
     Attributes:
-        received: The first signal; None before it.
+        received: The first signal; None if none has been received.
     """
 
     def __init__(self, notice: str = "") -> None:
@@ -51,7 +51,7 @@ class StopSignals:
         return "" if self.received is None else f"{self.received.name} ended the run"
 
     def deliver(self) -> None:
-        """Raise the recorded signal with its usual effect, after the context; without a signal do nothing.
+        """After the context, raise the recorded signal again with its usual effect; without a signal do nothing.
 
         Raises:
             KeyboardInterrupt: The signal was SIGINT, and Python's own handler is installed.

@@ -1,4 +1,4 @@
-"""Summary of a run, from its header and events: a run and its recording give the same summary."""
+"""Summary of a run, computed from header and events: a run and its recording give equal summaries."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ class Unrecorded:
     """Parts of a summary that no event contains.
 
     Attributes:
-        wall_time: Computing time of the run [s]; None if unknown.
+        wall_time: Wall-clock duration of the run [s]; None if unknown.
         trajectory_hash: Hash of the trajectory; None if unknown.
-        sharing: Counts of shared knowledge by agent; an agent that does not share is None or missing.
-        knowledge: Knowledge between runs; UNSET without a file.
+        sharing: Statistics of the shared knowledge, by agent; an agent that does not share is None or missing.
+        knowledge: Knowledge kept from run to run; UNSET without a file.
     """
 
     wall_time: float | None = None
@@ -38,8 +38,8 @@ def make_summary(
     Args:
         header: Header of the run.
         metrics: Metrics over all events of the run.
-        requirements: Requirements over all events of the run, closed.
-        end: End of the run [s].
+        requirements: Checks of the requirements over all events of the run, after `close`.
+        end: Time of the end of the run [s].
         unrecorded: Parts that no event contains.
     """
     wall_time, sharing = unrecorded.wall_time, unrecorded.sharing

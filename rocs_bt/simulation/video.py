@@ -29,7 +29,8 @@ class Video:
 
     Args:
         world: World to render.
-        file: Output file. `.mp4` needs the extra [video]; `.gif` and `.webp` need no extra; `.png` is the last frame.
+        file: Output file. `.mp4` needs the extra [video]; `.gif` and `.webp` need no extra; `.png` contains only the
+            last frame.
         size: Width and height [pixels]; by default 1280 x 960 for `.mp4`, else 640 x 480.
         rate: Frames per simulated second [1/s].
 
