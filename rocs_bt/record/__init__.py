@@ -1,7 +1,7 @@
 """Recordings of runs: writing, reading, comparing, explaining and drawing.
 
-This package uses recorded data only and imports no block. `simulation`, `compare`, the replay driver and the command
-line import it.
+This package uses recorded data only and imports no block of an agent. `simulation`, `compare`, the replay driver and
+the command line import it.
 """
 
 from .atomic_file import write_whole

@@ -12,13 +12,13 @@ from .figures.wheels import wheel_command
 from .header import Beam, Fan
 from .history import AgentHistory, BodyHistory, History
 
-_MOST = 4000  # maximum number of samples in a series; longer series are thinned
+_MOST = 4000  # maximum number of samples in a time series; of longer series only every n-th sample is kept
 _RAYS, _ECHOES = 180, 120_000  # maximum number of drawn scanner rays: of one scan, and in total
 Json = dict[str, Any]
 
 
 def animation(run: History) -> Json:
-    """Data for the page's script: the world, the bodies' trajectories, and the state of each agent over time."""
+    """Data for the script of the report's animation: world, trajectories of bodies, and agents' states over time."""
     header = run.header
     hulls = {b.name: b.hull for b in header.bodies}
     return {
@@ -99,7 +99,7 @@ def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:
 
 
 def _scans(fan: Fan, reads: list[SensorRead]) -> Json:
-    """Scans of a laser scanner, evenly thinned to the maximum number of rays and echoes."""
+    """Scans of a laser scanner, with only every n-th ray and scan kept, to limit the numbers of rays and echoes."""
     every = math.ceil(fan.rays / _RAYS)
     fits = [r for r in reads if len(r.data) == 8 * fan.rays]
     fits = fits[:: max(1, math.ceil(len(fits) * fan.rays / (every * _ECHOES)))]

@@ -1,8 +1,8 @@
 """Lossless JSON encoding of events; topic and schema of each kind of event.
 
-JSON has no NaN and no infinity: msgspec writes null. A message with such numbers has one more key, `non_finite`: a
-list with the path of each number and its eight bytes in hexadecimal, which preserve sign and payload of a NaN. Viewers
-thus read plain JSON, and a reader recovers the event bit by bit.
+JSON has no NaN and no infinity, so msgspec writes null for these. A message with such numbers has an additional key,
+`non_finite`. It contains the path of each such number and the eight bytes of the number in hexadecimal, so that sign
+and payload of a NaN are preserved. Viewers can therefore read plain JSON, and `decode` restores the event bit by bit.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def encode(event: Event) -> bytes:
 
 
 def encode_all(events: Sequence[Event]) -> list[bytes | None]:
-    """Encode many events at once, which is faster; None for each event that must be encoded separately."""
+    """Encode many events at once, which is faster; None for each event that must be encoded by `encode`."""
     try:
         lines = _LINES(events).split(b"\n")
     except UNFIT:  # raised again by `encode` for the event at fault
@@ -111,7 +111,7 @@ def decode(data: bytes) -> Event:
     """Decode an event encoded by `encode`.
 
     Raises:
-        RecordingError: The message is no such event.
+        RecordingError: The message does not contain an event.
     """
     try:
         check_nesting(data)

@@ -32,10 +32,10 @@ class Divergence:
     """First difference of two event streams.
 
     Attributes:
-        index: Number of equal events before it.
-        expected: Event of the first stream; None at its end.
-        found: Event of the second stream; None at its end.
-        before: Last equal events, oldest first.
+        index: Number of equal events before the difference.
+        expected: Event of the first stream; None if the stream has ended.
+        found: Event of the second stream; None if the stream has ended.
+        before: Last equal events before the difference, oldest first.
     """
 
     index: int
@@ -80,8 +80,8 @@ def compare(
     Numbers are compared bit by bit, so that NaN equals NaN. Reading stops at the first difference.
 
     Args:
-        expected: First stream, such as a recording's.
-        found: Second stream, such as a replay's.
+        expected: First stream, such as the events of a recording.
+        found: Second stream, such as the events of a replay.
         skip: Kinds of events to ignore in both: `WORLD_EVENTS` for a replay.
         cut_off: Whether the first stream may end earlier, as the recording of a killed run does.
         context: Number of equal events to keep before the difference.

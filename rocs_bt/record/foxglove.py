@@ -1,6 +1,6 @@
 """JSON schemas of the Foxglove messages that rocs_bt writes.
 
-Source: the published schemas of the Foxglove SDK (MIT licence): names, fields and enumerations are theirs.
+Names, fields and enumerations are those of the published schemas of the Foxglove SDK (MIT licence).
 """
 
 from __future__ import annotations
@@ -134,7 +134,7 @@ def pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Json:
 
 
 def entity(time: int, frame: str, name: str, **primitives: list[Json]) -> Json:
-    """Scene entity in a frame, shown until it is replaced by one of the same name."""
+    """Scene entity in a frame, shown until an entity of the same name replaces it."""
     kinds = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
     return {
         "timestamp": timestamp(time),

@@ -1,4 +1,4 @@
-"""Header of a recording: scenario, agents, content, versions and the geometry that is drawn."""
+"""Header of a recording: scenario, agents, content, versions, and the geometry that figures show."""
 
 from __future__ import annotations
 
@@ -117,7 +117,7 @@ class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
         low: Minimum valid value; None for no bound.
         high: Maximum valid value; None for no bound.
         max_age: Validity of a value [s]; None for unlimited.
-        late: Whether an Analyze block writes the signal, in lockstep after the reflexes of the period.
+        late: Whether an Analyze block writes the signal; in lockstep, this happens after the reflexes of the period.
     """
 
     name: str
@@ -160,7 +160,7 @@ class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
-    """Nodes of a mission tree after a swap of subtrees."""
+    """Nodes of a mission tree after a subtree has been swapped."""
     children: dict[str, list[str]] = {}
     for path, _, parent in swap.nodes:
         children.setdefault(parent, []).append(path)

@@ -1,4 +1,4 @@
-"""Time series of a run for figures and the report, collected from a recording in one pass."""
+"""History: time series and events of a run for figures and the report, collected from a recording."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ class Span:
 
 @dataclass
 class Activation(Span):
-    """One activation of a rule, with its first event and the number of re-firings while latched."""
+    """Time interval of one activation of a rule, with its first event and the number of re-firings while latched."""
 
     event: RuleChanged
     refirings: int = 0
@@ -155,7 +155,7 @@ class AgentHistory:
         return found
 
     def runs(self, end: float) -> list[Span]:
-        """Intervals in which the tickets' actions ran, named `action #ticket`."""
+        """Intervals in which the actions of tickets ran, named `action #ticket`, at most until `end` [s]."""
         spans: dict[int, Span] = {}
         for event in self.tickets:
             if event.state == "RUNNING":
@@ -256,7 +256,7 @@ def _command(events: list[ActuatorCommanded]) -> Command:
 
 
 def _routes(command: Command, end: float, stopped: float | None) -> list[Span]:
-    """Intervals of the routes that commanded the wheels; idle from the time at which the agent was stopped."""
+    """Intervals of each route that commanded the wheels; after the agent was stopped, the route is `idle`."""
     spans: list[Span] = []
     for t, route in zip(command.t.tolist(), command.routes, strict=True):
         route = "idle" if stopped is not None and t >= stopped else route

@@ -41,7 +41,7 @@ def render_page(template: str, *, beside: Path | None = None, **values: Any) -> 
 
 
 def inline_svg(name: str, svg: str) -> str:
-    """Convert an SVG file to an element of a page: unique ids, no metadata, colours of the page."""
+    """Convert an SVG file to an element of an HTML page, with unique ids, without metadata, in the page's colours."""
     svg = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
     svg = re.sub(rf'(\bid="|href="#|url\(#)(?!{name}-)', rf"\g<1>{name}-", svg)
     for color, variable in THEME.items():

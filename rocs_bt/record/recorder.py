@@ -19,7 +19,7 @@ from .viewer import Draw, Message, Viewer
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
-_FLUSH_EVERY = 500_000_000  # [ns] flush period in run time, which a killed run may lose
+_FLUSH_EVERY = 500_000_000  # [ns] flush period in run time; a killed run may lose the events of one period
 _BATCH = 256  # events encoded together, at half the cost of encoding them one by one
 _LATEST = 2**64 - 1  # [ns]
 
@@ -64,7 +64,7 @@ class Recorder:
         self._encode_if_due(event)
 
     def take(self, events: Sequence[Event]) -> None:
-        """Record several events in order; never raises, as `emit`."""
+        """Record several events in order. Never raises; errors are reported by `close`."""
         self._waiting.extend(events)
         self._encode_if_due(events[-1])
 
@@ -72,7 +72,7 @@ class Recorder:
         """End the recording; the second call does nothing.
 
         Args:
-            summary: Summary of the run, kept with the recording.
+            summary: Summary of the run, stored in the recording.
 
         Raises:
             RecordingError: Some events could not be recorded; the file contains all others.
@@ -158,7 +158,7 @@ class Recorder:
         self._file.close()
 
     def _give_up(self, error: OSError) -> None:
-        """Stop recording; the part that is on disk stays readable."""
+        """Stop recording after a write error; the part that is on disk stays readable."""
         self._disk = error.strerror or str(error)
         self._file.raw.close()  # drops the buffer, for which there is no space
 

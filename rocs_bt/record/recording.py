@@ -30,7 +30,7 @@ R = TypeVar("R")
 
 _RECORD = struct.Struct("<BQ")  # opcode, length
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
-_LARGEST = 1 << 28  # maximum size of a chunk [bytes]; the recorder's have about 1 << 20
+_LARGEST = 1 << 28  # maximum size of a chunk [bytes]; chunks of the recorder have about 1 << 20 bytes
 
 
 @dataclass
@@ -56,7 +56,8 @@ class Recording:
         path: Recording file.
         header: Header, written before the run started.
         summary: Summary of the run; None if the run did not complete.
-        complete: Whether the file is complete. If a killed run cut it off, the events up to there can be read.
+        complete: Whether the file is complete. The file of a killed run is not; the events before its end can still be
+            read.
     """
 
     def __init__(self, path: Path, header: RunHeader, contents: _Contents) -> None:

@@ -1,8 +1,9 @@
 """Signal snapshots of an agent for each period, reconstructed from events, with ground-truth signals.
 
-Values are not interpolated. A signal keeps its value until it is written again or exceeds its `max_age`, as in the
-live table. In lockstep the samples equal those that the reflexes were evaluated on, bit by bit. In threaded mode there
-is one sample at each time of a write, so samples may differ from the live ones by the order of threads.
+Values are not interpolated. As in a running agent, a signal keeps its value until it is written again or exceeds its
+`max_age`. In lockstep the samples are equal, bit by bit, to those on which the reflexes were evaluated. In threaded
+mode there is one sample at each time of a write; samples may differ from the original ones because of the order of
+threads.
 """
 
 from __future__ import annotations
@@ -40,7 +41,7 @@ class Sample:
         t: Time [s].
         x: Signals in the order of the snapshots, then those of TRUTH, SI units, shape (size,); NaN if invalid.
         mode: Mode of the agent.
-        felt: Whether the reflexes were evaluated; False at the time at which the agent was stopped.
+        felt: Whether the agent evaluated its reflexes on this sample; False when the agent was stopped before that.
     """
 
     t: float
@@ -88,11 +89,11 @@ class Snapshots:
         return None
 
     def end(self) -> Sample | None:
-        """Last sample of a stream that is cut off; None if the agent was stopped."""
+        """Last sample of a recording that was cut off; None if the agent was stopped, which gave the last sample."""
         return None if self._stopped or self._t is None else self._sample(self._t)
 
     def _begin(self, t: float) -> Sample | None:
-        """Begin a later time; returns the sample of the previous one."""
+        """Begin a new sample if `t` [s] is later than the present one's time; returns the finished sample, or None."""
         if self._t is not None and t <= self._t:
             return None
         sample = None if self._t is None else self._sample(self._t)

@@ -76,9 +76,9 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
         verdict: `satisfied`, `violated`, or `unknown` if no violation was seen but some samples had no value.
         margin: Minimum margin (robustness), negative if violated; None if unknown or unbounded.
         unit: Unit of the margin; empty for mixed units, where each comparison is normalised by its signals' span.
-        worst: Time of the minimum margin [s].
+        worst: Time of the minimum margin [s]; None if the margin is unknown.
         violated: Time of the first violation [s]; None if there was none.
-        samples: Number of samples at which it was evaluated.
+        samples: Number of samples at which the requirement was evaluated.
         unknown: Number of these samples without a value, because a signal was invalid.
     """
 
@@ -105,7 +105,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         time_to_goal: Time at which the goal was reached [s].
         failed_block: First block or actuator that failed.
         failed_owner: `engine` or `content`, for `failed_block`.
-        faults: Faults with their times, a sentence each.
+        faults: One sentence for each fault, with its time.
         exceptions: Number of exceptions of content by its kind and name.
         goals_reached: Number of goals entered.
         path_length: Length of the driven path [m].
@@ -188,11 +188,11 @@ class Summary(msgspec.Struct, frozen=True, kw_only=True):
         versions: Versions by package.
         content_hash: sha256 of all content used.
         sim_time: Duration of the run [s].
-        wall_time: Time to compute it [s]; None if unknown.
-        real_time_factor: `sim_time` over `wall_time`.
+        wall_time: Wall-clock duration of the run [s]; None if unknown.
+        real_time_factor: `sim_time` divided by `wall_time`.
         trajectory_hash: sha256 of the float64 generalised positions at all control periods; None if unknown.
         agents: Results by agent, in the scenario's order.
-        knowledge: Knowledge between runs; UNSET (false, and no key in summary.json) without a file of knowledge.
+        knowledge: Knowledge kept from run to run; without a file of knowledge UNSET, and no key in summary.json.
     """
 
     scenario: str

@@ -31,10 +31,11 @@ _DTYPES: dict[object, type[np.generic]] = {
 def event_table(recording: Recording, kind: str | type[Event] = "", agent: str | None = None) -> Table:
     """Events as a structured array, one row per event, in their order.
 
-    The fields are `time` [s], `agent` and `event` (the event's type); for one kind of event also its own fields, as
-    the classes in `rocs_bt.event` document them, SI units. Their dtypes follow the declared types: float64, int64,
-    bool, `U` for texts; a number that is None is NaN. Packed values (`data` of SensorRead, `wheels` of BodyMoved) are
-    subarrays of float64 if all rows have the same length. Everything else is an object.
+    The fields are `time` [s], `agent` and `event` (the type of the event). If one type of event is requested, the table
+    also has the fields of this type, in SI units; the classes in `rocs_bt.event` document them. The dtypes follow the
+    declared types: float64, int64, bool, `U` for texts; a number that is None is NaN. Packed values (`data` of
+    SensorRead, `wheels` of BodyMoved) are subarrays of float64 if all rows have the same length. All other values are
+    objects.
 
     Args:
         recording: The recording.

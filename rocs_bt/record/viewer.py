@@ -1,4 +1,4 @@
-"""Messages for Foxglove-compatible viewers, made from events: poses, frames, range beams, logs and the world."""
+"""Viewer: converts events to messages for Foxglove-compatible viewers: poses, frames, beams, logs, the world."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Viewer:
         return self._draw.get(kind)
 
     def scene(self, time: int) -> Message:
-        """Scene of the world's outlines, places and the bodies' hulls, sent once."""
+        """Message with the obstacles, places and hulls of bodies, sent once at the beginning."""
         outlines = [_outline(o, time) for o in self._header.outlines]
         places = [_place(p, time) for p in self._header.places]
         hulls = [_hull(b, time) for b in self._header.bodies if b.hull]
@@ -132,7 +132,7 @@ class _Pace:
         self.next = 0
 
     def sent(self, time: int) -> None:
-        """Note that a message was sent at this time [ns]."""
+        """Record that a message was sent at a time [ns]."""
         # Slightly early, since times are rounded.
         self.next = time + _EVERY - 1000
 

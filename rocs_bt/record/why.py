@@ -29,17 +29,17 @@ from ..raised import reported
 from .diverge import describe
 from .recording import Recording
 
-_RECENT = 0.5  # [s] before the time; events of this interval are listed
+_RECENT = 0.5  # [s] interval before the requested time of which events are listed
 _RAISED = 5  # maximum number of listed exceptions of content
-_LONG = 24  # values of a signal that are printed; of longer ones only the minimum
-_SLOW = 0.02  # speed above which the robot drives [m/s]
-_TURNING = 0.1  # turn rate above which it turns [rad/s]
+_LONG = 24  # maximum number of printed values of a signal; of longer signals only the minimum is printed
+_SLOW = 0.02  # speed above which the robot counts as driving [m/s]
+_TURNING = 0.1  # turn rate above which the robot counts as turning [rad/s]
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # emitted every period, not listed
 
 
 @dataclass
 class Why:
-    """State of one agent at a time: the latest value of everything up to then.
+    """State of one agent at a requested time: the latest recorded value of everything.
 
     Attributes:
         t: Requested time [s].
@@ -48,11 +48,11 @@ class Why:
         graph: Knowledge graph.
         tree: Last status of each node of the mission tree.
         rules: Last event of each active rule.
-        fired: Firings so far, newest last.
+        fired: Firings of rules so far, newest last.
         tickets: Open tickets by number.
         atomic: Atomic action that started last.
         commands: Last command by actuator.
-        limited: Last command scaled by the safety gate, by actuator.
+        limited: Last command that the safety gate scaled, by actuator.
         followed: Last command computed by the trajectory follower.
         bodies: Last ground-truth pose by body.
         changes: Last change of each kind.
@@ -79,7 +79,7 @@ class Why:
 
     @property
     def answer(self) -> str:
-        """One sentence: the motion of the robot, and the rule or the leaf of the mission that caused it."""
+        """Sentence with the motion of the robot, and the rule or leaf of the mission that caused this motion."""
         return f"{self.agent} {_motion(self)} because {_cause(self)}."
 
     def __str__(self) -> str:
@@ -151,7 +151,7 @@ def _take(why: Why, event: Event) -> None:
 
 
 def _motion(why: Why) -> str:
-    """Motion of the robot by its signals `speed` and `turn_rate`."""
+    """Motion of the robot in words, from its signals `speed` and `turn_rate`."""
     (speed, turn) = (why.signals[n][1][0] if n in why.signals else math.nan for n in ("speed", "turn_rate"))
     side = " left" if turn > 0.0 else " right"
     if abs(speed) > _SLOW:
@@ -162,7 +162,7 @@ def _motion(why: Why) -> str:
 
 
 def _cause(why: Why) -> str:
-    """The rule that fired, or the leaf that submitted the running action."""
+    """Cause of the motion in words: the rule that fired, or the leaf that submitted the running action."""
     running = [e for e in why.tickets.values() if e.state == "RUNNING"]
     for ticket in running:
         if ticket.priority == "HIGH":

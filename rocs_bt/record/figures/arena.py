@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Arena(Figure):
-    """Arena from above: obstacles and goals, dots at atomic actions, squares at route switches, other robots black."""
+    """Arena from above: obstacles, goals and paths; dots mark atomic actions, squares switches of the route."""
 
     title = "The arena from above"
     size = (7.2, 5.8)

@@ -69,7 +69,7 @@ class Figure(ABC):
 
     @abstractmethod
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
-        """Draw the runs: the first with solid lines, the others fainter and dashed."""
+        """Draw the runs on a canvas: the first with solid lines, the others fainter and dashed."""
 
     def make(self, runs: Sequence[History]) -> Canvas:
         """Draw the runs on a new canvas."""
@@ -121,7 +121,7 @@ def line_style(run: int) -> dict[str, Any]:
 
 
 def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDArray[np.intp]]]:
-    """Segments of a body's path by route: route and sample indices; neighbouring segments share their ends."""
+    """Segments of a body's path, each with its route and the indices of its samples; neighbours share an end."""
     for span in agent.routes:
         indices = np.flatnonzero((body.t >= span.begin - 1e-9) & (body.t <= span.end + 1e-9))
         if len(indices) > 1:
@@ -129,14 +129,14 @@ def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDAr
 
 
 def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
-    """Shade the intervals of the reactive route."""
+    """Shade the time intervals in which reflexes controlled the wheels (reactive route)."""
     for span in agent.routes:
         if span.name == "reactive":
             axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)
 
 
 def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> None:
-    """Draw a line at the minimum margin of each requirement.
+    """Draw a line at the time of the minimum margin of each requirement.
 
     Args:
         axes: Axes with time on x.

@@ -19,18 +19,18 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 _COLOURS = (INK, PLACE, "#7b3fb5", WORST, "#0f7a72", ROUTES["deliberative"], MUTED)
-_ROOM = 4.0  # range of a panel as a multiple of its largest threshold; larger values do not affect the rule
+_ROOM = 4.0  # range of a panel as a multiple of its largest threshold; signals beyond it are cut off
 Series = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class Compared:
-    """Comparison in a guard over time.
+    """One comparison in a rule's guard, with the values of both sides over time.
 
     Attributes:
-        left, right: Both sides as written.
-        left_values, right_values: Values of both sides, shape (n,) or (n, k).
-        releases: Whether the comparison belongs to `until`.
+        left, right: Both sides as written in the rule. left_values, right_values: Values of both sides, shape (n,) or
+        (n, k).
+        releases: Whether the comparison belongs to the rule's `until`.
     """
 
     left: str
@@ -58,12 +58,12 @@ class RuleTrace:
 
 
 def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], title: str) -> Canvas:
-    """Draw signals and thresholds of some rules, and the latches and winners of all rules.
+    """Draw signals and thresholds of some rules over time, and when each rule of the file is latched and wins.
 
     Args:
         t: Times [s], shape (n,).
         traces: All rules of the file.
-        shown: Names of the rules with drawn signals.
+        shown: Names of the rules whose signals are drawn.
         title: Title of the figure.
     """
     panels = [(trace, unit) for trace in traces if trace.name in shown for unit in trace.panels]
@@ -136,7 +136,7 @@ def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
 
 
 def spans(t: Series, on: NDArray[np.bool_]) -> list[tuple[float, float]]:
-    """Intervals in which a condition was true [s]: from its first sample to the next false one, or to the end."""
+    """Intervals in which a condition was true [s], each from the first true sample to the next false one or the end."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], on, [False]]).astype(int)))
     last = len(t) - 1
     return [(float(t[a]), float(t[min(b, last)])) for a, b in zip(edges[::2], edges[1::2], strict=True)]

@@ -1,4 +1,4 @@
-"""Wheel linear speeds and commands."""
+"""Figure of wheel linear speeds and their commands."""
 
 from __future__ import annotations
 
@@ -57,7 +57,10 @@ class Wheels(Figure):
 
 
 def wheel_command(run: History, agent: str) -> Command | None:
-    """Command of the wheels: the one with as many values as the body has wheels, else the first; None if none."""
+    """Commands of the wheels' actuator: the first with as many values as the body has wheels, else the first of all.
+
+    None if the agent has no commands.
+    """
     commands = list(run.agents[agent].commands.values()) if agent in run.agents else []
     body = run.bodies.get(agent)
     fits = [c for c in commands if body is not None and c.values.shape[1] == body.wheels.shape[1]]

@@ -1,6 +1,7 @@
 """Drawing of a knowledge graph as SVG: nodes coloured by kind, relations as arrows, light and dark theme.
 
-The agent is in the middle; the other nodes are on rings around it, by their distance in relations.
+The agent is in the middle; the other nodes are on rings around it. The ring of a node is the number of relations
+between it and the agent.
 """
 
 from __future__ import annotations
@@ -12,8 +13,8 @@ from html import escape
 from ...knowledge import Readable
 
 Point = tuple[float, float]
-RING = 110.0  # [px] from one ring to the next
-ROOM = 62.0  # [px] along a ring per node
+RING = 110.0  # [px] distance from one ring to the next
+ROOM = 62.0  # [px] space for each node along a ring
 STRETCH = 1.45  # horizontal stretch, since names are wider than high
 
 
@@ -49,7 +50,7 @@ def layout(kinds: Mapping[str, str], edges: Iterable[tuple[str, str]], root: str
 
 
 def _rings(kinds: Mapping[str, str], near: Mapping[str, list[str]], root: str) -> Iterable[list[str]]:
-    """Nodes by their distance from the root in relations; unconnected nodes come last."""
+    """Nodes of each ring: grouped by the number of relations between them and the root, unconnected nodes last."""
     seen: set[str] = set()
     ring = [root] if root in kinds else []
     while ring:
@@ -109,7 +110,7 @@ def draw(graph: Readable, root: str) -> str:
 
 
 def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str, style: str = "") -> str:
-    """Draw nodes and edges as SVG; `data-n` and `data-e` are their indices in the arguments.
+    """Draw nodes and edges as SVG. The attributes `data-n` and `data-e` of elements are indices of nodes and edges.
 
     Args:
         kinds: Kind by node.

@@ -1,4 +1,4 @@
-"""Table of the changes of an agent's knowledge over a run."""
+"""Table of what an agent learnt in a run: a row for each attribute, relation and node that changed."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ class Learnt:
     """Changes of one attribute, one relation, or the existence of one node over a run.
 
     Attributes:
-        subject: Node.
-        what: Attribute, relation and target, or kind of the node.
+        subject: Name of the node.
+        what: Name of the attribute, relation and target, or kind of the node.
         first: First value, as text.
         last: Last value, as text.
         count: Number of changes.
@@ -32,7 +32,7 @@ class Learnt:
 
 
 def learnt(changes: Iterable[KnowledgeChanged], since: float) -> list[Learnt]:
-    """Rows of everything that changed after a time [s], in the order of the first change."""
+    """Table rows of everything that changed after the time `since` [s], in the order of the first change."""
     rows: dict[tuple[str, str], Learnt] = {}
     for change in changes:
         what, value = _described(change)
@@ -48,7 +48,7 @@ def learnt(changes: Iterable[KnowledgeChanged], since: float) -> list[Learnt]:
 
 
 def value_text(value: Value | tuple[float, ...]) -> str:
-    """Format a value for people."""
+    """Format a value in human-readable form."""
     if isinstance(value, bool) or value is None:
         return {True: "yes", False: "no", None: "unknown"}[value]
     if isinstance(value, float):

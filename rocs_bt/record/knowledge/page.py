@@ -16,7 +16,7 @@ from .drawing import LOOK, Edge, colors_of, picture
 from .learnt import learnt
 
 MOST = 50_000
-"""Maximum number of changes in a page; beyond it, values that are soon overwritten are omitted."""
+"""Maximum number of changes in a page; if there are more, values that are soon overwritten are omitted."""
 _CODES = {"node added": 0, "node removed": 1, "attribute": 2, "edge added": 3, "edge changed": 3, "edge removed": 4}
 
 
@@ -70,7 +70,7 @@ def thinned(changes: Sequence[KnowledgeChanged], most: int) -> list[KnowledgeCha
     return kept[::-1]
 
 
-_MOMENTS = 500  # time resolution of a thinned log: values are kept once per such part of it
+_MOMENTS = 500  # number of time intervals of a thinned log; in each, only the last value is kept
 
 
 def _rows(changes: Iterable[KnowledgeChanged], nodes: dict[str, int], edges: dict[Edge, int]) -> list[list[Any]]:

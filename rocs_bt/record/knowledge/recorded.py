@@ -48,7 +48,7 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
 
 
 class RecordedSignals:
-    """Signals of an agent in a recording at a time.
+    """Values of all signals of an agent at one time of a recording.
 
     Args:
         environment: Layout of the signals in a sample.
@@ -79,7 +79,7 @@ class RecordedSignals:
 
 
 def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[QueryContext, RecordedSignals]:
-    """State of the querying robot in a recorded run: pose and signals at a time.
+    """Inputs of a query on recorded knowledge: pose and signals of the querying robot at a time of the run.
 
     Args:
         recording: Recording of the run.

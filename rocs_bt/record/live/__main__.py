@@ -15,7 +15,7 @@ from .server import Feed, Server
 
 
 def main() -> None:
-    """Serve until standard input ends, when the run's process closes it or dies."""
+    """Serve the page until standard input ends, because the run's process has closed it or died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the run, which then closes the pipe
     stream, feed = sys.stdin.buffer, Feed()
     settings = frames.decode(frames.read(stream) or b"", frames.Settings)

@@ -21,7 +21,7 @@ T = TypeVar("T")
 
 
 class Settings(msgspec.Struct, frozen=True):
-    """First frame to the process: address to serve on, and the secret token of the page's URL."""
+    """First frame to the page's process: address to serve on, and the secret token of the page's URL."""
 
     host: str
     port: int
@@ -29,7 +29,7 @@ class Settings(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """Reply of the process: its port, or the reason why it cannot serve."""
+    """Reply of the page's process: its port, or the reason why it cannot serve the page."""
 
     port: int = 0
     error: str = ""

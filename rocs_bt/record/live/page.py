@@ -25,9 +25,9 @@ RATE = 10.0
 
 _PACKAGES = str(Path(__file__).resolve().parents[3])
 _START = 60.0  # [s] time limit for the start of the page's process
-_PATIENCE = 3.0  # [s] of a blocked write, after which the page's process counts as stalled
-_GOODBYE = 5.0  # [s] time limit for the page's process to read the remaining events, and again to end
-_BACKLOG = 100_000  # maximum number of waiting events, which bounds memory; a page further behind is abandoned
+_PATIENCE = 3.0  # [s] duration of a blocked write after which the page's process counts as stalled
+_GOODBYE = 5.0  # [s] time limit for the page's process to read the remaining events, and another one to end
+_BACKLOG = 100_000  # maximum number of waiting events, to limit memory; with more, the page is abandoned
 
 
 class LivePage:
@@ -38,9 +38,9 @@ class LivePage:
             rocs_bt.run("exp1", live=page)
             page.wait()
 
-    `emit` only appends to a list. A thread sends new events at 10 Hz to a separate process, which serves the page on
-    loopback behind a token. A page that failed or stalled never blocks the run: leaving the context takes at most a
-    few seconds, after which the page's process is killed.
+    `emit` only appends an event to a list. A thread sends new events at 10 Hz to a separate process. This process
+    serves the page on loopback; the URL contains a secret token. A page that has failed or stalled never blocks the
+    run. Leaving the context waits at most a few seconds for the page's process and then kills it.
 
     Args:
         port: Port to serve on; 0 for any free port.
@@ -59,7 +59,7 @@ class LivePage:
         self._waiting: deque[Event] = deque(maxlen=_BACKLOG)
         self.emit: Callable[[Event], None] = self._waiting.append
         self._leaving = threading.Event()
-        self._sender = threading.Thread(target=lambda: None)  # until a run begins
+        self._sender = threading.Thread(target=lambda: None)  # replaced when a run begins
         self._writing_since = math.inf  # [s] on the monotonic clock; infinite while nothing is being written
         self._process: subprocess.Popen[bytes] | None = None
 
@@ -163,7 +163,7 @@ class LivePage:
 
 @contextlib.contextmanager
 def _killed_after(seconds: float, process: subprocess.Popen[bytes]) -> Iterator[None]:
-    """Kill a process if the block takes longer than a time [s], which unblocks everything that waits for it."""
+    """Kill a process if the `with` block takes longer than `seconds`, so that nothing waits for ever."""
     timer = threading.Timer(seconds, process.kill)
     timer.daemon = True
     timer.start()

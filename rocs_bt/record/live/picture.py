@@ -1,4 +1,4 @@
-"""State of the live page, and its changes since the last update."""
+"""Picture: state of the live page, and the changes of this state since the last update."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ class Rule(msgspec.Struct, frozen=True):
 class Agent(msgspec.Struct, omit_defaults=True):
     """Agent: tree and statuses, signals, rules, ranges and tickets by name, knowledge changes, faults and outcome.
 
-    `swapped` is the path of a removed subtree; its statuses are void.
+    `swapped` is the path of a subtree that was replaced, whose statuses the page must drop.
     """
 
     tree: tuple[TreeNode, ...] | None = None
@@ -85,7 +85,7 @@ class Agent(msgspec.Struct, omit_defaults=True):
 
 
 class State(msgspec.Struct, omit_defaults=True):
-    """Complete state of the page, or its changes."""
+    """Complete state of the page, or only the changed parts of it."""
 
     t: float = 0.0
     run: RunHeader | None = None

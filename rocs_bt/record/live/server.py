@@ -18,7 +18,7 @@ from .picture import Picture
 
 _PATIENCE = 5.0  # [s] without updates, after which a comment is sent to detect closed connections
 _STALLED = 3.0  # [s] time limit of a browser's read or write
-_BEHIND = 100  # queued messages; a browser further behind is dropped, and gets the whole state when it reconnects
+_BEHIND = 100  # maximum number of queued messages; a slower browser is dropped, and gets all when it reconnects
 
 
 class Feed:
@@ -52,7 +52,7 @@ class Feed:
                 self._listeners.remove(listener)
 
     def close(self) -> None:
-        """End the queues of all listeners."""
+        """End the message queues of all browsers."""
         with self._lock:
             for listener in tuple(self._listeners):
                 self._tell(listener, None)
@@ -109,7 +109,7 @@ class Server(ThreadingHTTPServer):
 
 
 class _Handler(BaseHTTPRequestHandler):
-    """One HTTP request; needs the token, and a Host header of this server as protection from DNS rebinding."""
+    """Handler of HTTP requests; each must contain the token and this server's Host header (no DNS rebinding)."""
 
     server: Server
     timeout = _STALLED
