@@ -1,6 +1,7 @@
-"""`run`, `drive` and `report`: simulation or hardware, with recording and report.
+"""Functions `run`, `drive` and `report`: run a scenario in simulation or on hardware, with recording and report.
 
-Combines `simulation` and the report, which do not import each other. Imported by `compare` and the command line.
+This module combines `simulation` and the report, which do not import each other. Only `compare` and the command line
+import it.
 """
 
 from __future__ import annotations
@@ -29,13 +30,13 @@ def run(
         result = rocs_bt.run("exp1", seed=3, out="runs/exp1-3")
         print(result.summary.agents["R2"].outcome, result.signals("R2", ["front"])["front"].min())
 
-    SIGINT, SIGTERM and SIGHUP end the run in order: wheels to neutral, outcome `interrupted`, all files written. Then
-    the signal has its usual effect, such as a KeyboardInterrupt. A second signal ends the run immediately, without
-    summary and report. If the engine fails or a disk is full, the files contain the events until then.
+    SIGINT, SIGTERM and SIGHUP end the run in order: the wheels go to neutral, the outcome is `interrupted`, and all
+    files are written. Then the signal has its usual effect, such as a KeyboardInterrupt. A second signal ends the run
+    immediately, without summary and report. If the engine fails or a disk is full, the files contain the events so far.
 
     Args:
-        scenario: Scenario, or its name or file.
-        catalog: Source of the content; the project around the current folder by default.
+        scenario: Scenario, or its name, or its file.
+        catalog: Source of the content; by default the project around the current folder.
         options: Options of the run.
         changes: Attributes of `RunOptions` as keywords, which replace those of `options`.
 
@@ -54,20 +55,20 @@ def drive(
     options: RunOptions = _DEFAULTS,
     **changes: Unpack[RunChanges],
 ) -> RunResult:
-    """Run the agents of a scenario on their robots, threaded, on wall time, without simulation.
+    """Run the agents of a scenario on their real robots, in threaded mode and real time.
 
     The run ends when every agent has its outcome, when the duration is over, or by SIGINT, SIGTERM or SIGHUP: first the
     wheels go to neutral, then all files are written. After that the signal has its usual effect, such as a
     KeyboardInterrupt.
 
     Args:
-        scenario: Scenario, or its name or file. Every driver of its agents' robots must be a user's class.
-        catalog: Source of the content; the project around the current folder by default.
+        scenario: Scenario, or its name, or its file. All drivers of its agents' robots must be users' classes.
+        catalog: Source of the content; by default the project around the current folder.
         options: Options of the run.
         changes: Attributes of `RunOptions` as keywords, which replace those of `options`.
 
     Returns:
-        The result. In its summary collisions and clearance are None, and poses are the robots' own estimates.
+        Result of the run. In its summary, collisions and clearance are None, and poses are the robots' own estimates.
 
     Raises:
         InputError: The content is invalid, or an option needs a simulated world.
@@ -79,11 +80,11 @@ def drive(
 
 
 def report(recording: Recording | Path | str, out: Path | str | None = None) -> RunResult:
-    """Write summary.json and report.html from a recording, also from a truncated one.
+    """Write summary.json and report.html from a recording, which may be truncated.
 
     Args:
-        recording: Recording, its file, or the folder of a run.
-        out: Folder for the files; the folder of the recording by default.
+        recording: Recording, or its file, or the folder of a run.
+        out: Folder for the two files; by default the folder of the recording.
 
     Raises:
         RecordingError: The recording cannot be read, or a file cannot be written.

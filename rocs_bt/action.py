@@ -1,7 +1,7 @@
-"""Actions: requested by Plan and the reflexes, carried out by Execute (paper, 5.1; docs/architecture.md).
+"""Actions: base classes of what Plan and reflexes request and Execute carries out (paper, 5.1).
 
-An action is a dataclass; its fields are its parameters, in SI units. The annotation of a field declares its dimension
-in files and its valid range:
+An action is a dataclass; its fields are its parameters, in SI units. The annotation of a field declares the dimension
+and the valid range of the parameter:
 
     @dataclass(kw_only=True, eq=False)
     class Nod(AtomicAction):
@@ -38,7 +38,7 @@ if TYPE_CHECKING:  # types of Body only: at run time this module imports no high
 
 
 class Progress(Enum):
-    """State of an action that has not failed."""
+    """Result of one period of an action that has not failed."""
 
     RUNNING = "RUNNING"
     SUCCEEDED = "SUCCEEDED"
@@ -64,7 +64,7 @@ class Reason(Enum):
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """Failure of an action.
+    """Failure of an action, with its reason.
 
     Attributes:
         reason: Category of the failure.
@@ -76,7 +76,7 @@ class Failure:
 
     @classmethod
     def cannot(cls, error: InputError) -> Failure:
-        """Failure for an action with impossible parameters."""
+        """Create the failure of an action with impossible parameters."""
         return cls(Reason.CANNOT, " ".join(str(fault) for fault in error.faults))
 
     def __str__(self) -> str:
@@ -84,7 +84,11 @@ class Failure:
 
 
 class ActionFailed(Exception):
-    """Raised inside `decompose` at the `yield` of a failed action; raised by `decompose` to fail the macro."""
+    """Exception about a failed action.
+
+    It is raised in `decompose` of a macro-action, at the `yield` of an action that has failed. An action may raise it
+    to fail itself.
+    """
 
     def __init__(self, reason: Reason, evidence: str = "") -> None:
         self.failure = Failure(reason, evidence)
@@ -92,7 +96,7 @@ class ActionFailed(Exception):
 
 
 class Body(Protocol):
-    """Interface of the robot for actions; built by the agent."""
+    """Interface of the robot for actions; the agent builds the object."""
 
     @property
     def clock(self) -> Clock:
@@ -116,7 +120,7 @@ class Body(Protocol):
 
     @property
     def follower(self) -> Follower:
-        """Trajectory follower; used by one action at a time, which resets it first."""
+        """Trajectory follower. One action at a time uses it, and resets it first."""
         ...
 
     @property
@@ -126,7 +130,7 @@ class Body(Protocol):
 
     @property
     def wheels(self) -> Actuator:
-        """Actuator of the drive; takes wheel linear speeds [m/s]."""
+        """Actuator of the drive, which takes wheel linear speeds [m/s]."""
         ...
 
     @property
@@ -135,7 +139,7 @@ class Body(Protocol):
         ...
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Record an event, as in `body.note(Followed, cross_track=0.01, ...)`; time and agent are added."""
+        """Emit an event, as in `body.note(Followed, cross_track=0.01, ...)`; its time and agent are added."""
         ...
 
 
@@ -144,14 +148,14 @@ class Action(ABC):
     """Base class of atomic actions and macro-actions; the dataclass fields of a subclass are its parameters.
 
     Attributes:
-        live: Parameters that Plan updates while the action runs, from the blackboard keys that its node reads.
+        live: Names of parameters that may change while the action runs: a tree node reads these ports in each tick.
     """
 
     live: ClassVar[tuple[str, ...]] = ()
 
     @property
     def name(self) -> str:
-        """Name in files, tickets and reports: the class's name."""
+        """Name of the action in files, tickets and reports: the name of its class."""
         return type(self).__name__
 
     @property
@@ -161,18 +165,20 @@ class Action(ABC):
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:
-        """Whether the action can move the robot. Checks warn of rules whose action cannot, as they may stop it forever.
+        """Whether the action can move the robot.
+
+        Checks use this to warn about rules that could stop the robot for ever, because their action does not move it.
 
         Args:
-            parameters: Parameters known before the action is made, by name.
+            parameters: Values of parameters that are known before the action is created, by name.
         """
         return True
 
     def update(self, **parameters: Any) -> None:
-        """Set new parameters of a running action; called while the rule of a reflex stays latched.
+        """Set parameters of a running action; called in each period in which the rule of a reflex stays latched.
 
         Raises:
-            InputError: Unknown parameter, or a value out of bounds; all parameters then stay unchanged.
+            InputError: A parameter is unknown, or a value is out of bounds. Then no parameter is changed.
         """
         if faults := _faults(type(self), parameters):
             raise InputError(*faults)
@@ -181,25 +187,32 @@ class Action(ABC):
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterable[tuple[str, str]]:
-        """Parameters that the robot does not support, as pairs of name and reason; none by default.
+        """Find parameter values that the robot does not support; none by default.
 
-        Called when a mission or a rule file is checked, and when an agent is built.
+        The method is called when a mission or a rule file is checked, and when an agent is built.
 
         Args:
-            parameters: Parameters known before the run, in SI units and of the declared types.
+            parameters: Values of parameters that are known before the run, in SI units and of the declared types.
             knowledge: Knowledge of the robot.
+
+        Returns:
+            Pairs of parameter name and reason.
         """
         return ()
 
     def remaining(self, knowledge: Knowledge) -> float:
-        """Remaining distance [m], by which Plan distinguishes progress from being stuck; NaN if unknown."""
+        """Distance that remains to be driven [m], from which Plan detects a lack of progress; NaN if unknown."""
         return math.nan
 
     def resume(self, cut_off: Action) -> None:
-        """Take over the timers of the action of any class that a reflex interrupted and that this one replaces."""
+        """Take over state, such as timers, from an action that a reflex interrupted and that this action replaces.
+
+        Args:
+            cut_off: Interrupted action, which may be of any class.
+        """
 
     def stop(self, body: Body) -> None:
-        """Clean up when the running action is cancelled; called once, before any other action sends commands."""
+        """Clean up after the running action was cancelled; called once, before any other action sends commands."""
 
 
 class AtomicAction(Action):
@@ -207,9 +220,9 @@ class AtomicAction(Action):
 
     @abstractmethod
     def act(self, body: Body) -> Progress | Failure:
-        """Act for one control period; called once per period until the action ends. Must not block.
+        """Act for one control period. The method is called once per period until the action ends; it must not block.
 
-        Raising `ActionFailed` fails the action; raising `InputError` fails it with Reason.CANNOT.
+        If it raises `ActionFailed`, the action fails with this reason; if it raises `InputError`, with Reason.CANNOT.
         """
 
 
@@ -218,17 +231,18 @@ class MacroAction(Action):
 
     @abstractmethod
     def decompose(self, body: Body) -> Iterator[Action]:
-        """Yield the next action each time the previous one has succeeded; may read Knowledge in between.
+        """Yield the actions to execute, one after the other; a generator, which may read Knowledge in between.
 
-        If a yielded action fails, `ActionFailed` is raised at the `yield`; if it is not caught, the macro fails. An
-        `InputError` fails the macro with Reason.CANNOT.
+        The generator continues when the yielded action has succeeded. If that action fails, `ActionFailed` is raised at
+        the `yield`; if it is not caught, the macro-action fails. If the generator raises `InputError`, the macro-action
+        fails with Reason.CANNOT.
         """
 
 
 class InvalidAction(AtomicAction):
-    """Placeholder for an action with invalid parameters; fails at once with CANNOT.
+    """Placeholder for an action with invalid parameters, which fails at once with CANNOT.
 
-    A reflex with invalid computed parameters still pre-empts the running action and is recorded like any other.
+    With it, a reflex whose computed parameters are invalid still pre-empts the running action and is recorded.
 
     Args:
         asked: Name of the requested action.
@@ -250,7 +264,7 @@ class InvalidAction(AtomicAction):
         return self._parameters
 
     def update(self, **parameters: Any) -> None:
-        """Do nothing: a new action is made at the next request."""
+        """Do nothing, because a new action is created at the next request."""
 
     def act(self, body: Body) -> Failure:
         return self._failure
@@ -258,7 +272,7 @@ class InvalidAction(AtomicAction):
 
 @functools.cache
 def parameters_of(action: type[Action]) -> dict[str, Parameter]:
-    """Parameters declared by an action class, in order."""
+    """Parameters that an action class declares, by name, in order."""
     hints = typing.get_type_hints(action, include_extras=True, localns=_hint_names())
     found = {}
     for field in dataclasses.fields(action):
@@ -271,11 +285,11 @@ def parameters_of(action: type[Action]) -> dict[str, Parameter]:
 
 
 def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mapping[str, Any]) -> Action:
-    """Make an action by name, for a rule or a leaf.
+    """Create an action by its name, for a rule or a leaf.
 
     Raises:
-        InputError: Unknown action or parameter, missing required parameter, or a value of a wrong type or out of
-            bounds; lists the existing names.
+        InputError: The action or a parameter is unknown, a required parameter is missing, or a value is of a wrong type
+            or out of bounds.
     """
     if name not in table:
         raise InputError(unknown("action", name, table))
@@ -290,7 +304,7 @@ def make_action(table: Mapping[str, type[Action]], name: str, parameters: Mappin
 
 
 def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> Sequence[tuple[str, str]]:
-    """Result of `Action.misfits`; an exception raised by a user's class is also returned as a misfit."""
+    """Result of `Action.misfits`; if a user's class raises an exception, this is returned as a misfit."""
     try:
         return list(action.misfits(parameters, knowledge))
     except BaseException as error:  # a user's class may raise anything
@@ -300,10 +314,10 @@ def misfits_of(action: type[Action], parameters: Mapping[str, Any], knowledge: K
 
 
 def refuse_misfits(action: type[Action], parameters: Mapping[str, Any], knowledge: Knowledge) -> None:
-    """Refuse parameters, known before the run, that the robot cannot carry out.
+    """Check that the robot supports parameter values which are known before the run.
 
     Raises:
-        InputError: There are such parameters; contains a fault for each.
+        InputError: The robot does not support some of them; the error contains a fault for each.
     """
     if found := misfits_of(action, parameters, knowledge):
         raise InputError(*(f"{name} of {action.__name__}: {reason}." for name, reason in found))

@@ -1,4 +1,4 @@
-"""Keyword arguments from files for user functions and classes: keyword-only, typed, in SI units."""
+"""Conversion of values in files to the keyword-only parameters of users' functions and classes, in SI units."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from .units import NONE, convert
 def keyword_parameters(
     function: Callable[..., Any], positional: Sequence[str], what: str, write: str
 ) -> tuple[dict[str, Parameter], bool]:
-    """Keyword-only parameters of a function, by name.
+    """Keyword-only parameters that a function declares, by name.
 
     Args:
-        function: Function, or `__init__` of a class; `self` is skipped.
+        function: Function, or `__init__` of a class, of which `self` is skipped.
         positional: Names of the arguments that the engine passes by position.
         what: Name of the function in messages, such as `build`.
         write: Expected signature, for messages.
@@ -30,7 +30,7 @@ def keyword_parameters(
         Parameters, and whether the function accepts further keywords (`**rest`).
 
     Raises:
-        InputError: The signature is not of this form; contains all faults.
+        InputError: The signature does not have the expected form; the error contains all faults.
     """
     try:
         signature = inspect.signature(function)
@@ -69,17 +69,18 @@ def read_arguments(
     file: Path | None = None,
     positions: Mapping[str, tuple[int, int]] | None = None,
 ) -> dict[str, Any]:
-    """Convert a file's values to keyword arguments, with numbers in SI units.
+    """Convert values from a file to keyword arguments, with numbers in SI units.
 
     Args:
-        declared: Parameters by name.
+        declared: Declared parameters, by name.
         values: Values in the file, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
         owner: Owner of the parameters in messages, such as `the mission`.
-        file: File of the values.
-        positions: Line and column of each value.
+        file: File of the values, for faults.
+        positions: Line and column of each value in the file, by name.
 
     Raises:
-        InputError: A name, a type, a unit or a value is invalid, or a required parameter is missing; all faults.
+        InputError: A name, a type, a unit or a value is invalid, or a required parameter is missing; the error contains
+            all faults.
     """
     faults = []
     positions = positions or {}
@@ -102,7 +103,7 @@ def read_arguments(
 
 
 def read_argument(parameter: Parameter, value: object) -> Any:
-    """Convert a file's value for one parameter: numbers and lists of numbers to SI units, others unchanged.
+    """Convert a value from a file for one parameter: numbers and lists of numbers to SI units, others unchanged.
 
     Raises:
         InputError: The type, the unit or the number is invalid.
@@ -141,7 +142,7 @@ def _list(parameter: Parameter, value: object) -> list[Any] | tuple[Any, ...]:
 
 
 def _part(parameter: Parameter, kind: Any) -> Parameter:
-    """Parameter for an element of a list or for the type of an optional; inherits the dimension of the whole."""
+    """Parameter for an element of a list, or for the type in an optional, with the dimension of the whole parameter."""
     part = Parameter.annotated(parameter.name, kind, parameter.required, None)
     if parameter.dimension not in (None, NONE) and part.dimension in (None, NONE):
         return replace(part, dimension=parameter.dimension, bounds=parameter.bounds)

@@ -1,7 +1,7 @@
-"""Publishing between blocks: stamped samples into bounded inboxes.
+"""Publish and subscribe between the blocks of an agent: stamped samples are put into bounded inboxes.
 
-The paper's Publisher and Observer. There is deliberately no generic `attach`: `Monitor.attach(Analyze)` and
-`Analyze.attach(Plan)` are the only connections (paper, 5.1).
+These are the paper's Publisher and Observer. There is deliberately no generic `attach`: `Monitor.attach(Analyze)` and
+`Analyze.attach(Plan)` are the only connections that the architecture allows (paper, 5.1).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ Signals = Mapping[str, Sequence[float]]
 
 
 class Stamped(msgspec.Struct, Generic[T], frozen=True):
-    """A value, the time it refers to [s] and its source: a block or device."""
+    """Sample: a value with the time to which it refers [s] and its source, the name of a block or device."""
 
     t: float
     source: str
@@ -31,10 +31,10 @@ class Stamped(msgspec.Struct, Generic[T], frozen=True):
 
 
 class Inbox(Generic[T]):
-    """Bounded, thread-safe queue of the samples that an observer has not read yet, oldest first.
+    """Bounded, thread-safe queue of the samples that a subscriber has not read yet, oldest first.
 
-    Any number of publishers may put into one inbox. A full inbox drops its oldest sample and counts it in
-    `overflows`: for control, new data is worth more than old.
+    Any number of publishers may put samples into one inbox. A full inbox drops its oldest sample and counts this in
+    `overflows`, because control needs new data more than old.
 
     Args:
         capacity: Maximum number of samples.
@@ -58,11 +58,11 @@ class Inbox(Generic[T]):
 
     @property
     def pending(self) -> bool:
-        """Whether there are samples to drain."""
+        """Whether there are unread samples."""
         return bool(self._samples)
 
     def drain(self) -> list[Stamped[T]]:
-        """Remove and return all samples."""
+        """Remove all samples from the inbox and return them, oldest first."""
         with self._lock:
             samples = list(self._samples)
             self._samples.clear()
@@ -74,7 +74,7 @@ class Inbox(Generic[T]):
             self._arrived.notify_all()
 
     def wait(self, timeout: float, stop: Callable[[], bool]) -> bool:
-        """Wait until there is a sample, `stop()` is true or the timeout [s] has passed; True if there is a sample."""
+        """Wait until a sample exists, `stop()` is true, or the timeout [s] has passed; returns whether one exists."""
         with self._lock:
             self._waiting += 1
             try:
@@ -85,33 +85,33 @@ class Inbox(Generic[T]):
 
 
 class Publisher(Generic[T]):
-    """Publishing end of a block: puts each sample into every connected inbox."""
+    """Publisher of a block, which puts each sample into every connected inbox."""
 
     def __init__(self, name: str) -> None:
         self.name = name
         self._inboxes: list[Inbox[T]] = []
 
     def connect(self, inbox: Inbox[T]) -> None:
-        """Also publish to this inbox; connecting it twice has no effect."""
+        """Connect an inbox, to which samples are then published; connecting it twice has no effect."""
         if inbox not in self._inboxes:
             self._inboxes.append(inbox)
 
     def publish(self, t: float, value: T) -> None:
-        """Put a value, stamped with its time and source, into every inbox."""
+        """Put a value, stamped with time [s] and source, into every connected inbox."""
         sample = Stamped(t, self.name, value)
         for inbox in self._inboxes:
             inbox.put(sample)
 
 
 class MonitorSubscriber:
-    """Receiver of a Monitor's samples; only an Analyze is one (paper, 4.2 and 5.1)."""
+    """Base of receivers of a monitor's samples; only analysers may receive them (paper, 4.2 and 5.1)."""
 
     def __init__(self) -> None:
         self.inbox: Inbox[Signals] = Inbox()
 
 
 class AnalyzeSubscriber:
-    """Receiver of an Analyze's changes; only a Plan is one (paper, 4.2 and 5.1)."""
+    """Base of receivers of an analyser's Changes; only a Plan may receive them (paper, 4.2 and 5.1)."""
 
     def __init__(self) -> None:
         self.inbox: Inbox[Change] = Inbox()

@@ -1,4 +1,4 @@
-"""Time as an injected object (simulated or wall clock), and rates as whole numbers of base steps."""
+"""Clocks, simulated or real, which are passed to all code that needs the time; and rates in whole base steps."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .errors import Fault, RateError
 
 
 class Clock(ABC):
-    """Source of time for every block and timer; they read no other clock."""
+    """Source of time for all blocks and timers of a run, which use no other clock."""
 
     @abstractmethod
     def now(self) -> float:
@@ -19,7 +19,7 @@ class Clock(ABC):
 
 
 class SimulatedClock(Clock):
-    """Time that only `advance` moves; counted in whole steps, so it does not drift.
+    """Simulated time, which only `advance` moves. It is counted in whole steps, so rounding errors do not add up.
 
     Args:
         step: Length of one step [s].
@@ -45,11 +45,11 @@ class SimulatedClock(Clock):
 
 
 class WallClock(Clock):
-    """Real time since `start` [s].
+    """Real time since the call of `start` [s].
 
     Args:
-        running: Whether the clock starts at once. If False it reads zero until `start`, so that set-up time is not
-            counted as part of the run.
+        running: Whether the clock starts at once. If False, its time is 0 until `start`, so that the time of the set-up
+            does not count as part of the run.
     """
 
     def __init__(self, running: bool = True) -> None:
@@ -65,7 +65,7 @@ class WallClock(Clock):
         return 0.0 if self._start is None else time.monotonic() - self._start
 
     def wait_until(self, deadline: float, stop: threading.Event) -> bool:
-        """Sleep until the deadline [s] or until `stop` is set; True unless `stop` was set."""
+        """Sleep until a time on this clock [s], or until `stop` is set; returns False if `stop` is set."""
         while (remaining := deadline - self.now()) > 0.0:
             if stop.wait(remaining):
                 return False
@@ -74,11 +74,11 @@ class WallClock(Clock):
 
 @dataclass(frozen=True)
 class Rate:
-    """Rate of a periodic task, as a whole number of base steps per period.
+    """Rate of a periodic task, whose period is a whole number of base steps.
 
     Attributes:
-        every: Base steps per period.
-        step: Base step [s].
+        every: Number of base steps per period.
+        step: Duration of a base step [s].
     """
 
     every: int
@@ -91,21 +91,21 @@ class Rate:
 
     @property
     def hz(self) -> float:
-        """Executions per second [1/s]."""
+        """Rate in executions per second [Hz]."""
         return 1.0 / self.period
 
     def due(self, count: int) -> bool:
-        """Whether the task runs at this base step."""
+        """Whether the task runs in the base step with this number."""
         return count % self.every == 0
 
     @staticmethod
     def dividing(hz: float, step: float, what: str) -> Rate:
-        """The rate of `hz` executions per second over a base step.
+        """Create the rate of `hz` executions per second.
 
         Args:
-            hz: Executions per second [1/s].
-            step: Base step [s].
-            what: Name of the rate, for the message.
+            hz: Rate [Hz].
+            step: Duration of a base step [s].
+            what: Name of the rate, for messages.
 
         Raises:
             RateError: The period is not a whole number of steps; the message names the nearest possible rates.

@@ -1,4 +1,4 @@
-"""Check that paths in missions, robots and other content do not lead out of the allowed folders."""
+"""Check that file paths in missions, robots and other content do not lead out of the allowed folders."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
         roots: Allowed folders.
 
     Returns:
-        Absolute path without links; the file need not exist.
+        Absolute path with links resolved; the file need not exist.
 
     Raises:
         InputError: The file is outside all roots, or the text is not a valid path.
@@ -36,5 +36,5 @@ def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
 
 
 def is_file(path: Path) -> bool:
-    """Whether a file exists; also False if its name is too long, for which `Path.is_file` raises."""
+    """Whether a file exists. Unlike `Path.is_file`, this does not raise an error if the name is too long."""
     return os.path.isfile(path)

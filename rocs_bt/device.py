@@ -1,6 +1,6 @@
-"""Interfaces to the robot's devices: Sensor and Actuator (paper, 4.1 and 5.3).
+"""Interfaces of the robot's devices: Sensor and Actuator (paper, 4.1 and 5.3).
 
-Only their implementations differ between simulation and hardware.
+Simulation and hardware differ only in the implementations of these interfaces.
 """
 
 from __future__ import annotations
@@ -12,11 +12,11 @@ import msgspec
 
 
 class Reading(msgspec.Struct, frozen=True):
-    """Sample of a sensor.
+    """Reading of a sensor: values with a time stamp.
 
     Attributes:
-        stamp: Time at which the device took the sample [s]. A frozen device repeats an old stamp, so its signals
-            become stale.
+        stamp: Time at which the device took the sample [s]. A device that is frozen repeats an old stamp, so that its
+            signals become stale.
         values: Values, SI units, sensor frame; +inf is a range without echo, NaN is an invalid value.
     """
 
@@ -25,10 +25,10 @@ class Reading(msgspec.Struct, frozen=True):
 
 
 class Sensor(ABC):
-    """Sensor device.
+    """Base class of sensor devices.
 
     Attributes:
-        name: Name in robot.toml.
+        name: Name of the sensor in robot.toml.
     """
 
     def __init__(self, name: str) -> None:
@@ -36,10 +36,10 @@ class Sensor(ABC):
 
     @abstractmethod
     def read(self) -> Reading:
-        """Newest sample; must return without waiting.
+        """Return the newest sample; it must not wait for a new one.
 
         Raises:
-            DeviceError: The device has no sample; its signals become stale and thus invalid.
+            DeviceError: The device has no sample. The signals of the sensor then become stale, and thus invalid.
         """
 
     def close(self) -> None:
@@ -47,10 +47,10 @@ class Sensor(ABC):
 
 
 class Actuator(ABC):
-    """Actuator device.
+    """Base class of actuator devices.
 
     Attributes:
-        name: Name in robot.toml.
+        name: Name of the actuator in robot.toml.
         size: Number of values of a command.
     """
 
@@ -67,13 +67,13 @@ class Actuator(ABC):
                 drive's wheels.
 
         Raises:
-            DeviceError: The device rejects the command. As at any other exception, the robot is stopped and the run
-                ends with the outcome `error`.
+            DeviceError: The device rejects the command. The robot is then stopped, and the run ends with the outcome
+                `error`, as after any other exception.
         """
 
     @abstractmethod
     def neutral(self) -> None:
-        """Go to a safe state without motion; must not raise, and may be called at any time from any thread."""
+        """Go to a safe state without motion. It must not raise, and may be called at any time from any thread."""
 
     def close(self) -> None:
         """Release the resources of the device; called once at the end."""

@@ -1,6 +1,6 @@
-"""TOML documents with positions: reading collects all faults, each with file, line and column.
+"""TOML documents with positions: reading a document collects all faults, each with file, line and column.
 
-A `Table` is read key by key; keys that are never read are unknown keys.
+A `Table` is read key by key. Keys that were never read are reported as unknown.
 
     table = read_toml(path)
     name = table.text("name")
@@ -24,17 +24,17 @@ _MISSING = object()
 
 
 class Table:
-    """Table of a TOML document, read key by key. All tables of a document share one list of faults.
+    """Table of a TOML document, which is read key by key.
 
-    If a value is missing or invalid, a fault is noted and a harmless value of the right type is returned, so that
-    reading continues and finds further faults.
+    If a value is missing or invalid, a fault is recorded, and a harmless value of the right type is returned, so that
+    reading can continue and find further faults. All tables of a document share one list of faults.
 
     Attributes:
-        file: File of the document.
-        key: Path of this table in the document.
+        file: Path of the document's file.
+        key: Key of this table, as the path from the root of the document.
         faults: Faults found so far in the whole document.
-        bases: Files that this one is based on, nearest first.
-        data: Content as parsed by tomllib.
+        bases: Files on which the document is based (`base = ...`), nearest first.
+        data: Content of the table, as parsed by tomllib.
         positions: Line and column of each key in the document.
     """
 
@@ -60,7 +60,7 @@ class Table:
 
     @property
     def label(self) -> str:
-        """Name of this table in messages."""
+        """Name of this table for messages."""
         return ".".join(str(k) for k in self.key) or "the file"
 
     def position(self, key: str | None = None) -> tuple[int, int]:
@@ -75,21 +75,21 @@ class Table:
         return self.positions.get(path, (0, 0))
 
     def beside(self, name: str) -> Path:
-        """Path of a file beside the document, or else beside one of its bases."""
+        """Path of a file in the folder of the document, or else in the folder of one of its bases."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
 
     def fault(self, key: str | None, message: str, hint: str = "", warning: bool = False) -> None:
-        """Note a fault at a key of this table, or at the table itself."""
+        """Record a fault at a key of this table, or at the table itself if `key` is None."""
         line, column = self.position(key)
         self.faults.append(Fault(message, self.file, line, column, hint, warning))
 
     def adopt(self, key: str | None, error: InputError) -> None:
-        """Note the faults of an error raised elsewhere for a key's value."""
+        """Record the faults of an error that other code raised about the value of a key."""
         self.faults.extend(error.at(self.file, *self.position(key)).faults)
 
     def raw(self, key: str, default: Any = _MISSING) -> Any:
-        """Unconverted value; notes a fault and returns None if it is missing and has no default."""
+        """Read a value without conversion; if it is missing and has no default, record a fault and return None."""
         self._read_keys.add(key)
         if key in self.data:
             return self.data[key]
@@ -104,7 +104,7 @@ class Table:
         return value
 
     def choice(self, key: str, options: Collection[str], default: Any = _MISSING) -> str:
-        """Read one of a fixed set of words."""
+        """Read a string that must be one of `options`."""
         value = self.text(key, default)
         if value not in options and (key in self.data and isinstance(self.data[key], str)):
             hint = did_you_mean(value, options).replace("It has:", "Valid values:")
@@ -173,12 +173,12 @@ class Table:
         return [self._quantity(key, v, dimension, None, math.inf) for v in values]
 
     def table(self, key: str, optional: bool = True) -> Table:
-        """Sub-table; empty if it is missing."""
+        """Read a sub-table; an empty one if it is missing."""
         data = self._typed(key, dict, "a table", {} if optional else _MISSING, {})
         return self._child(data, (*self.key, key))
 
     def tables(self, key: str) -> list[Table]:
-        """Array of tables `[[key]]`; empty if it is missing."""
+        """Read an array of tables `[[key]]`; empty if it is missing."""
         values = self._typed(key, list, "a list of tables", [], [])
         if any(not isinstance(v, dict) for v in values):
             self.fault(key, f"{key} must be written as [[{key}]] tables.")
@@ -186,21 +186,21 @@ class Table:
         return [self._child(v, (*self.key, key, i)) for i, v in enumerate(values)]
 
     def named_tables(self, key: str) -> dict[str, Table]:
-        """Tables `[key.NAME]` by name; empty if there are none."""
+        """Read the tables `[key.NAME]`, by name; empty if there are none."""
         values = self._typed(key, dict, "a table of tables", {}, {})
         if bad := [name for name, v in values.items() if not isinstance(v, dict)]:
             self.fault(key, f"{key}.{bad[0]} must be a table.", hint=f"Write it as [{key}.{bad[0]}].")
         return {n: self._child(v, (*self.key, key, n)) for n, v in values.items() if isinstance(v, dict)}
 
     def keys(self) -> list[str]:
-        """Keys present in this table, for tables with user-defined keys."""
+        """Keys in this table, for tables whose keys the user chooses."""
         return list(self.data)
 
     def done(self) -> None:
-        """Note unknown keys, here and in the sub-tables that were read.
+        """Finish reading: record a fault for each key that was not read, here and in the sub-tables that were read.
 
         Raises:
-            InputError: There are faults other than warnings.
+            InputError: The document has faults other than warnings.
         """
         self._note_unknown_keys()
         if any(not f.warning for f in self.faults):
@@ -250,7 +250,7 @@ def read_toml(file: Path, text: str | None = None) -> Table:
         text: Text of the file, if already read.
 
     Raises:
-        InputError: The file cannot be read, is not UTF-8, or is not valid TOML; with the position.
+        InputError: The file cannot be read, is not UTF-8, or is not valid TOML; with the position of the fault.
     """
     if text is None:
         try:

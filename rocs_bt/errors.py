@@ -28,16 +28,16 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Fault:
-    """One error, warning or note about user input.
+    """Fault in user input: an error, a warning or a note.
 
     Attributes:
         message: One sentence: what was expected and what was found.
-        file: File of the fault, if any.
-        line: 1-based line, 0 if unknown.
-        column: 1-based column, 0 if unknown.
-        hint: Correction; empty if the message suffices.
-        warning: Whether the content still runs.
-        note: Whether nothing is known to be wrong, such as an undecided check; a note is also a warning.
+        file: File with the fault; None if unknown.
+        line: Line of the fault, 1-based; 0 if unknown.
+        column: Column of the fault, 1-based; 0 if unknown.
+        hint: Text that says how to correct the fault; empty if the message suffices.
+        warning: Whether it is a warning or a note, so that the content can still be run.
+        note: Whether it is a note: nothing is known to be wrong, such as after an undecided check.
     """
 
     message: str
@@ -73,50 +73,52 @@ class RocsError(Exception):
 
 
 class InputError(RocsError):
-    """Invalid user input; `faults` contains all faults found, not only the first."""
+    """Exception about invalid user input; `faults` contains all faults that were found, not only the first."""
 
     def __init__(self, *faults: Fault | str) -> None:
         self.faults: tuple[Fault, ...] = tuple(Fault(f) if isinstance(f, str) else f for f in faults)
         super().__init__("\n".join(str(f) for f in self.faults))
 
     def at(self, file: Path | None, line: int = 0, column: int = 0) -> InputError:
-        """Copy of the error in which each fault without a file has this position."""
+        """Copy of the error in which each fault without a file gets this position."""
         return type(self)(*(f.at(file, line, column) for f in self.faults))
 
 
 class UnitError(InputError):
-    """Quantity without a unit, with an unknown unit, or of the wrong dimension."""
+    """Raised for a quantity without a unit, with an unknown unit, or of a wrong dimension."""
 
 
 class UnknownName(InputError):
-    """Name that does not exist."""
+    """Raised for a name that does not exist; the message lists the existing names."""
 
 
 class RateError(InputError):
-    """Rate that is not positive, or does not divide the next higher rate."""
+    """Raised for a rate that is not positive, or that does not divide the next higher rate."""
 
 
 class WiringError(InputError):
-    """Blocks connected in a way that the architecture does not allow (paper, 5.1)."""
+    """Raised if blocks are connected in a way that the architecture does not allow (paper, 5.1)."""
 
 
 class KnowledgeError(RocsError):
-    """Write or query refused by the knowledge schema."""
+    """Raised if the schema of Knowledge refuses a write or a query."""
 
 
 class PipelineError(RocsError):
-    """Action used against its contract."""
+    """Raised if an action is used against its contract, such as submitted twice."""
 
 
 class DeviceError(RocsError):
-    """Failure of a sensor or an actuator, or its refusal of a request."""
+    """Raised if a sensor or an actuator fails or refuses a request."""
 
 
 class ActuatorError(DeviceError):
-    """An actuator's driver raised. Whether the device received the command is unknown, so its agent is stopped.
+    """Raised if the driver of an actuator raises an exception or its process fails.
+
+    Whether the device received the command is then unknown, so the agent is stopped.
 
     Attributes:
-        kind: `raised`; or `ended` or `hung`, for the process of an isolated actuator.
+        kind: `raised` for an exception; `ended` or `hung` for the process of an isolated actuator.
     """
 
     def __init__(self, message: str, kind: str = "raised") -> None:
@@ -125,13 +127,13 @@ class ActuatorError(DeviceError):
 
 
 class BlockError(RocsError):
-    """A block of an agent, or an actuator, raised, ended or hung.
+    """Raised if a block of an agent or an actuator has failed: it raised an exception, ended, or hung.
 
     Attributes:
         block: Name of the block or actuator, such as `R2/monitor sonar` or `R2/wheels`.
         kind: `raised`, `ended` or `hung`.
-        detail: Reason.
-        owner: `content` for an actuator, since its driver belongs to the robot's content; else `engine`.
+        detail: Reason of the failure.
+        owner: Owner of the failed code: `content` for an actuator, whose driver belongs to the robot; else `engine`.
     """
 
     def __init__(self, block: str, kind: str, detail: str, owner: str = "engine") -> None:
@@ -146,22 +148,22 @@ class BlockError(RocsError):
 
 
 class RecordingError(RocsError):
-    """Recording that cannot be read, or that lacks what an operation needs."""
+    """Raised if a recording cannot be read or written, or lacks what an operation needs."""
 
 
 @contextmanager
 def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
-    """Attribute errors raised inside the context to a line of a content file.
+    """Context that gives the errors raised in it the position of a line in a content file.
 
-    Faults without a file get this position. KnowledgeError and PipelineError become InputErrors, because names from
-    content cause them.
+    Faults without a file get this position. A KnowledgeError or PipelineError becomes an InputError, because a name in
+    content caused it.
 
     Args:
         file: Content file.
-        line: 1-based line; 0 if unknown.
+        line: Line, 1-based; 0 if unknown.
 
     Raises:
-        InputError: Replaces any KnowledgeError or PipelineError.
+        InputError: The body raised an InputError, a KnowledgeError or a PipelineError.
     """
     try:
         yield
@@ -172,12 +174,12 @@ def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
 
 
 def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
-    """Hint for an unknown name: the closest name, then all names.
+    """Text of a hint about an unknown name: the closest existing name, then all existing names.
 
     Args:
         name: Unknown name.
         known: Existing names.
-        what: Owner of the names, which begins the list, such as `The robot`.
+        what: Owner of the names, such as `The robot`, with which the list begins.
     """
     names = sorted(known)
     if not names:
@@ -189,7 +191,14 @@ def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
 
 
 def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") -> Fault:
-    """Fault for a name that does not exist, with the existing names as hint."""
+    """Create a fault about a name that does not exist, with the existing names in the hint.
+
+    Args:
+        kind: Kind of the name, such as `signal`.
+        name: Unknown name.
+        known: Existing names.
+        owner: Owner of the names, for the hint, such as `The robot`.
+    """
     names: Sequence[str] = sorted(known)
     hint = did_you_mean(name, names, what=owner)
     if owner == "There":
@@ -198,5 +207,5 @@ def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") ->
 
 
 def interrupts(error: BaseException) -> bool:
-    """Whether an exception interrupts the program or a generator, and so is no fault of the code that raised it."""
+    """Whether an exception only interrupts the program or a generator, so that it is no fault of any code."""
     return isinstance(error, (KeyboardInterrupt, GeneratorExit))

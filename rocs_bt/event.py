@@ -1,7 +1,7 @@
-"""Events that blocks emit: typed, immutable, time-stamped.
+"""Events that blocks emit: typed, immutable, with a time stamp.
 
-Every block receives an `EventSink`, such as the recorder, or a list in a test. Events are plain data without objects
-of the engine, so they can be written, read back and compared.
+Every block gets an `EventSink`, such as the recorder, or a list in a test. Events contain plain data and no objects of
+the engine, so they can be written, read back and compared.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ class SensorFailed(Event, frozen=True, kw_only=True):
 
 
 class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
-    """A Monitor or Analyze block wrote signals to Knowledge: names, sizes, and the concatenated packed values.
+    """A monitor or an analyser wrote signals to Knowledge: names, sizes, and the concatenated packed values.
 
-    `stamp` is the time of validity [s]; None if it equals `t`.
+    `stamp` is the time to which the values refer [s]; None if it equals `t`.
     """
 
     monitor: str
@@ -61,13 +61,13 @@ class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class Change(Event, frozen=True, kw_only=True):
-    """An Analyze block detected a change of the world; delivered to Plan (paper, 4.2).
+    """An analyser detected a change of the world; the event is also passed to Plan (paper, 4.2).
 
     Attributes:
-        source: Name of the Analyze block.
-        kind: Kind of change: `obstacle`, `pose`, `reflex ended` ...
+        source: Name of the analyser.
+        kind: Kind of the change, such as `obstacle` or `arrived`.
         subject: Node of the knowledge graph that changed; may be empty.
-        values: Evidence, in SI units.
+        values: Values that describe the change, in SI units.
     """
 
     source: str
@@ -80,7 +80,8 @@ class KnowledgeChanged(Event, frozen=True, kw_only=True):
     """The knowledge graph changed.
 
     Attributes:
-        what: `node added`, `node removed`, `attribute`, `edge added`, `edge changed`, `edge removed`.
+        what: Kind of the change: `node added`, `node removed`, `attribute`, `edge added`, `edge changed`, `edge
+            removed`.
         subject: Node, or source of the edge.
         name: Attribute, relation of the edge, or kind of the node.
         value: New value; for an edge, its target.
@@ -109,10 +110,11 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
     Attributes:
         rule: Rule as `file/Rule`.
-        phase: `latched`, `fired` (an activation), `fired again` (the action ended while the rule was latched),
-            `stopped` (its action raised), `waits`, `updated`, `released`, `ended`.
+        phase: New state: `latched`, `fired` (its activation began), `fired again` (the action had ended while the rule
+            was latched), `stopped` (the action raised an exception, so Stop replaces it), `waits` (another reflex is
+            active), `updated` (parameters changed), `released`, `ended` (its activation ended).
         priority: Priority of the rule.
-        reading: Guard of the rule with its signal values, such as `min(front) = 0.21 m`.
+        reading: Guard values of the rule, such as `min(front) = 0.21 m`.
         parameters: Parameters of the action, SI units.
         refirings: Number of times that the rule has fired again since this activation.
     """
@@ -126,7 +128,7 @@ class RuleChanged(Event, frozen=True, kw_only=True):
 
 
 class RulesReplaced(Event, frozen=True, kw_only=True):
-    """A rule file changed during the run: its rules were loaded, or refused and the old ones kept.
+    """A rule file changed during the run: its new rules were activated, or refused, and the old rules kept.
 
     Attributes:
         rules: Name of the rule file.
@@ -140,7 +142,7 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
 
 
 class NodeTicked(Event, frozen=True, kw_only=True):
-    """A node of the mission tree changed its status. `node` is its path from the root, names joined by `/`."""
+    """A node of the mission's tree changed its status. `node` is the path: names from the root, joined by `/`."""
 
     node: str
     status: str
@@ -162,7 +164,7 @@ class SubtreeSwapped(Event, frozen=True, kw_only=True):
 
 
 class Replanned(Event, frozen=True, kw_only=True):
-    """A leaf submitted its action again after a reflex. `count` is the number of times so far."""
+    """A leaf submitted its action again after a reflex; `count` is the number of times that it did so far."""
 
     node: str
     count: int
@@ -174,7 +176,7 @@ class Said(Event, frozen=True, kw_only=True):
     Attributes:
         node: Path of the leaf.
         text: The message.
-        aloud: Whether the message is for people near the robot, instead of for the log only.
+        aloud: Whether the message is for people near the robot, and not for the log only.
     """
 
     node: str
@@ -183,14 +185,14 @@ class Said(Event, frozen=True, kw_only=True):
 
 
 class TicketChanged(Event, frozen=True, kw_only=True):
-    """An action's ticket changed its state.
+    """The ticket of an action changed its state.
 
     Attributes:
         ticket: Number of the ticket, counted from 1 in each agent.
         action: Name of the action.
         parameters: Parameters of the action, SI units.
         priority: `NORMAL` or `HIGH`.
-        state: `QUEUED`, `RUNNING`, `SUCCEEDED`, `FAILED`, `CANCELLED`.
+        state: New state: `QUEUED`, `RUNNING`, `SUCCEEDED`, `FAILED`, `CANCELLED`.
         by: Block, leaf or rule that submitted or cancelled the ticket.
         reason: Reason of a failure, with evidence.
     """
@@ -236,13 +238,13 @@ class Followed(Event, frozen=True, kw_only=True):
 
 
 class BlockFailed(Event, frozen=True, kw_only=True):
-    """A block or an actuator raised, ended or hung; the wheels were stopped first.
+    """A block or an actuator failed: it raised an exception, ended, or hung. The wheels were stopped first.
 
     Attributes:
         block: Name of the block or of the actuator.
         kind: `raised`, `ended` or `hung`.
-        detail: Reason.
-        owner: `content` for an actuator, since its driver belongs to the robot's content; else `engine`.
+        detail: Reason of the failure.
+        owner: Owner of the failed code: `content` for an actuator, whose driver belongs to the robot; else `engine`.
     """
 
     block: str
@@ -257,15 +259,16 @@ class BlockFailed(Event, frozen=True, kw_only=True):
 
 
 class ContentRaised(Event, frozen=True, kw_only=True):
-    """User content raised an exception; reported once for a sensor or monitor that raises repeatedly.
+    """User content raised an exception. For a sensor or monitor that raises repeatedly, only the first is reported.
 
     Attributes:
-        kind: `leaf`, `planner`, `route planner`, `action`, `reflex action`, `sensor`, `monitor` ...
+        kind: Kind of the content: `leaf`, `planner`, `route planner`, `action`, `reflex action`, `sensor`, `monitor`
+            ...
         content: Name of the content, such as the path of a leaf or the class of an action.
         detail: Type and message of the exception.
         file: Name of the content file; empty if no line of content is in the traceback.
         line: Line in the file.
-        effect: Reaction of the agent, such as `brakes, and asks the plan again`.
+        effect: Reaction of the agent, such as `brakes and replans (1 of 3 within 10 s)`.
     """
 
     kind: str
@@ -277,7 +280,7 @@ class ContentRaised(Event, frozen=True, kw_only=True):
 
 
 class AgentStopped(Event, frozen=True, kw_only=True):
-    """An agent was stopped; afterwards it only cancels its remaining tickets. `by` names the cause."""
+    """An agent was stopped; after this event it only cancels its remaining tickets. `by` is the cause."""
 
     by: str
 
@@ -297,7 +300,7 @@ class PeerVanished(Event, frozen=True, kw_only=True):
 
 
 class PeerFault(Event, frozen=True, kw_only=True):
-    """A fault in the exchange with a peer that shares its knowledge; once per kind and start of the peer.
+    """A fault occurred in the exchange of knowledge with a peer; emitted once per kind and start of the peer.
 
     `kind` is `refused` (a write of the peer was refused), `behind` (the peer's clock was behind, and was corrected) or
     `clock` (this agent's own clock was behind the peer's, and was corrected).
@@ -310,7 +313,7 @@ class PeerFault(Event, frozen=True, kw_only=True):
 
 
 class BodyMoved(Event, frozen=True, kw_only=True):
-    """Ground-truth pose of a body, world frame, from the simulation; on hardware, the robot's estimate."""
+    """A body moved: its ground-truth pose from the simulation, world frame; on hardware, the robot's own estimate."""
 
     body: str
     x: float  # [m]
@@ -320,33 +323,33 @@ class BodyMoved(Event, frozen=True, kw_only=True):
 
 
 class Touched(Event, frozen=True, kw_only=True):
-    """A contact began in the simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
+    """A contact of an agent's robot began in simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 
     other: str
     kind: str
 
 
 class Approached(Event, frozen=True, kw_only=True):
-    """New minimum clearance of an agent's hull in this run: `distance` [m], negative if penetrating."""
+    """An agent's hull has its smallest clearance of the run so far: `distance` [m], negative if penetrating."""
 
     other: str
     distance: float
 
 
 class GoalEntered(Event, frozen=True, kw_only=True):
-    """An agent's ground-truth pose entered the tolerance of a goal in the simulation; `distance` [m] from it."""
+    """An agent's ground-truth pose came within the tolerance of a goal; `distance` from the goal [m]."""
 
     goal: str
     distance: float
 
 
 class RequirementViolated(Event, frozen=True, kw_only=True):
-    """A requirement of the scenario is violated; emitted once, when the violation is known.
+    """A requirement of the scenario is violated; emitted once, as soon as this is known.
 
     Attributes:
         requirement: Name of the requirement.
         about: Time of the violation [s].
-        margin: Robustness margin, negative; None if the requirement has none.
+        margin: Robustness margin at that time, negative; None if the requirement has no margin.
     """
 
     requirement: str
@@ -355,13 +358,13 @@ class RequirementViolated(Event, frozen=True, kw_only=True):
 
 
 class CommandLimited(Event, frozen=True, kw_only=True):
-    """The safety gate scaled a command that exceeded the actuator's limits.
+    """A safety gate reduced a command that exceeded the actuator's limits.
 
     Attributes:
         actuator: Name of the actuator.
         wanted: Requested command, SI units.
         given: Command sent to the device, SI units.
-        action: Name of the atomic action; empty outside of actions.
+        action: Name of the atomic action that commanded; empty outside of actions.
     """
 
     actuator: str
@@ -371,20 +374,23 @@ class CommandLimited(Event, frozen=True, kw_only=True):
 
 
 class CommandExpired(Event, frozen=True, kw_only=True):
-    """The actuator's watchdog set the neutral command, since no command arrived in time."""
+    """The watchdog of an actuator sent it to neutral, because no command had arrived in time."""
 
     actuator: str
 
 
 class Stuck(Event, frozen=True, kw_only=True):
-    """A robot on hardware made no progress for 15 s while it tried to move; the run goes on. `rule` may be empty."""
+    """A robot on hardware made no progress for 15 s although it tried to move; the run continues.
+
+    `rule` is the active reflex rule; empty if there is none.
+    """
 
     reason: str
     rule: str = ""
 
 
 class Judged(Event, frozen=True, kw_only=True):
-    """An agent's outcome and its reason; the outcomes are listed in docs/architecture.md."""
+    """An agent got its outcome, with a reason; docs/architecture.md lists the outcomes."""
 
     outcome: str
     reason: str = ""

@@ -12,24 +12,24 @@ from typing import NamedTuple
 
 
 def wrap_angle(angle: float) -> float:
-    """The equivalent angle in (-pi, pi] [rad]."""
+    """Wrap an angle to (-pi, pi] [rad]."""
     wrapped = math.remainder(angle, math.tau)
     return math.pi if wrapped == -math.pi else wrapped
 
 
 class Pose2(NamedTuple):
-    """A position and a heading in the world frame."""
+    """Planar pose: position and heading, world frame."""
 
     x: float  # [m]
     y: float  # [m]
     yaw: float = 0.0  # [rad], in (-pi, pi]
 
     def distance(self, other: Pose2) -> float:
-        """Distance to the other position [m]."""
+        """Distance to the position of another pose [m]."""
         return math.hypot(other.x - self.x, other.y - self.y)
 
     def bearing(self, other: Pose2) -> float:
-        """The angle from this heading to the other position, left positive [rad]."""
+        """Bearing of another pose's position: angle from this pose's heading to it, left positive [rad]."""
         return wrap_angle(math.atan2(other.y - self.y, other.x - self.x) - self.yaw)
 
     def transform(self, x: float, y: float) -> tuple[float, float]:
@@ -45,7 +45,7 @@ class Pose2(NamedTuple):
 
 
 class Twist2(NamedTuple):
-    """A velocity in the body frame."""
+    """Planar velocity, body frame."""
 
     forward: float  # [m/s]
     turn: float = 0.0  # [rad/s], left positive
@@ -53,7 +53,7 @@ class Twist2(NamedTuple):
 
 
 pose2: Callable[[tuple[float, float, float]], Pose2] = partial(tuple.__new__, Pose2)
-"""Fast constructor of a Pose2 from (x, y, yaw), in half the usual time; for poses made by the thousand."""
+"""Fast constructor of a Pose2 from (x, y, yaw), which takes half the usual time; for code that creates many poses."""
 
 twist2: Callable[[tuple[float, float, float]], Twist2] = partial(tuple.__new__, Twist2)
 """Fast constructor of a Twist2 from (forward, turn, left)."""

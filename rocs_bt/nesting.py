@@ -1,7 +1,7 @@
-"""Bound on the nesting of JSON from untrusted sources.
+"""Limit for the nesting depth of JSON from untrusted sources.
 
-Decoders recurse in C and rely on Python's recursion limit. A deep behaviour tree raises that limit for the whole
-process (`trees`), so hostile JSON could then overflow the stack and crash the process.
+JSON decoders recurse in C and rely on Python's recursion limit. A deep behaviour tree raises that limit for the whole
+process (see `trees`), so that hostile JSON could then overflow the stack and crash the process.
 """
 
 from __future__ import annotations
@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 
 LIMIT = 500
-"""Maximum nesting of lists and objects."""
+"""Maximum nesting depth of lists and objects."""
 
 _MARKS = re.compile(rb'"(?:[^"\\]|\\.)*"|[\[{]|[\]}]', re.DOTALL)
 
 
 def too_deep(data: str | bytes) -> bool:
-    """Whether a JSON text nests deeper than `LIMIT`; may also be True for text that is not JSON."""
+    """Whether a JSON text is nested deeper than `LIMIT`. For text that is not JSON, the result is arbitrary."""
     raw = data.encode("utf-8", "surrogatepass") if isinstance(data, str) else data
     if raw.count(b"[") + raw.count(b"{") <= LIMIT:
         return False
@@ -28,10 +28,10 @@ def too_deep(data: str | bytes) -> bool:
 
 
 def check_nesting(data: str | bytes) -> None:
-    """Refuse a JSON text that nests deeper than `LIMIT`.
+    """Check that a JSON text is not nested deeper than `LIMIT`.
 
     Raises:
-        ValueError: The text nests too deeply.
+        ValueError: The text is nested too deeply.
     """
     if too_deep(data):
         raise ValueError(f"lists and objects nest more than {LIMIT} deep")

@@ -1,4 +1,4 @@
-"""Parameters of actions, missions and drivers: name, type, dimension and bounds, taken from annotations."""
+"""Declarations of the parameters of actions, missions and drivers, as derived from annotations."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _LISTS = (list, tuple, Sequence)
 
 @dataclass(frozen=True)
 class Parameter:
-    """Parameter of an action, a mission or a driver.
+    """Declaration of a parameter of an action, a mission or a driver.
 
     Attributes:
-        name: Parameter's name.
-        type: Annotation without metadata.
+        name: Name of the parameter.
+        type: Type of the values: the annotation without its metadata.
         dimension: Dimension of the number, or of each number of a list; None for other types.
-        required: Whether the parameter must be given.
-        default: Default value of an optional parameter.
-        bounds: Range of valid numbers.
+        required: Whether the parameter has no default, so that a value must be given.
+        default: Default value; None if the parameter is required.
+        bounds: Range of valid numbers, SI units.
     """
 
     name: str
@@ -39,7 +39,14 @@ class Parameter:
 
     @classmethod
     def annotated(cls, name: str, hint: Any, required: bool, default: Any) -> Parameter:
-        """Make a parameter from its annotation, such as `PositiveMetresPerSecond`."""
+        """Create a parameter from its annotation, such as `PositiveMetresPerSecond`.
+
+        Args:
+            name: Name of the parameter.
+            hint: Annotation.
+            required: Whether a value must be given.
+            default: Default value.
+        """
         extras = getattr(hint, "__metadata__", ())
         plain = hint.__origin__ if extras else hint
         dimension = next((e for e in extras if isinstance(e, Dimension)), NONE if plain is float else None)
@@ -48,7 +55,7 @@ class Parameter:
         return cls(name, plain, dimension, required, default, bounds)
 
     def faults(self, value: Any, what: str) -> list[Fault]:
-        """Check a value's type and bounds; returns the faults.
+        """Check the type and the bounds of a value; returns the faults.
 
         Args:
             value: Value in SI units.
@@ -59,7 +66,7 @@ class Parameter:
         return self.bound_faults(value, what)
 
     def bound_faults(self, value: Any, what: str) -> list[Fault]:
-        """Check only a value's bounds, for an element of a list or an end of a range; returns the faults."""
+        """Check only the bounds of a value, not its type; returns the faults. Arguments as in `faults`."""
         if self.dimension is None and self.type is not int:
             return []
         wrong = next((v for v in _numbers(value) if not self.bounds.admit(v)), None)
@@ -70,11 +77,12 @@ class Parameter:
 
 
 def misfit(kind: Any, value: Any) -> str | None:
-    """Check a value's type: the expected type in words if it differs, else None.
+    """Check the type of a value; returns None if it fits, else the expected type in words.
 
     Args:
-        kind: Annotation without metadata. Plain types, lists and tuples of them, and unions are checked; others pass.
-        value: Value to check; numbers may be numpy's.
+        kind: Expected type: an annotation without metadata. Plain types, lists and tuples of these, and unions are
+            checked; a value of any other type is accepted.
+        value: Value to check; numbers of numpy are accepted as numbers.
     """
     if type(value) is kind:
         return None
@@ -104,7 +112,7 @@ def _misfit_of_list(origin: Any, parts: tuple[Any, ...], value: Any) -> str | No
 
 
 def _numbers(value: Any) -> Iterator[float]:
-    """Numbers in a value or in nested lists of values."""
+    """All numbers in a value, which may be a nested list."""
     if isinstance(value, numbers.Real):
         yield float(value)
     elif isinstance(value, Iterable) and not isinstance(value, str):

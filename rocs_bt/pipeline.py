@@ -1,11 +1,11 @@
-"""The Pipeline: the action queue between Plan or the reflexes and Execute (paper, 5.1; docs/architecture.md).
+"""Pipeline: queue of actions between Plan and the reflexes, which submit them, and Execute (paper, 5.1).
 
-There are two priorities. NORMAL is first in, first out. A HIGH submission cancels every NORMAL ticket, queued or
-running, and is served next. While `hold` is on (a reflex is active), NORMAL tickets wait undecomposed. Nothing is
-dropped silently: each ticket ends in exactly one of SUCCEEDED, FAILED, CANCELLED, and each change emits an event.
+There are two priorities. NORMAL actions are served first in, first out. A HIGH submission cancels every NORMAL ticket,
+queued or running, and is served next. While `hold` is on, because a reflex is active, NORMAL tickets wait. Each ticket
+ends in exactly one of the states SUCCEEDED, FAILED, CANCELLED, and each change of state emits an event.
 
-The Pipeline also applies a planner's latency. NORMAL submissions, updates and cancellations take effect that much
-later, so the robot continues its present action while its planner thinks. HIGH actions have no latency.
+The Pipeline also models the planner's latency: NORMAL submissions, updates and cancellations take effect later by the
+planning time, so that the robot continues its present action while its planner computes. HIGH actions have no latency.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ _SLACK = 1e-9  # [s] tolerance for rounding in sums of periods
 
 
 class Priority(Enum):
-    """The two priorities of the paper."""
+    """Priority of an action: NORMAL for the plan, HIGH for reflexes (paper, 5.1)."""
 
     NORMAL = 0
     HIGH = 1
 
 
 class TicketState(Enum):
-    """State of a submitted action.
+    """State of the ticket of a submitted action.
 
     Attributes:
         done: Whether the state is final.
@@ -50,19 +50,20 @@ class TicketState(Enum):
 
 
 class Ticket:
-    """Receipt of one submitted action, readable at any time; only the Pipeline changes it.
+    """Ticket of one submitted action, from which its state can be read at any time; only the Pipeline changes it.
 
     Attributes:
         number: Number of the ticket, counted from 1 in each pipeline.
         action: Submitted action.
         priority: Priority of the submission.
-        by: Submitter: a rule or a leaf of the tree.
+        by: Name of the submitter: a reflex rule, or the path of a leaf.
         submitted: Time of submission [s].
         due: Earliest time at which Execute may serve the ticket [s]: `submitted` plus the planner's latency.
         state: Current state.
-        failure: Cause of the failure; None unless FAILED.
-        cancelled_by: Canceller of the ticket; empty unless CANCELLED.
-        preempted: Whether it was cancelled by a HIGH submission, or by `interrupt`.
+        failure: Reason of the failure; None unless the state is FAILED.
+        cancelled_by: Name of the rule, leaf or component that cancelled the ticket; empty unless the state is
+            CANCELLED.
+        preempted: Whether the ticket was cancelled by a HIGH submission or by `interrupt`.
     """
 
     __slots__ = (
@@ -89,9 +90,9 @@ class Pipeline:
 
     Args:
         clock: Source of time.
-        sink: Receiver of the ticket events.
-        agent: The agent's name, for the events.
-        latency: Planning time [s]; None if it is measured and reported to `charge` after each tick of the plan.
+        sink: Sink that receives the TicketChanged events.
+        agent: Name of the agent, for the events.
+        latency: Planning latency [s]; None if it is measured, and reported to `charge` after each turn of the plan.
     """
 
     def __init__(self, clock: Clock, sink: EventSink, agent: str = "", *, latency: float | None = 0.0) -> None:
@@ -116,12 +117,12 @@ class Pipeline:
         """Queue an action.
 
         Args:
-            action: Action object; it must not be queued or running already.
-            priority: HIGH for reflexes: cancels all NORMAL tickets and wakes Execute at once.
-            by: Submitter: a rule or a leaf of the tree.
+            action: Action; the same object must not be queued or running already.
+            priority: Priority. HIGH, for reflexes, cancels all NORMAL tickets and wakes Execute at once.
+            by: Name of the submitter: a reflex rule, or the path of a leaf.
 
         Raises:
-            PipelineError: This action object is already in the queue.
+            PipelineError: This action object is already queued or running.
         """
         with self._lock:
             if any(t.action is action for q in self._queues.values() for t in q):
@@ -145,10 +146,10 @@ class Pipeline:
             return ticket
 
     def cancel(self, ticket: Ticket, by: str) -> bool:
-        """Cancel a ticket; False if it had already ended. Execute stops a running action at once.
+        """Cancel a ticket; returns False if it has already ended. Execute stops a running action at once.
 
-        Cancelling a ticket that a reflex cut off removes it from `blocked`. If the planner has a latency, `settle`
-        cancels NORMAL tickets that much later.
+        If the planner has a latency, a NORMAL ticket is cancelled later by that time, in `settle`. A ticket that a
+        reflex has pre-empted then no longer counts in `blocked`.
         """
         with self._lock:
             if ticket.state.done:
@@ -163,10 +164,10 @@ class Pipeline:
             return True
 
     def interrupt(self, by: str) -> None:
-        """Cancel all NORMAL tickets at once, as a reflex does but without a HIGH action: the robot brakes.
+        """Cancel all NORMAL tickets at once, as a reflex does, but without a HIGH action, so that the robot brakes.
 
         Args:
-            by: Cause, such as an exception raised by content.
+            by: Cause, such as an exception of content.
         """
         with self._lock:
             if self._held:
@@ -175,9 +176,9 @@ class Pipeline:
             self._wake()
 
     def update(self, ticket: Ticket, parameters: Mapping[str, Any]) -> None:
-        """Give a NORMAL ticket's action new parameters; `settle` applies them if the planner has a latency.
+        """Set parameters of the action of a NORMAL ticket; if the planner has a latency, `settle` does so later.
 
-        The ticket fails (CANNOT) if a value is impossible.
+        The ticket fails with CANNOT if a value is impossible.
         """
         with self._lock:
             due = None if self._latency is None else self.clock.now() + self._latency
@@ -186,7 +187,7 @@ class Pipeline:
                 self.settle()
 
     def charge(self, latency: float) -> None:
-        """Set the due time of the planner's last decisions from its measured latency [s]."""
+        """Set the time at which the planner's last decisions take effect, from its measured latency [s]."""
         with self._lock:
             if not (self._uncharged or self._cancellations or self._updates):
                 return
@@ -198,7 +199,7 @@ class Pipeline:
             self._updates = [(ticket, given, due if at is None else at) for ticket, given, at in self._updates]
 
     def settle(self) -> None:
-        """Apply updates and cancellations that are due after the planner's latency; Execute calls this each period."""
+        """Apply the updates and cancellations whose latency has passed; Execute calls this in each period."""
         if not self._cancellations and not self._updates:
             return
         with self._lock:
@@ -214,7 +215,7 @@ class Pipeline:
                     self._end(ticket, TicketState.CANCELLED, by)
 
     def top(self) -> Ticket | None:
-        """The ticket for Execute to serve now: the first HIGH one, else the first NORMAL one if due and not held."""
+        """Ticket that Execute must serve now: the first HIGH one, else the first NORMAL one, if due and not held."""
         with self._lock:
             if self._high:
                 return self._high[0]
@@ -223,7 +224,7 @@ class Pipeline:
             return None
 
     def start(self, ticket: Ticket) -> bool:
-        """Set a ticket RUNNING when Execute begins it; False if it was cancelled before."""
+        """Set a ticket to RUNNING when Execute begins it; returns False if it was cancelled before."""
         with self._lock:
             if ticket.state is TicketState.QUEUED:
                 ticket.state = TicketState.RUNNING
@@ -231,12 +232,12 @@ class Pipeline:
             return ticket.state is TicketState.RUNNING
 
     def succeed(self, ticket: Ticket) -> bool:
-        """Set a ticket SUCCEEDED; False if it was cancelled before."""
+        """Set a ticket to SUCCEEDED; returns False if it was cancelled before."""
         with self._lock:
             return not ticket.state.done and self._end(ticket, TicketState.SUCCEEDED, ticket.by)
 
     def fail(self, ticket: Ticket, failure: Failure) -> bool:
-        """Set a ticket FAILED; False if it was cancelled before."""
+        """Set a ticket to FAILED; returns False if it was cancelled before."""
         with self._lock:
             if ticket.state.done:
                 return False
@@ -244,7 +245,7 @@ class Pipeline:
             return self._end(ticket, TicketState.FAILED, ticket.by)
 
     def hold(self, held: bool) -> None:
-        """Suspend the NORMAL tickets (a reflex is active), or release them."""
+        """Hold NORMAL tickets back, while a reflex is active, or release them."""
         with self._lock:
             self._held = held
             if not held:
@@ -252,36 +253,36 @@ class Pipeline:
 
     @property
     def held(self) -> bool:
-        """Whether NORMAL tickets wait."""
+        """Whether NORMAL tickets are held back."""
         return self._held
 
     @property
     def blocked(self) -> bool:
-        """Whether a plan action, queued or cut off by a reflex, waits for the end of that reflex."""
+        """Whether an action of the plan, queued or pre-empted by a reflex, waits for the end of the reflex."""
         with self._lock:
             return self._held and bool(self._normal or self._preempted)
 
     def queued(self) -> tuple[Ticket, ...]:
-        """All tickets that have not ended, in serving order."""
+        """All tickets that have not ended, in the order in which they are served."""
         with self._lock:
             return (*self._high, *self._normal)
 
     def clear(self, by: str) -> None:
-        """Cancel all tickets."""
+        """Cancel all tickets; `by` is the cause."""
         with self._lock:
             for ticket in self.queued():
                 self._end(ticket, TicketState.CANCELLED, by)
             self._wake()
 
     def wait(self, timeout: float) -> bool:
-        """Wait at most `timeout` [s] for a HIGH submission, a cancellation or `wake`; True if one occurred."""
+        """Wait at most `timeout` [s] for a HIGH submission, a cancellation or `wake`; returns whether one occurred."""
         with self._lock:
             called = self._urgent.wait_for(lambda: self._woken, timeout)
             self._woken = False
             return called
 
     def wake(self) -> None:
-        """Wake Execute without a ticket, as at the end of a run."""
+        """Wake Execute without a ticket, such as at the end of a run."""
         with self._lock:
             self._wake()
 

@@ -1,6 +1,7 @@
-"""Python content: files loaded by path as modules with stable names (docs/architecture.md).
+"""Loading of Python content: files become modules with stable names (docs/architecture.md).
 
-A folder of content is a package without code of its own, so a file imports its siblings as `from .sibling import Name`.
+A folder of content is a package without code of its own, so that a file can import another file of the same folder (a
+sibling) by `from .sibling import Name`.
 """
 
 from __future__ import annotations
@@ -35,8 +36,8 @@ def is_reference(name: str) -> bool:
 def module_name(path: Path) -> str:
     """Name of a file's module in `sys.modules`: the package of its folder, a dot, and the file's stem.
 
-    The package is named after the folder, with a digest of the folder's whole path. Names are stable, so tracebacks,
-    dataclasses and pickles work, and two files never have the same name.
+    The package is named after the folder, with a digest of the folder's path. Names are stable, so that tracebacks,
+    dataclasses and pickles work. Two files never have the same name.
     """
     place = path.resolve()
     digest = hashlib.sha256(str(place.parent).encode()).hexdigest()[:12]
@@ -46,10 +47,10 @@ def module_name(path: Path) -> str:
 
 
 def load_module(path: Path) -> ModuleType:
-    """Module of a Python file; the file is run once in a process.
+    """Load a Python file as a module; in each process the file is run once.
 
     Raises:
-        InputError: The file, or a sibling that it imports, cannot be read or raises while it is run; with the line.
+        InputError: The file, or a sibling that it imports, cannot be read or raises an exception; with the line.
     """
     name = module_name(path)
     package, known = name.partition(".")[0], set(sys.modules)
@@ -73,14 +74,14 @@ def load_module(path: Path) -> ModuleType:
 
 
 class _SiblingFinder:
-    """Import hook for packages of content: their modules are the Python files of one folder.
+    """Import hook for packages of content, whose modules are the Python files of one folder.
 
-    Subfolders and links are not searched, so that a file has one module only.
+    Subfolders and links are not searched, so that a file belongs to one module only.
     """
 
     @staticmethod
     def find_spec(name: str, folders: Sequence[str] | None = None, target: object = None) -> ModuleSpec | None:
-        """Spec of a file of content; None if the importing package is not content."""
+        """Module spec of a file of content; None if the importing package is not content."""
         if not (name.startswith(CONTENT_PREFIX) and folders):
             return None
         file = Path(folders[0], f"{name.rpartition('.')[2].replace('/', '.')}.py")
@@ -96,7 +97,7 @@ sys.meta_path.insert(0, _SiblingFinder)
 
 
 def with_siblings(path: Path) -> list[Path]:
-    """A Python file and the siblings that it imports, directly or indirectly; no file is run.
+    """Paths of a Python file and of the siblings that it imports, directly or indirectly; no file is run.
 
     Raises:
         InputError: A file cannot be read, or is not valid Python.
@@ -112,7 +113,7 @@ def with_siblings(path: Path) -> list[Path]:
 
 
 def classes_in(path: Path) -> dict[str, int]:
-    """Top-level classes of a file with their lines; the file is not run.
+    """Top-level classes of a Python file, with their lines; the file is not run.
 
     Raises:
         InputError: The file cannot be read, or is not valid Python.
@@ -121,7 +122,7 @@ def classes_in(path: Path) -> dict[str, int]:
 
 
 def functions_in(path: Path) -> dict[str, int]:
-    """Top-level functions of a file with their lines; the file is not run.
+    """Top-level functions of a Python file, with their lines; the file is not run.
 
     Raises:
         InputError: The file cannot be read, or is not valid Python.
@@ -130,7 +131,7 @@ def functions_in(path: Path) -> dict[str, int]:
 
 
 def texts_in(path: Path) -> set[str]:
-    """String constants of a file; the file is not run.
+    """String constants in a Python file; the file is not run.
 
     Raises:
         InputError: The file cannot be read, or is not valid Python.
@@ -142,7 +143,7 @@ def load_class(path: Path, name: str) -> type:
     """Load a class of a Python file.
 
     Raises:
-        InputError: The file does not load, or has no such class; lists its classes.
+        InputError: The file cannot be loaded, or has no such class; the error lists its classes.
     """
     found = getattr(load_module(path), name, None)
     if not isinstance(found, type):
@@ -151,7 +152,7 @@ def load_class(path: Path, name: str) -> type:
 
 
 def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
-    """Wrap a function of a user's file: its exceptions become faults of the file. The signature is unchanged."""
+    """Wrap a function of a user's file so that its exceptions become faults of the file; it keeps its signature."""
 
     @functools.wraps(build)
     def safe(*args: Any, **kwargs: Any) -> Any:
@@ -163,13 +164,13 @@ def guarded(build: Callable[..., Any], path: Path) -> Callable[..., Any]:
 
 @contextmanager
 def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[Exception], ...] = ()) -> Iterator[None]:
-    """Context that converts exceptions of content, including `sys.exit`, to faults of its file with the line.
+    """Context that converts exceptions of content, including `sys.exit`, to faults in the file, with the line.
 
     Args:
         path: File of the content.
-        owners: Classes or functions of the file; if the engine refuses a value that they returned, the fault is at
-            their definition.
-        passing: Exceptions that are not converted.
+        owners: Classes or functions of the file. If the engine refuses a value that one of them returned, the fault is
+            at its definition.
+        passing: Types of exceptions that are not converted.
 
     Raises:
         InputError: The content raised another exception.
@@ -186,7 +187,7 @@ def running(path: Path, *owners: object, passing: type[Exception] | tuple[type[E
 
 
 def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManager[None]:
-    """As `running` for a class of content, but InputErrors are not converted; no effect for a class of the engine."""
+    """Context as `running` for a user's class, except that InputErrors pass; does nothing for a class of the engine."""
     if not cls.__module__.startswith(CONTENT_PREFIX):
         return nullcontext()
     file = sys.modules[cls.__module__].__file__ or ""
@@ -205,12 +206,13 @@ def _parse(path: Path) -> ast.Module:
 
 
 def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
-    """Fault for an exception of content, at the innermost line of content.
+    """Create a fault about an exception of content, at the innermost line of content in the traceback.
 
     Args:
         path: File of the content.
         error: The exception.
-        owners: Classes or functions of the file; without a line of content the fault is at their definition.
+        owners: Classes or functions of the file. If no line of content is in the traceback, the fault is at their
+            definition.
     """
     if isinstance(error, SyntaxError) and (file := _invalid(error, path)) is not None:
         return Fault(f"not valid Python: {error.msg}.", file, error.lineno or 0, error.offset or 0)
@@ -220,7 +222,7 @@ def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
 
 
 def _invalid(error: SyntaxError, path: Path) -> Path | None:
-    """File of content with the invalid syntax: this file or a sibling; None if content parsed another text."""
+    """File with the invalid syntax: this file or a sibling. None if content itself parsed another text."""
     if error.filename in (None, str(path)):
         return path
     folder, file = os.path.split(str(error.filename))

@@ -1,4 +1,4 @@
-"""Exceptions raised by content (leaves, actions, sensors and other extensions), with its name and source line."""
+"""Exceptions that content raises (leaves, actions, sensors and other extensions), with name and source line."""
 
 from __future__ import annotations
 
@@ -18,19 +18,19 @@ from .errors import ActuatorError, RocsError
 from .event import ContentRaised
 
 CONTENT_PREFIX = "rocs_bt_content_"
-"""Prefix of the names of content modules, which `python_content` loads."""
+"""Prefix of the names of content modules, as loaded by `python_content`."""
 
 _MAX_LENGTH = 400
-"""Maximum length of an exception's message in characters; longer ones are truncated."""
+"""Maximum length of the message of an exception [characters]; longer messages are truncated."""
 
 
 @dataclass(frozen=True)
 class CodeLocation:
-    """Line in a file of content.
+    """Location of a line of code in a file.
 
     Attributes:
-        file: The file.
-        line: 1-based line.
+        file: Path of the file.
+        line: Line, 1-based.
     """
 
     file: Path
@@ -42,13 +42,13 @@ class CodeLocation:
 
 @dataclass(frozen=True)
 class Raised:
-    """Exception that a leaf, action, sensor or other content raised.
+    """Description of an exception that a leaf, action, sensor or other content raised.
 
     Attributes:
         kind: Kind of content, such as `leaf`, `action`, `sensor`.
         content: Name of the content: the path of a leaf, the class of an action, the name of a sensor.
         detail: Type and message of the exception.
-        location: Line of content that raised; None if no line of content was involved.
+        location: Line of content that raised the exception; None if no line of content was involved.
     """
 
     kind: str
@@ -58,12 +58,12 @@ class Raised:
 
     @classmethod
     def of(cls, kind: str, content: str, error: BaseException, *owners: object) -> Raised:
-        """Describe an exception.
+        """Create the description of an exception.
 
         Args:
             kind: Kind of content.
             content: Name of the content.
-            error: The exception.
+            error: Exception.
             owners: Objects, classes or functions of the content, for `raised_at`.
         """
         if isinstance(error, RecordedException):
@@ -72,12 +72,12 @@ class Raised:
 
     @classmethod
     def recorded(cls, event: ContentRaised) -> Raised:
-        """Exception that an event reports."""
+        """Create the description of an exception from the event that reports it."""
         location = CodeLocation(Path(event.file), event.line) if event.file else None
         return cls(event.kind, event.content, event.detail, location)
 
     def event(self, t: float, agent: str, effect: str) -> ContentRaised:
-        """Event that reports the exception.
+        """Create the event that reports the exception.
 
         Args:
             t: Time [s].
@@ -102,10 +102,10 @@ class Raised:
 
 
 class RecordedException(RocsError):
-    """Recorded exception of content, which a replay raises instead of the original one.
+    """Raised in a replay in place of an exception that content raised in the recorded run.
 
     Attributes:
-        raised: The recorded exception.
+        raised: Description of the recorded exception.
     """
 
     def __init__(self, raised: Raised) -> None:
@@ -114,12 +114,12 @@ class RecordedException(RocsError):
 
 
 def reported(event: ContentRaised) -> str:
-    """Text of an event: the exception and the reaction of the agent."""
+    """Text of a ContentRaised event: the exception and the reaction of the agent."""
     return f"{Raised.recorded(event)}; {event.effect}"
 
 
 def describe(error: BaseException) -> str:
-    """Type and message of an exception in one line; never raises, even if the exception's `__str__` does."""
+    """Type and message of an exception in one line. This never raises, even if the exception's `__str__` does."""
     if isinstance(error, SystemExit):
         return f"SystemExit({error.code!r:.40})"
     try:
@@ -133,14 +133,15 @@ def describe(error: BaseException) -> str:
 
 
 def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
-    """Location of the line of content at which an exception was raised.
+    """Location at which content raised an exception, or caused it.
 
-    The location is the innermost frame of content. Without such a frame, because the engine refused a value of content,
-    it is the definition of the first of `owners` that belongs to content, or else the innermost frame.
+    This is the innermost frame of content in the traceback. There is none if the engine refused a value that content
+    returned. Then the location is the definition of the first of `owners` that belongs to content, or else the
+    innermost frame.
 
     Args:
-        error: The exception; if it has no frame of content its causes are searched.
-        owners: Objects, classes or functions of the content, or locations.
+        error: Exception; if its traceback has no frame of content, those of its causes are searched.
+        owners: Objects, classes or functions of the content, or locations of their definitions.
     """
     if (location := content_line(error, *owners)) is not None:
         return location
@@ -149,7 +150,7 @@ def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
 
 
 def content_line(error: BaseException, *owners: object) -> CodeLocation | None:
-    """As `raised_at`, but None if neither a frame nor an owner belongs to content."""
+    """Location as in `raised_at`, but None if neither a frame nor an owner belongs to content."""
     for each in causes(error):
         if found := [(frame, line) for frame, line in walk_tb(each.__traceback__) if is_content(frame)]:
             return _location(*found[-1])
@@ -177,7 +178,7 @@ def waiting_at(steps: Any) -> CodeLocation | None:
 
 
 def causes(error: BaseException) -> Iterator[BaseException]:
-    """An exception and its chain of explicit causes, outermost first."""
+    """An exception and its chain of explicit causes (`raise ... from ...`), outermost first."""
     seen: set[int] = set()
     each: BaseException | None = error
     while each is not None and id(each) not in seen:
@@ -187,12 +188,12 @@ def causes(error: BaseException) -> Iterator[BaseException]:
 
 
 def from_actuator(error: BaseException) -> bool:
-    """Whether an exception was raised by an actuator's driver, so that no other content is responsible."""
+    """Whether the driver of an actuator raised an exception, so that no other content is responsible."""
     return any(isinstance(each, ActuatorError) for each in causes(error))
 
 
 def owners_of(error: BaseException) -> Iterator[Any]:
-    """Objects whose methods an exception passed through, innermost first, those of its causes before its own."""
+    """Objects whose methods are in the traceback of an exception, innermost first; those of its causes come first."""
     for each in reversed(list(causes(error))):
         for frame, _ in reversed(list(walk_tb(each.__traceback__))):
             code = frame.f_code
@@ -201,7 +202,7 @@ def owners_of(error: BaseException) -> Iterator[Any]:
 
 
 def is_content(frame: FrameType) -> bool:
-    """Whether a frame belongs to content, not to the engine, Python's library or an installed package."""
+    """Whether a frame belongs to content, and not to the engine, Python's library or an installed package."""
     return _is_content(frame.f_globals.get("__name__", ""), frame.f_code.co_filename)
 
 
@@ -225,7 +226,7 @@ def _installed() -> tuple[str, ...]:
 
 
 def _definition(owner: object) -> CodeLocation | None:
-    """Location of the definition of a function, class, or the class of an object; None outside of content."""
+    """Location of the definition of a function, a class, or the class of an object; None if it is not content."""
     if isinstance(owner, CodeLocation):
         return owner
     target = owner if inspect.isroutine(owner) or isinstance(owner, type) else type(owner)

@@ -1,8 +1,8 @@
-"""Safety gate: every command to a device passes through it.
+"""Safety gate: limits and watchdog through which every command to an actuator passes.
 
-Actions, leaves, reflexes, scripted robots and threads of users have access to a `SafetyGate`, never to the device. The
-gate refuses invalid commands, limits commands to the actuator's declared limits, and goes to neutral when no new
-commands arrive.
+Actions, leaves, reflexes, scripted robots and users' threads have access only to a `SafetyGate`, never to the device.
+The gate refuses invalid commands, reduces commands to the actuator's declared limits, and sends the device to neutral
+when no new commands arrive.
 """
 
 from __future__ import annotations
@@ -19,19 +19,19 @@ from .errors import ActuatorError, DeviceError, InputError, interrupts
 from .event import CommandExpired, CommandLimited, EventSink, NullSink
 from .raised import describe, raised_at
 
-_ROUNDING = 1e-9  # relative to the range; smaller changes are rounding errors and emit no event
+_ROUNDING = 1e-9  # relative to the range; smaller differences are rounding errors, which emit no event
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Range and rate of change of an actuator's commands, in SI units of the command.
+    """Limits of an actuator's commands: range and rate of change, in SI units of the command.
 
     Attributes:
-        low: Minimum command, shape (n,), or (1,) for all values.
-        high: Maximum command, same shape.
+        low: Minimum of each value, shape (n,), or (1,) for all values.
+        high: Maximum of each value, of the same shape as `low`.
         max_change: Maximum rate of change of each value [1/s]; +inf for no limit.
-        together: Whether one factor scales all values, which preserves the curvature of wheel speeds; otherwise each
-            value is limited separately.
+        together: Whether all values are scaled by one factor, which preserves the curvature of a path for wheel speeds;
+            otherwise each value is limited separately.
 
     Raises:
         InputError: A bound is not finite, `low` is not below `high`, `max_change` is not positive, or the range of
@@ -56,11 +56,11 @@ class Limits:
 
     @property
     def largest(self) -> float:
-        """Largest magnitude that all values can have in both directions; for wheels the speed limit [m/s]."""
+        """Largest magnitude that every value can have in both directions; for wheels the speed limit [m/s]."""
         return min(min(-low, high) for low, high in zip(self.low, self.high, strict=True))
 
     def of_size(self, size: int) -> Limits:
-        """These limits with one pair of bounds for each of `size` values.
+        """Copy of these limits with one pair of bounds for each of `size` values.
 
         Raises:
             InputError: Bounds are declared for another number of values.
@@ -72,11 +72,11 @@ class Limits:
         return Limits(self.low * size, self.high * size, self.max_change, self.together)
 
     def rest(self) -> list[float]:
-        """The command nearest to zero, shape (n,)."""
+        """Command within the range that is nearest to zero, shape (n,)."""
         return [min(max(0.0, low), high) for low, high in zip(self.low, self.high, strict=True)]
 
     def apply(self, wanted: Sequence[float], last: Sequence[float], period: float) -> list[float]:
-        """Limit a command.
+        """Reduce a command to the limits.
 
         Args:
             wanted: Requested command, shape (n,), finite.
@@ -113,23 +113,24 @@ class Limits:
 
 
 class SafetyGate(Actuator):
-    """Actuator with limits and a watchdog; all methods are thread-safe.
+    """Wrapper of an actuator that adds limits and a watchdog; all methods are thread-safe.
 
-    The watchdog goes to neutral if there was no command for `max_age`. The loop that moves the device (physics, or a
-    driver's own thread) must call `check`. `neutral` is exempt from the limit of change.
+    The watchdog sends the device to neutral if there was no command for `max_age`. For this, the loop that moves the
+    device (the physics, or a driver's own thread) must call `check`. The limit on the rate of change does not apply to
+    `neutral`.
 
     Args:
         device: Driver of the actuator; no other object may use it.
         clock: Clock of the run.
-        limits: Range and rate of change of commands.
-        period: Control period [s]. The change of a command is limited by the time since the previous command, at most
-            one period.
+        limits: Limits of the commands.
+        period: Control period [s]. The allowed change of a command is `max_change` times the time since the previous
+            command, but at most one period.
         max_age: Maximum time between commands before the watchdog goes to neutral [s].
-        sink: Sink for CommandLimited and CommandExpired events; None emits none.
+        sink: Sink that receives the CommandLimited and CommandExpired events; None to emit none.
         agent: Name of the agent, for events.
 
     Attributes:
-        on_failure: Called once, at the first exception of the driver; None leaves the exception to the caller.
+        on_failure: Handler that is called once, at the first exception of the driver; None to leave it to the caller.
 
     Raises:
         InputError: The limits are declared for another number of values than the device takes.
@@ -166,25 +167,25 @@ class SafetyGate(Actuator):
 
     @property
     def expiry(self) -> float:
-        """Time at which the watchdog goes to neutral without a new command [s]; +inf while neutral."""
+        """Time at which the watchdog will send the device to neutral without a new command [s]; +inf while neutral."""
         last = self._last
         return math.inf if last is None else last + self._max_age
 
     @property
     def rest(self) -> list[float]:
-        """Command that neutral is recorded as, shape (n,): the nearest to zero within the range."""
+        """Command as which `neutral` is recorded, shape (n,): the one nearest to zero within the range."""
         return list(self._rest)
 
     @property
     def active(self) -> bool:
-        """Whether the last command requests motion."""
+        """Whether the last command requested motion and is still in effect."""
         return self._last is not None and self._given != self._rest
 
     def command(self, values: Sequence[float]) -> None:
         self.give(values)
 
     def give(self, values: Sequence[float], action: str = "") -> list[float]:
-        """Command the device, within its limits.
+        """Command the device, after reducing the command to the limits.
 
         Args:
             values: Requested command, shape (n,), SI units.
@@ -194,8 +195,8 @@ class SafetyGate(Actuator):
             Command sent to the device, shape (n,).
 
         Raises:
-            InputError: Wrong number of values, or a value that is not finite; nothing was sent.
-            ActuatorError: The driver raised.
+            InputError: The number of values is wrong, or a value is not finite; nothing was sent.
+            ActuatorError: The driver raised an exception.
             DeviceError: The actuator was shut after a failure.
         """
         wanted = self._checked(values)
@@ -242,12 +243,12 @@ class SafetyGate(Actuator):
             raise
 
     def shut(self) -> None:
-        """Send the actuator to neutral and refuse all later commands. Works while a command hangs in the device."""
+        """Send the device to neutral and refuse all later commands; works even while a command hangs in the driver."""
         self._shut = True
         self.neutral()
 
     def check(self) -> bool:
-        """Watchdog: go to neutral if the last command is too old; True if this call did so."""
+        """Watchdog: send the device to neutral if the last command is too old; returns whether this call did so."""
         last, now = self._last, self._clock.now()
         if not self._overdue(last, now):
             return False
@@ -268,7 +269,7 @@ class SafetyGate(Actuator):
         """Replace the device by a wrapper around it, for fault injection in tests.
 
         Args:
-            make: Takes the present device and returns the wrapper.
+            make: Function from the present device to the wrapper.
         """
         with self._lock:
             self._device = make(self._device)
@@ -295,7 +296,7 @@ class SafetyGate(Actuator):
         self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))
 
     def _run(self, step: Callable[..., None], *args: object) -> None:
-        """Call a method of the driver; exceptions become ActuatorErrors."""
+        """Call a method of the driver and convert its exceptions to ActuatorErrors."""
         try:
             step(*args)
         except ActuatorError:
@@ -308,14 +309,14 @@ class SafetyGate(Actuator):
             raise ActuatorError(str(error) if known else f"{describe(error)} ({location})") from error
 
     def _report_failure(self, error: ActuatorError) -> None:
-        """Report the driver's first exception; the lock must have been released."""
+        """Report the first exception of the driver to `on_failure`; the caller must not hold the lock."""
         if self.on_failure is not None and not self._failed:
             self._failed = True
             self.on_failure(error)
 
     @contextmanager
     def _locked_soon(self) -> Iterator[None]:
-        """Hold the lock; proceed without it after 20 ms, in case a command hangs in the device."""
+        """Context that holds the lock, or proceeds without it after 20 ms, as a command may hang in the driver."""
         held = self._lock.acquire(timeout=0.02)
         try:
             yield
@@ -324,7 +325,7 @@ class SafetyGate(Actuator):
                 self._lock.release()
 
     def _limited(self, wanted: Sequence[float], now: float) -> list[float]:
-        """Limited command for the present time; the caller holds the lock."""
+        """Reduce a command to the limits at the present time; the caller holds the lock."""
         if now > self._given_at:
             self._before, self._before_at, self._given_at = self._given, self._given_at, now
         return self._limits.apply(wanted, self._before, min(now - self._before_at, self._period))

@@ -10,15 +10,15 @@ from .units import NONE, Dimension
 
 @dataclass(frozen=True)
 class Signal:
-    """Declaration of one signal; its values are in Knowledge's signal table.
+    """Declaration of a signal; its values are in the signal table of Knowledge.
 
     Attributes:
-        name: Name used by rules, leaves and analysers, such as `front` or `pose`.
-        size: Number of float64 values.
-        dimensions: Dimension of each value, or one for all of them.
-        bounds: Lowest and highest valid value, SI units; a value outside them is invalid.
+        name: Name that rules, leaves and analysers use, such as `front` or `pose`.
+        size: Number of values (float64).
+        dimensions: Dimension of each value, or a single one for all values.
+        bounds: Minimum and maximum of all values, SI units; a value outside is invalid.
         max_age: Time for which a written value stays valid [s]; +inf if it never becomes stale.
-        doc: Description, one sentence.
+        doc: Description in one sentence.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Base class of events, and event sinks."""
+"""Base class of events, and sinks that receive events."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ Value = float | int | str | bool | None | list[float]
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True, gc=False):
-    """Base class of all events. Events are plain data without cycles, so garbage collection is disabled for them.
+    """Base class of all events. They contain plain data without cycles, so garbage collection is disabled for them.
 
     Attributes:
         t: Time since the start of the episode [s].
-        agent: Agent of the event; empty for events of the world.
+        agent: Name of the agent that the event is about; empty for events of the world.
     """
 
     t: float
@@ -29,17 +29,17 @@ def pack(values: Iterable[float]) -> bytes:
 
 
 def unpack(data: bytes) -> list[float]:
-    """Unpack the values of `pack`."""
+    """Unpack values that `pack` has packed."""
     values = array("d")
     values.frombytes(data)
     return values.tolist()
 
 
 class EventSink(Protocol):
-    """Receiver of events. `emit` must be cheap, must not block and must not raise."""
+    """Interface of a receiver of events."""
 
     def emit(self, event: Event) -> None:
-        """Receive one event."""
+        """Receive one event. This must be fast, must not block, and must not raise."""
         ...
 
 

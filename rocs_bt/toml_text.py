@@ -1,7 +1,8 @@
-"""TOML text: parsing with the position of each key, and writing.
+"""TOML text: a parser that gives the position of each key, and a writer.
 
-`tomllib` reports no positions, and its run time grows with the square of the length of a dotted key. Keys, nesting
-and integers are therefore bounded, so that any file is read or refused in time proportional to its size.
+`tomllib`, which parses the values, reports no positions. Its run time grows with the square of the number of parts of a
+dotted key. Keys, nesting and integers are therefore limited, so that any file is read or refused in a time proportional
+to its size.
 """
 
 from __future__ import annotations
@@ -18,13 +19,13 @@ from typing import Any, NamedTuple
 from .errors import Fault, InputError
 
 Key = tuple[str | int, ...]
-"""Names of tables, indices into arrays of tables, and the name of a value, from the root."""
+"""Path of a value from the root: names of tables, indices into arrays of tables, and the name of the value."""
 
 MAX_PARTS = 100
 """Maximum number of parts of a dotted key."""
 
 MAX_DEPTH = 100
-"""Maximum nesting of tables and lists."""
+"""Maximum nesting depth of tables and lists."""
 
 _SHORT = 100_000  # maximum length of a text to be cached [characters]
 _INTEGERS = range(-(2**63), 2**63)
@@ -43,10 +44,10 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
         file: File of the text, for faults.
 
     Returns:
-        Data, and line and column of each key that begins a line and of each table header.
+        Data; and line and column of each key at the beginning of a line, and of each table header.
 
     Raises:
-        InputError: The text is not valid TOML or exceeds the bounds of this module.
+        InputError: The text is not valid TOML, or exceeds a limit of this module.
     """
     data, positions = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
     return _copied(data), dict(positions)
@@ -83,7 +84,7 @@ def _copied(value: Any) -> Any:
 
 
 def as_toml(document: Mapping[str, Any]) -> str:
-    """Write a document as TOML text: keys of the root, then lists of tables as `[[name]]`. None is omitted."""
+    """Write a document as TOML text: first the keys of the root, then lists of tables as `[[name]]`, without None."""
     tables = {name: value for name, value in document.items() if _are_tables(value)}
     lines = _assignments({name: value for name, value in document.items() if name not in tables})
     for name, each in tables.items():
@@ -93,7 +94,7 @@ def as_toml(document: Mapping[str, Any]) -> str:
 
 
 def as_data(value: Any) -> Any:
-    """Convert a value to the form that parsing its TOML text returns: dicts without None, and lists."""
+    """Convert a value to the form that writing it to TOML and parsing it again gives: dicts without None, and lists."""
     if isinstance(value, Mapping):
         return {name: as_data(each) for name, each in value.items() if each is not None}
     return [as_data(each) for each in value] if isinstance(value, (list, tuple)) else value
@@ -124,7 +125,7 @@ def _as_value(value: object) -> str:
 
 
 def _refuse_deep(text: str, file: Path) -> None:
-    """Refuse deep nesting by the text alone, since the depth that tomllib reaches depends on the process."""
+    """Refuse deep nesting before parsing, because the depth that tomllib can parse depends on the process."""
     if text.count("[") + text.count("{") <= MAX_DEPTH:
         return
     for line in _lines(text):
@@ -147,7 +148,7 @@ def _refuse_long_keys(text: str, file: Path) -> None:
 
 
 def _refuse_values(data: Mapping[str, Any], positions: Mapping[Key, tuple[int, int]], file: Path) -> None:
-    """Refuse integers of more than 64 bits, which TOML does not allow, and values that nest too deeply."""
+    """Refuse integers of more than 64 bits, which TOML does not allow, and values that are nested too deeply."""
     faults: list[Fault] = []
     rest: list[tuple[Key, Any]] = [((), data)]
     while rest:
@@ -172,14 +173,14 @@ def _too_deep(file: Path, line: int = 0, column: int = 0) -> Fault:
 
 
 def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
-    """Line and column of a key, or of the innermost table or list around it with a known position."""
+    """Line and column of a key, or of the innermost table or list around the key whose position is known."""
     while key and key not in positions:
         key = key[:-1]
     return positions.get(key, (0, 0))
 
 
 def _positions(text: str) -> dict[Key, tuple[int, int]]:
-    """Line and column of each key that begins a line, and of each table header."""
+    """Line and column of each key at the beginning of a line, and of each table header."""
     positions: dict[Key, tuple[int, int]] = {}
     counts: dict[Key, int] = {}
     here: Key = ()
@@ -201,7 +202,7 @@ def _positions(text: str) -> dict[Key, tuple[int, int]]:
 
 
 def _dotted(line: str, at: int) -> tuple[list[str], int]:
-    """Parse a dotted key at an index of a line; returns its parts and the index after it."""
+    """Parse the dotted key at an index of a line; returns the parts of the key, and the index after the key."""
     parts: list[str] = []
     while (found := _KEY_PART.match(line, at)) is not None:
         parts.append(found[1].strip("\"'"))
@@ -213,7 +214,7 @@ def _dotted(line: str, at: int) -> tuple[list[str], int]:
 
 
 def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
-    """Full key of a table header; the index of the newest element follows each array of tables in its path."""
+    """Full key of a table header: each array of tables in its path is followed by the index of its newest element."""
     key: Key = ()
     for i, part in enumerate(name):
         key = (*key, part)
@@ -223,13 +224,13 @@ def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
 
 
 class _Line(NamedTuple):
-    """Line that does not begin inside a multi-line string.
+    """Line of a TOML text that does not begin inside a multi-line string.
 
     Attributes:
-        number: 1-based line number.
-        text: Line without its comment.
-        depth: Number of open tables and lists at its beginning.
-        too_deep: 1-based column of the first bracket beyond MAX_DEPTH; 0 if none.
+        number: Line number, 1-based.
+        text: Text of the line without its comment.
+        depth: Number of inline tables and lists that are open at the beginning of the line.
+        too_deep: Column of the first bracket beyond MAX_DEPTH, 1-based; 0 if there is none.
     """
 
     number: int

@@ -1,7 +1,7 @@
-"""Quantities with units: text in files, SI numbers in memory (docs/architecture.md).
+"""Quantities with units: texts in files, numbers in SI units in memory (docs/architecture.md).
 
-A file writes `"0.5 m"` or `"60 deg"`; the engine holds metres and radians. The angle is a dimension of its own
-here, so that a length is rejected where an angle is expected.
+A file contains `"0.5 m"` or `"60 deg"`; the engine uses metres and radians. The angle is a dimension of its own
+here, so that a plain number is rejected where an angle is expected.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _BASE = ("m", "s", "rad", "kg", "A", "K", "bit")
 
 @dataclass(frozen=True)
 class Dimension:
-    """Exponents of the base units m, s, rad, kg, A, K, bit."""
+    """Physical dimension: exponents of the base units m, s, rad, kg, A, K, bit."""
 
     exponents: tuple[int, ...] = (0,) * len(_BASE)
 
@@ -96,7 +96,7 @@ _NUMBER = re.compile(r"\s*([+-]?(?:inf|[0-9]+(?:\.[0-9]*)?(?:[eE][+-]?[0-9]+)?|\
 
 @dataclass(frozen=True)
 class Quantity:
-    """A number in SI units, with its dimension."""
+    """Number in SI units, with its dimension."""
 
     value: float
     dimension: Dimension
@@ -107,16 +107,16 @@ class Quantity:
 
 
 def unit_names() -> tuple[str, ...]:
-    """Every simple unit that `parse_unit` knows."""
+    """Names of all units that `parse_unit` knows, without compound ones such as `m/s`."""
     return tuple(_UNITS)
 
 
 @lru_cache(maxsize=256)  # a scan's signal names its unit once for each beam
 def parse_unit(text: str) -> Quantity:
-    """SI factor and dimension of a unit such as `m/s2`, `deg`, `1`.
+    """Parse a unit such as `m/s2`, `deg`, `1`; returns one unit as a quantity: its factor to SI, and its dimension.
 
     Raises:
-        UnitError: The text is not a unit; the message lists the known units.
+        UnitError: The text is not a unit; the error lists the known units.
     """
     factor, dimension, at = 1.0, NONE, 0
     stripped = text.strip()
@@ -138,7 +138,7 @@ def parse_unit(text: str) -> Quantity:
 
 
 def parse_quantity(text: str) -> Quantity:
-    """A quantity such as `0.5 m`, `-60 deg`, `20 Hz` or `3` (which has no dimension).
+    """Parse a quantity such as `0.5 m`, `-60 deg`, `20 Hz`, or `3`, which has no dimension.
 
     Raises:
         UnitError: The text has no number or an unknown unit.
@@ -151,14 +151,14 @@ def parse_quantity(text: str) -> Quantity:
 
 
 def convert(value: object, dimension: Dimension, what: str = "this value") -> float:
-    """A value from a file as an SI number of the expected dimension.
+    """Convert a value from a file to a number in SI units, and check its dimension.
 
-    A plain number is accepted only if the expected dimension is NONE; every other value must have its unit.
+    A plain number is accepted only if the expected dimension is NONE; all other values must have a unit.
 
     Args:
         value: Value from the file: a string such as `"0.5 m"`, or a number.
         dimension: Expected dimension.
-        what: Name of the value, for the message.
+        what: Name of the value, for messages.
 
     Raises:
         UnitError: The unit is missing, unknown or of another dimension.
@@ -187,11 +187,11 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
 
 @dataclass(frozen=True)
 class Bounds:
-    """Valid range of a parameter, in SI units; NaN is never valid.
+    """Range of valid values of a parameter, in SI units; NaN is never valid.
 
     Attributes:
         low: Lower bound.
-        above: Whether the value must be greater than `low`.
+        above: Whether `low` itself is excluded.
         infinite: Whether infinity is valid, such as for a duration without an end.
     """
 
@@ -213,8 +213,8 @@ FINITE = Bounds()
 POSITIVE = Bounds(0.0, above=True)
 NOT_NEGATIVE = Bounds(0.0)
 
-# Annotations for parameters of actions and missions: a float in SI units, the dimension required in files, and the
-# valid range: any finite number, unless the type is Positive... or Annotated[Metres, NOT_NEGATIVE].
+# Annotations for parameters of actions and missions. Each means a float in SI units, which in files needs a unit of
+# this dimension. Any finite number is valid, unless the type is Positive... or Annotated[Metres, NOT_NEGATIVE].
 Metres = Annotated[float, LENGTH]
 MetresPerSecond = Annotated[float, SPEED]
 MetresPerSecondSquared = Annotated[float, ACCELERATION]

@@ -1,3 +1,3 @@
-"""Version of rocs_bt, in a module without imports so that every module can write it into files."""
+"""Version of rocs_bt, in a module without imports, so that every module can import it."""
 
 __version__ = "0.1.0"

@@ -1,7 +1,7 @@
 """Drivers of devices, by backend: MuJoCo, mock without physics, replay of a recording, isolated process.
 
-robot.toml names a driver; each backend has a class of that name, with the same parameters. Imported by `simulation`
-and `catalog`; blocks use only `Sensor` and `Actuator`.
+robot.toml names a driver; each backend has a class for this name, with the same parameters. Only `simulation` and
+`catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and `Actuator`.
 """
 
 from .parameters import (

@@ -1,4 +1,4 @@
-"""Models of robot sensors and gyros, common to all backends."""
+"""Sensor models of robot sensors and gyros, which all simulated backends share."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ _EMPTY_SLOT = (0.0, math.inf, 0.0)
 
 
 class RobotSensorModel:
-    """Model of a robot sensor: readings of the visible robots from true poses, with noise, nearest first.
+    """Sensor model of a robot sensor: computes noisy readings of the visible robots from true poses, nearest first.
 
     Args:
         parameters: Parameters of the sensor.
-        rng: Random stream of the noise.
+        rng: Random generator of the noise.
     """
 
     def __init__(self, parameters: RobotSensorParameters, rng: np.random.Generator) -> None:
@@ -28,15 +28,15 @@ class RobotSensorModel:
         self._errors: list[list[float]] = []
 
     def read(self, stamp: float, pose: Pose2, peers: Mapping[int, Pose2], seen: Callable[[int], bool]) -> list[float]:
-        """Values of a reading.
+        """Compute the values of a reading.
 
         Args:
-            stamp: Time [s]. Noise is sampled once per time and for all peers: a repeated reading is equal, and the
-                noise of one robot does not depend on the visibility of another.
+            stamp: Time of the reading [s]. Noise is sampled once per time and for all peers, so that a repeated reading
+                is equal, and the noise of one robot does not depend on the visibility of another.
             pose: Pose of the robot with the sensor, world frame.
             peers: Poses of the other robots, world frame, by tag.
-            seen: Whether the line of sight to the robot with a tag is free; called only for robots in the field of
-                view.
+            seen: Function from a robot's tag to whether the line of sight to it is free; called only for robots in the
+                field of view.
 
         Returns:
             Tag, range [m] and bearing [rad] of each slot, shape (3 * slots,).
@@ -56,14 +56,14 @@ class RobotSensorModel:
 
 
 class GyroModel:
-    """Simulated gyro: mean turn rate since the previous reading, computed from true headings, plus a bias.
+    """Sensor model of a gyro: mean turn rate since the previous reading, from true headings, plus a constant bias.
 
-    The reading is a mean, not an instantaneous rate: a real device samples at about 1 kHz and integrates, so vibrations
-    between two readings are included.
+    The reading is a mean and not an instantaneous rate, because a real device samples at about 1 kHz and integrates, so
+    that vibrations between two readings are averaged.
 
     Args:
         parameters: Parameters of the gyro.
-        rng: Random stream of the bias.
+        rng: Random generator of the bias.
     """
 
     def __init__(self, parameters: GyroParameters, rng: np.random.Generator) -> None:
@@ -73,11 +73,11 @@ class GyroModel:
         self._rate = 0.0
 
     def read(self, stamp: float, yaw: float) -> float:
-        """Turn rate [rad/s]; a second call at the same time returns the same value.
+        """Compute the turn rate [rad/s]; a second call at the same time returns the same value.
 
         Args:
-            stamp: Time [s].
-            yaw: True heading of the robot [rad]; must differ by less than pi from the previous reading.
+            stamp: Time of the reading [s].
+            yaw: True heading of the robot [rad]; it must differ by less than pi from that of the previous reading.
         """
         if stamp != self._stamp:
             passed = stamp - self._stamp

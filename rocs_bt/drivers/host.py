@@ -1,4 +1,4 @@
-"""Host: interface of the program for a user's hardware drivers."""
+"""Host: what a user's hardware drivers can use of the program."""
 
 from __future__ import annotations
 
@@ -11,9 +11,10 @@ T = TypeVar("T")
 
 
 class Host:
-    """Clock and shared objects, such as a connection, of the drivers of one robot.
+    """Clock of the run, and objects that the drivers of one robot share, such as a connection.
 
-    All drivers of a robot have the same Host; an isolated actuator has a separate Host in its process.
+    All drivers of a robot get the same Host, except isolated actuators, which have a Host of their own in their
+    process.
 
     Args:
         clock: Clock for the stamps of readings.
@@ -24,11 +25,11 @@ class Host:
         self._shared: dict[object, Any] = {}
 
     def share(self, key: object, make: Callable[[], T]) -> T:
-        """Shared object of a key; the first call constructs it. It is closed at the end if it has a `close`.
+        """Get the shared object of a key. The first call constructs it; at the end it is closed if it has a `close`.
 
         Args:
-            key: Key of the object.
-            make: Constructs the object.
+            key: Key that identifies the object.
+            make: Function that constructs the object.
         """
         if key not in self._shared:
             self._shared[key] = make()

@@ -1,4 +1,4 @@
-"""Mock backend: ideal robots without dynamics in a world of segments and circles.
+"""Mock backend: ideal robots without dynamics, in a world of line segments and circles.
 
 world = MockWorld(clock, segments=[((2, -1), (2, 1))])
 robot = MockRobot(world, differential_drive(...), Pose2(0, 0, 0), mounts={"front": Pose2(0.2, 0, 0)})
@@ -44,8 +44,8 @@ class MockWorld:
 
     Args:
         clock: Clock of the world; the caller of `advance` must also advance the clock.
-        segments: Walls, as pairs of points [m].
-        circles: Round obstacles, as centre and radius [m].
+        segments: Walls, each as its two end points, world frame [m].
+        circles: Round obstacles, each as centre, world frame [m], and radius [m].
     """
 
     def __init__(
@@ -65,7 +65,13 @@ class MockWorld:
             robot.advance(duration)
 
     def ray(self, x: float, y: float, yaw: float) -> float:
-        """Distance along a ray to the nearest obstacle [m]; +inf without a hit."""
+        """Distance along a ray to the nearest obstacle [m]; +inf without a hit.
+
+        Args:
+            x: Origin, world frame [m].
+            y: Origin, world frame [m].
+            yaw: Direction, world frame [rad].
+        """
         c, s = math.cos(yaw), math.sin(yaw)
         hits = [_hit_segment(x, y, c, s, *seg) for seg in self.segments]
         hits += [_hit_circle(x, y, c, s, *circle) for circle in self.circles]
@@ -73,13 +79,13 @@ class MockWorld:
 
 
 class MockRobot:
-    """Ideal robot without dynamics: wheels take a command immediately, the motion follows the kinematics exactly.
+    """Ideal robot without dynamics: wheels take a command immediately, and the motion follows the kinematics exactly.
 
     Args:
         world: World of the robot.
         drive: Kinematics of the robot's drive.
         pose: Start pose, world frame.
-        mounts: Mounting poses of the range sensors, body frame, by site.
+        mounts: Mounting poses of the range sensors, body frame, by name of the site.
     """
 
     def __init__(self, world: MockWorld, drive: Drive, pose: Pose2, mounts: Mapping[str, Pose2] | None = None) -> None:
@@ -93,7 +99,7 @@ class MockRobot:
         world.robots.append(self)
 
     def advance(self, duration: float) -> None:
-        """Move for a duration [s], along an exact arc."""
+        """Move the robot for a duration [s], along an exact arc."""
         for gate in self.gates:
             gate.check()
         self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
@@ -102,10 +108,10 @@ class MockRobot:
 
 
 class MockSensor(Sensor):
-    """Base of mock sensors; by itself a sensor that returns `values`.
+    """Base class of mock sensors; an instance of it returns `values`.
 
     Attributes:
-        values: Fixed values, SI units; None for the values of the driver.
+        values: Fixed values, SI units, for tests; None for those that the sensor computes.
         broken: Reason of a simulated failure; None while the sensor works.
     """
 
@@ -121,7 +127,7 @@ class MockSensor(Sensor):
         self.rng = np.random.default_rng(0)
 
     def sample(self) -> list[float]:
-        """Values of the driver, SI units."""
+        """Compute the values of a reading, SI units, without noise."""
         return []
 
     def read(self) -> Reading:
@@ -134,28 +140,28 @@ class MockSensor(Sensor):
 
 
 class MockPosition(MockSensor):
-    """x, y, z [m], world frame; z is 0."""
+    """Position sensor: x, y, z of the robot [m], world frame; z is 0."""
 
     def sample(self) -> list[float]:
         return [self.robot.pose.x, self.robot.pose.y, 0.0]
 
 
 class MockOrientation(MockSensor):
-    """Yaw [rad], world frame."""
+    """Orientation sensor: yaw of the robot [rad], world frame."""
 
     def sample(self) -> list[float]:
         return [self.robot.pose.yaw]
 
 
 class MockWheelSpeed(MockSensor):
-    """Wheel linear speeds [m/s]: the commanded ones."""
+    """Wheel encoders: the commanded wheel linear speeds [m/s]."""
 
     def sample(self) -> list[float]:
         return list(self.robot.wheel_speeds)
 
 
 class MockWheelTravel(MockSensor):
-    """Wheel travel since the start [m], in whole encoder counts."""
+    """Incremental encoders: wheel travel since the start [m], in whole counts."""
 
     parameters: WheelTravelParameters
 
@@ -166,7 +172,7 @@ class MockWheelTravel(MockSensor):
 
 
 class MockGyro(MockSensor):
-    """Mean yaw rate since the previous reading [rad/s]."""
+    """Gyro: mean yaw rate since the previous reading [rad/s]."""
 
     parameters: GyroParameters
     _model: GyroModel | None = None
@@ -178,7 +184,7 @@ class MockGyro(MockSensor):
 
 
 class MockRangeCone(MockSensor):
-    """Ranges [m] of cones, with the same fans of rays as in MuJoCo."""
+    """Range sensors with conical beams [m], with the same fans of rays as in MuJoCo."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: RangeConeParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -197,7 +203,7 @@ class MockRangeCone(MockSensor):
 
 
 class MockLidar(MockSensor):
-    """Ranges [m] along rays from the mounting position of the scanner."""
+    """Laser scanner: ranges [m] along rays from the mounting position."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: LidarParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -212,7 +218,7 @@ class MockLidar(MockSensor):
 
 
 class MockRobotSensor(MockSensor):
-    """Tags, ranges [m] and bearings [rad] of the other robots that no segment or circle hides."""
+    """Robot sensor: tags, ranges [m] and bearings [rad] of the other robots that no segment or circle hides."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: RobotSensorParameters) -> None:
         super().__init__(name, robot, parameters)
@@ -252,7 +258,7 @@ class MockWheels(Actuator):
 
 
 class MockMailbox(MockSensor):
-    """Messages of other robots since the last reading."""
+    """Mailbox: messages of other robots since the last reading."""
 
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
@@ -285,7 +291,7 @@ def make_sensor(
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> MockSensor:
-    """Construct a sensor of a mock robot, from the same table as in simulation.
+    """Construct a sensor of a mock robot, from the parameters that the MuJoCo backend also takes.
 
     Args:
         robot: Robot of the sensor.
@@ -293,10 +299,10 @@ def make_sensor(
         driver: Name of the driver.
         parameters: Parameters of the driver, SI units.
         noise: Standard deviation of each value, SI units.
-        rng: Random stream of the noise; a fixed one by default.
+        rng: Random generator of the noise; by default one with a fixed seed.
 
     Raises:
-        InputError: Unknown driver, or wrong parameters.
+        InputError: The driver is unknown, or parameters are wrong.
     """
     cls = driver_class(SENSORS, driver, "sensor", "mock")
     sensor = cls(name, robot, read_parameters(DRIVER_PARAMETERS[driver], parameters, f"{driver} sensor '{name}'"))
@@ -315,7 +321,7 @@ def make_actuator(robot: MockRobot, name: str, driver: str, parameters: Mapping[
         parameters: Parameters of the driver, SI units.
 
     Raises:
-        InputError: Unknown driver, wrong parameters, or another number of motors than the drive has wheels.
+        InputError: The driver is unknown, parameters are wrong, or there is not one motor for each wheel of the drive.
     """
     cls = driver_class(ACTUATORS, driver, "actuator", "mock")
     return cls(name, robot, read_parameters(VelocityParameters, parameters, f"{driver} actuator '{name}'"))

@@ -1,6 +1,6 @@
-"""Parameters of drivers: the keys of each driver in robot.toml, common to all backends.
+"""Parameters of drivers: the keys of each shipped driver in robot.toml, which are the same in all backends.
 
-The keys of a user's driver are the keyword-only parameters of its `__init__`; their annotations declare the units:
+The keys of a user's driver are the keyword-only parameters of its constructor; annotations declare the units:
 
     class Beacon(MujocoSensor):
         def __init__(self, name, mount, *, reach: Metres = 10.0):
@@ -26,7 +26,7 @@ from ..units import Bounds, Metres, MetresPerSecondSquared, Radians, RadiansPerS
 T = TypeVar("T")
 
 MAX_SIZE = 1000
-"""Maximum number of rays per beam, or of slots, of a sensor; a typing error must not stall the machine."""
+"""Maximum number of rays per beam, or of slots, of a sensor, so that a typing error cannot stall the machine."""
 
 MAX_LIDAR_RAYS = 4000
 """Maximum number of rays in a scan of a lidar."""
@@ -34,27 +34,27 @@ MAX_LIDAR_RAYS = 4000
 
 @dataclass(frozen=True, kw_only=True)
 class PositionParameters:
-    """Position of the body: x, y, z [m], world frame."""
+    """Position sensor: x, y, z of the base [m], world frame."""
 
     size: ClassVar[int] = 3
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrientationParameters:
-    """Heading of the body: yaw [rad], world frame."""
+    """Orientation sensor: yaw of the base [rad], world frame."""
 
     size: ClassVar[int] = 1
 
 
 @dataclass(frozen=True, kw_only=True)
 class RangeConeParameters:
-    """Ring of range sensors with conical beams: the minimum over a fan of rays each [m], +inf without an echo.
+    """Ring of range sensors with conical beams: range of each beam [m], +inf without an echo.
 
     Attributes:
-        sites: Sites of the model, one per beam; the beam is the site's +z axis.
+        sites: Sites of the model, one per beam; the axis of the beam is the +z axis of the site.
         range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
-        half_angle: Half the opening angle of a cone [rad].
-        rays: Number of rays per cone, evenly spaced.
+        half_angle: Half the opening angle of a beam [rad].
+        rays: Number of rays per beam, evenly spaced over the opening angle; the nearest hit is the range.
     """
 
     sites: tuple[str, ...]
@@ -82,7 +82,7 @@ class RangeConeParameters:
 
     @property
     def angles(self) -> list[float]:
-        """Angles of a fan's rays from the beam's axis, left positive [rad]."""
+        """Angles between the rays of a beam and its axis, left positive [rad]."""
         if self.rays == 1:
             return [0.0]
         return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
@@ -93,7 +93,7 @@ class LidarParameters:
     """Laser scanner: ranges [m] along rays from one point, from right to left, +inf without an echo.
 
     Attributes:
-        site: Site of the model at the origin of the rays; +x is ahead, +y is left.
+        site: Site of the model at the origin of the rays; its +x axis is ahead, its +y axis left.
         rays: Number of rays per scan.
         span: Angle from the first to the last ray [rad], centred ahead.
         range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
@@ -125,19 +125,19 @@ class LidarParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class RobotSensorParameters:
-    """Sensor that detects and identifies other robots: tag, range [m] and bearing [rad] per slot, nearest first.
+    """Robot sensor, which detects other robots: tag, range [m] and bearing [rad] for each slot, nearest first.
 
-    Tags are numbers from 1, in the order of the robots in the world. Ranges and bearings (left positive) are measured
-    between the centres of the bases. An empty slot has tag 0, range +inf and bearing 0, which is valid like a range
-    without an echo.
+    A tag identifies a robot; tags are numbers from 1, in the order of the robots in the world. Ranges and bearings
+    (left positive) are measured between the centres of the bases. An empty slot has tag 0, range +inf and bearing 0,
+    which are valid values.
 
     Attributes:
         reach: Maximum range [m].
-        slots: Maximum number of robots in a reading; the nearest are reported.
+        slots: Maximum number of robots in a reading, which contains the nearest ones.
         half_angle: Half the field of view, centred ahead [rad].
         range_noise: Standard deviation of a range [m].
         bearing_noise: Standard deviation of a bearing [rad].
-        height: Height of the line of sight over the floor [m]; lower obstacles hide no robot.
+        height: Height of the line of sight over the floor [m]; lower obstacles do not hide a robot.
     """
 
     reach: Metres
@@ -176,9 +176,9 @@ class WheelSpeedParameters:
     """Wheel encoders: wheel linear speeds [m/s] in the order of `motors`.
 
     Attributes:
-        motors: Motors of the model.
+        motors: Names of the motors in the robot's model.
         wheel_radius: Wheel radius [m].
-        signs: Mounting signs, -1 for a reversed motor; all 1 by default.
+        signs: Sign of each motor, -1 for a motor that is mounted in reverse; all 1 by default.
     """
 
     motors: tuple[str, ...]
@@ -195,7 +195,7 @@ class WheelSpeedParameters:
 
     @property
     def factors(self) -> list[float]:
-        """Signed wheel radii [m], by motor: wheel linear speed per angular speed of the motor."""
+        """Signed wheel radius of each motor [m]: wheel linear speed per angular speed of the motor."""
         return [s * self.wheel_radius for s in self.signs or (1,) * len(self.motors)]
 
 
@@ -225,7 +225,7 @@ class GyroParameters:
     """Gyro: mean yaw rate since the previous reading [rad/s], left positive.
 
     Attributes:
-        bias: Standard deviation of the constant bias [rad/s].
+        bias: Standard deviation from which the constant bias is sampled [rad/s].
     """
 
     size: ClassVar[int] = 1
@@ -238,11 +238,11 @@ class GyroParameters:
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityParameters(WheelSpeedParameters):
-    """Speed-controlled motors; commands are wheel linear speeds [m/s] in the order of `motors`.
+    """Speed-controlled motors, commanded by wheel linear speeds [m/s] in the order of `motors`.
 
     Attributes:
-        max_acceleration: Acceleration limit of the motor controllers, as wheel linear acceleration [m/s2].
-        delay: Delay of a command [s]; a whole number of physics steps.
+        max_acceleration: Acceleration limit of the motor controllers, as linear acceleration of the wheels [m/s2].
+        delay: Delay until a command takes effect [s]; a whole number of physics steps.
     """
 
     max_acceleration: MetresPerSecondSquared = math.inf
@@ -258,7 +258,7 @@ class VelocityParameters(WheelSpeedParameters):
 
 @dataclass(frozen=True, kw_only=True)
 class MailboxParameters:
-    """Mailbox for messages of other robots: the bytes of sender and text of each message; empty without messages."""
+    """Mailbox: messages of other robots, as the bytes of sender and text; a reading is empty without messages."""
 
     size: ClassVar[int | None] = None
 
@@ -278,7 +278,10 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
 
 
 def parameters_of_driver(declared: type) -> dict[str, Parameter]:
-    """Keys that a driver's dataclass declares, by name, in order; infinite values are left to its own checks."""
+    """Parameters that the dataclass of a driver declares, by name, in order.
+
+    Their bounds allow infinite values, because the dataclass checks values itself.
+    """
     hints = typing.get_type_hints(declared, include_extras=True)
     found = {}
     for field in dataclasses.fields(declared):
@@ -296,12 +299,12 @@ def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, 
 
     Args:
         declared: Dataclass of the driver.
-        values: Values by name, SI units: floats, integers, texts, or lists of them.
-        what: Device and driver, for messages.
-        among: Whether `values` may contain other keys, such as those of a user's driver that extends this one.
+        values: Values by name, SI units: floats, integers, texts, or lists of these.
+        what: Driver and device, for messages, such as `gyro 'imu'`.
+        among: Whether `values` may contain other keys, such as those of a user's driver that extends a shipped one.
 
     Raises:
-        InputError: Unknown, missing or wrong parameters; lists every fault.
+        InputError: Parameters are unknown, missing or wrong; the error lists all faults.
     """
     specs = parameters_of_driver(declared)
     others = [name for name in values if name not in specs]
@@ -337,17 +340,17 @@ def _check_distinct(what: str, names: tuple[str, ...]) -> None:
 
 
 def constructor_parameters(cls: type, second: str) -> dict[str, Parameter]:
-    """Keys that a driver's class takes, by name.
+    """Parameters that the constructor of a driver class takes, by name.
 
-    A constructor that ends in `**rest` also takes the keys of its base class. A class that extends a shipped driver
-    without a constructor takes the keys of that driver.
+    A constructor that ends in `**rest` also takes the parameters of its base class. A class that extends a shipped
+    driver and has no constructor takes the parameters of that driver.
 
     Args:
         cls: Class of the driver.
         second: Name of the constructor's second argument: `mount` in MuJoCo, `host` on hardware.
 
     Raises:
-        InputError: A constructor does not have the form `(self, name, mount, *, ...)`; lists every fault.
+        InputError: A constructor does not have the form `(self, name, mount, *, ...)`; the error lists all faults.
     """
     found: dict[str, Parameter] = {}
     for base in cls.__mro__:
@@ -365,16 +368,16 @@ def constructor_parameters(cls: type, second: str) -> dict[str, Parameter]:
 
 
 def driver_class(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:
-    """Class of a driver.
+    """Find the class of a driver.
 
     Args:
-        drivers: Classes of the backend, by name.
-        driver: Name in robot.toml, or a user's class, which is returned.
+        drivers: Driver classes of the backend, by name.
+        driver: Name of the driver in robot.toml; or a user's class, which is returned.
         kind: `sensor` or `actuator`, for messages.
         backend: Name of the backend, for messages.
 
     Raises:
-        UnknownName: The backend has no such driver; lists its drivers.
+        UnknownName: The backend has no such driver; the error lists its drivers.
     """
     if isinstance(driver, type):
         return driver

@@ -13,18 +13,18 @@ from ..knowledge.share import MessageQueue, packed
 from ..raised import Raised, RecordedException
 
 SensorEvent = SensorRead | SensorFailed | ContentRaised
-"""Recorded events of a sensor."""
+"""Recorded events from which a sensor is replayed."""
 
-_SAME = 5e-7  # [s] tolerance of equal times
+_SAME = 5e-7  # [s] maximum difference of times that count as equal
 
 
 class ReplaySensor(Sensor):
-    """Sensor that returns the recorded reading of the present time, or fails or raises as recorded.
+    """Sensor that returns the recorded reading of the present time, or fails or raises as in the recording.
 
     Args:
         name: Name of the sensor.
         clock: Clock of the replay.
-        events: Recorded events of the sensor, in order.
+        events: Recorded events of the sensor, in order of time.
     """
 
     def __init__(self, name: str, clock: Clock, events: Iterable[SensorEvent]) -> None:
@@ -49,7 +49,7 @@ class ReplaySensor(Sensor):
 
 
 class ReplayMailbox(Sensor):
-    """Mailbox for the messages that the replayed agents send each other."""
+    """Mailbox with the messages that the replayed agents send each other during the replay."""
 
     def __init__(self, name: str, clock: Clock) -> None:
         super().__init__(name)
@@ -61,10 +61,10 @@ class ReplayMailbox(Sensor):
 
 
 class ReplayActuator(Actuator):
-    """Actuator that logs commands without effect.
+    """Actuator that only logs its commands.
 
     Attributes:
-        commands: Commands so far: time [s] and values, SI units; neutral is all zeros.
+        commands: Commands so far, each as time [s] and values, SI units; neutral is logged as zeros.
     """
 
     def __init__(self, name: str, size: int, clock: Clock) -> None:
@@ -80,10 +80,10 @@ class ReplayActuator(Actuator):
 
 
 def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], clock: Clock) -> dict[str, ReplaySensor]:
-    """Sensors of one agent that replay recorded events; a sensor without events fails when read.
+    """Create the sensors of one agent that replay recorded events; a sensor without events fails when it is read.
 
     Args:
-        events: Events of a recording, in order.
+        events: Events of a recording, in order of time.
         agent: Name of the agent.
         names: Names of the sensors.
         clock: Clock of the replay.
@@ -99,7 +99,7 @@ def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], cl
 
 
 def _sensor_of(event: SensorEvent) -> str:
-    """Name of the event's sensor; empty for an exception of other content."""
+    """Name of the sensor that an event is about; empty for an exception of other content."""
     if isinstance(event, ContentRaised):
         return event.content if event.kind == "sensor" else ""
     return event.sensor

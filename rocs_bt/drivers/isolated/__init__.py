@@ -1,7 +1,7 @@
-"""Isolated actuators: the driver runs in a separate small process with a watchdog.
+"""Isolated actuators, whose driver runs in a separate small process with a watchdog.
 
-The watchdog acts even if the main process is dead, stopped, or its interpreter is blocked by a call that does not
-return. The process imports only the engine modules that are imported here, so it starts quickly and stays small.
+The watchdog acts even if the main process is dead, was stopped, or its interpreter is blocked by a call that does not
+return. The separate process imports only this package and its dependencies, so that it starts quickly.
 """
 
 from .actuator import IsolatedActuator

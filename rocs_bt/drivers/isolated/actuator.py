@@ -1,4 +1,4 @@
-"""IsolatedActuator: main process's side of an actuator whose device runs in a separate process."""
+"""IsolatedActuator: the part in the main process of an actuator whose driver runs in a separate process."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ PATIENCE = 20
 """Number of checks, one per control period, without an answer after which the process counts as hung."""
 
 EXIT_TIMEOUT = 3.0
-"""Timeout for an orderly exit of the process [s]; after it the process is killed."""
+"""Timeout for an orderly exit of the process [s], after which the process is killed."""
 
 _PACKAGES = str(pathlib.Path(__file__).resolve().parents[3])
 
 
 class IsolatedActuator(Actuator):
-    """Actuator whose device runs in a separate process with a watchdog.
+    """Actuator whose driver runs in a separate process with a watchdog.
 
-    The process goes to neutral if it received no command for `max_age`, also if the main process is dead, stopped, or
-    its interpreter is blocked. `command` and `neutral` send a request and return immediately; of several waiting
-    requests only the newest is performed. The process runs in a separate session: Ctrl-C, Ctrl-Z and the end of the
-    terminal do not affect it.
+    The process sends the device to neutral if it has received no command for `max_age`, even if the main process is
+    dead, was stopped, or its interpreter is blocked. `command` and `neutral` send a request and return immediately; of
+    several waiting requests only the newest is performed. The process runs in a session of its own, so that Ctrl-C,
+    Ctrl-Z and the end of the terminal do not affect it.
 
     Args:
-        maker: Constructs the device, in the process.
-        max_age: Age of the last command at which the process goes to neutral [s].
+        maker: Function that constructs the driver, called in the process.
+        max_age: Age of the last command at which the process sends the device to neutral [s].
 
     Raises:
         InputError: The driver is invalid, or the system is not POSIX.
@@ -51,7 +51,7 @@ class IsolatedActuator(Actuator):
         self._channel = Channel(ours)
         with theirs:
             self._process = _start(theirs)
-        self._lock = threading.Lock()  # guards the following attributes
+        self._lock = threading.Lock()  # protects the following attributes
         self._number = self._answered = 0  # numbers of the newest request and of the newest answered one
         self._unanswered = 0  # checks since the process last answered
         self._failure: ActuatorError | None = None
@@ -76,10 +76,10 @@ class IsolatedActuator(Actuator):
             self._channel.send(Neutral(self._number))
 
     def check(self) -> ActuatorError | None:
-        """Read the process's messages; must be called once per control period.
+        """Read the messages of the process; this must be called once per control period.
 
         Returns:
-            Failure of the device or its process; None without a failure.
+            Failure of the driver or of its process; None without a failure.
         """
         with self._lock:
             self._read()
@@ -90,7 +90,7 @@ class IsolatedActuator(Actuator):
             return self._failure
 
     def close(self) -> None:
-        """Make the process go to neutral, close the device and exit; kill it after `EXIT_TIMEOUT`."""
+        """End the process: it goes to neutral, closes the device and exits. It is killed after `EXIT_TIMEOUT`."""
         if self._closed:
             return
         self._closed = True
@@ -103,7 +103,7 @@ class IsolatedActuator(Actuator):
             self._process.wait()
 
     def _ready(self, maker: DeviceMaker, max_age: float) -> int:
-        """Wait until the device is constructed; returns the number of values of a command."""
+        """Send the start message and wait for the driver's construction; returns the number of values of a command."""
         self._channel.send([path or os.getcwd() for path in sys.path])
         self._channel.send(Start(maker, max_age))
         while True:
@@ -117,7 +117,7 @@ class IsolatedActuator(Actuator):
                 raise DeviceError(f"actuator '{maker.name}': its process {self._end()} before the device was ready")
 
     def _read(self) -> None:
-        """Read the process's messages; only the first failure is kept."""
+        """Read the messages of the process; only the first failure is kept."""
         for message in self._channel.receive():
             self._unanswered = 0
             if isinstance(message, Failed):
@@ -131,7 +131,7 @@ class IsolatedActuator(Actuator):
         self._failure = self._failure or ActuatorError(why, kind)
 
     def _end(self) -> str:
-        """Description of the process's end."""
+        """Text that says how the process has ended."""
         try:
             code = self._process.wait(0.1)  # its sockets close shortly before its exit status is available
         except subprocess.TimeoutExpired:

@@ -1,4 +1,4 @@
-"""Messages between an isolated actuator and its process, over a socket pair."""
+"""Channel: messages between an isolated actuator and its process, over a socket pair."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ _LENGTH = struct.Struct("!I")
 
 @dataclass(frozen=True)
 class Start:
-    """First message to the process.
+    """First message to the process, which contains what it needs to construct the driver.
 
     Attributes:
-        maker: Constructs the device.
-        max_age: Age of the last command at which the process goes to neutral [s].
+        maker: Function that constructs the driver.
+        max_age: Age of the last command at which the process sends the device to neutral [s].
     """
 
     maker: DeviceMaker
@@ -32,11 +32,11 @@ class Start:
 
 @dataclass(frozen=True)
 class Command:
-    """A command for the device; only the newest one is performed.
+    """Request to command the device; of several waiting commands only the newest is performed.
 
     Attributes:
         number: Number of the request, counted from 1.
-        stamp: Monotonic system time of the request [s].
+        stamp: Time of the request on the system's monotonic clock [s].
         values: Values of the command, shape (n,), SI units.
     """
 
@@ -47,7 +47,7 @@ class Command:
 
 @dataclass(frozen=True)
 class Neutral:
-    """A request to go to neutral.
+    """Request to send the device to neutral.
 
     Attributes:
         number: Number of the request, counted from 1.
@@ -58,12 +58,12 @@ class Neutral:
 
 @dataclass(frozen=True)
 class Close:
-    """A request to go to neutral, close the device and exit."""
+    """Request to send the device to neutral, close it, and exit."""
 
 
 @dataclass(frozen=True)
 class Ready:
-    """The device was constructed.
+    """Message of the process: the driver was constructed.
 
     Attributes:
         size: Number of values of a command.
@@ -74,10 +74,10 @@ class Ready:
 
 @dataclass(frozen=True)
 class Done:
-    """All requests up to this number were performed, or replaced by newer ones.
+    """Message of the process: all requests up to this number were performed, or replaced by newer ones.
 
     Attributes:
-        number: Number of the request.
+        number: Number of the newest request that is done.
     """
 
     number: int
@@ -85,11 +85,11 @@ class Done:
 
 @dataclass(frozen=True)
 class Failed:
-    """The driver raised; the device was sent to neutral and takes no more commands.
+    """Message of the process: the driver raised an exception, so the device was sent to neutral for good.
 
     Attributes:
         message: Description of the exception.
-        faults: Faults of an InputError; only the construction of the device raises one.
+        faults: Faults, if the exception is an InputError, which only the construction of the driver raises.
     """
 
     message: str
@@ -97,10 +97,10 @@ class Failed:
 
 
 class Channel:
-    """One end of the socket pair. Only `wait` blocks; `send` is thread-safe.
+    """One end of the socket pair, which sends and receives messages. Only `wait` blocks; `send` is thread-safe.
 
     Args:
-        end: The socket.
+        end: Socket of this end.
 
     Attributes:
         ended: Whether the other side has closed its end.
@@ -111,17 +111,17 @@ class Channel:
         self._socket = end
         self._buffer = bytearray()
         self._sending = threading.Lock()
-        self._torn = False  # whether a partial message was sent; no message can follow it
+        self._torn = False  # whether a message was sent only in part, so that none can follow
         self.ended = False
 
     def send(self, message: Any) -> None:
-        """Send a message; it is dropped if the other side has ended or the buffer is full."""
+        """Send a message. It is dropped if the other side has closed its end, or if the buffer is full."""
         body = pickle.dumps(message)
         frame = _LENGTH.pack(len(body)) + body
         with self._sending:
             if self._torn:
                 return
-            # `receive` detects the end of the other side, after its last messages.
+            # Errors are ignored: `receive` detects that the other side has closed its end, after its last messages.
             with contextlib.suppress(OSError):
                 self._torn = self._socket.send(frame) < len(frame)
 
@@ -136,14 +136,19 @@ class Channel:
         return list(iter(self._take, None))
 
     def wait(self, timeout: float | None = None, *others: socket.socket) -> None:
-        """Wait for a message, the other side's end, data on `others`, or the timeout [s]; None waits without limit."""
+        """Wait for a message, for data on other sockets, or until the other side closes its end.
+
+        Args:
+            timeout: Maximum time [s]; None to wait without limit.
+            others: Other sockets.
+        """
         poll = select.poll()
         for each in (self._socket, *others):
             poll.register(each, select.POLLIN)
         poll.poll(None if timeout is None else 1e3 * timeout)
 
     def close(self) -> None:
-        """Close this end; the other side detects it."""
+        """Close this end, which the other side detects."""
         self.ended = True
         self._socket.close()
 

@@ -1,4 +1,4 @@
-"""DeviceMaker: constructs the device in the process of an isolated actuator."""
+"""DeviceMaker: constructor call of a driver, to be executed in the process of an isolated actuator."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ..host import Host
 
 @dataclass(frozen=True)
 class DeviceMaker:
-    """User's Actuator class and its arguments.
+    """Class of a user's actuator driver, and the arguments of its constructor.
 
     Attributes:
         file: Python file of the class.
@@ -30,10 +30,10 @@ class DeviceMaker:
     parameters: Mapping[str, Any]
 
     def __call__(self, host: Host) -> Actuator:
-        """Construct the device.
+        """Construct the driver.
 
         Raises:
-            InputError: The class does not load, or its constructor raised; with the line.
+            InputError: The class cannot be loaded, or its constructor raised an exception; with the line.
             DeviceError: The constructor cannot reach the device.
         """
         cls = load_class(self.file, self.cls)

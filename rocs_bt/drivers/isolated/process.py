@@ -1,4 +1,4 @@
-"""Process of an isolated actuator: performs the newest command and is the watchdog of the device."""
+"""Process of an isolated actuator: performs commands, and is the watchdog of the device."""
 
 from __future__ import annotations
 
@@ -19,27 +19,27 @@ from ..host import Host
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 
 GRACE = 1.0
-"""Time from SIGTERM or SIGHUP to the process's exit [s], in which the main process can end the run in order."""
+"""Time from SIGTERM or SIGHUP to the exit of the process [s], in which the main process can end the run in order."""
 
 NEUTRAL_REPEATS = 3
-"""Number of neutral commands before the process exits, since a datagram may be lost."""
+"""Number of neutral commands before the process exits; several, because a driver's datagram may be lost."""
 
 NEUTRAL_PAUSE = 0.02
 """Pause after each of these neutral commands [s]."""
 
 CLOSE_TIMEOUT = 2.0
-"""Timeout for the driver's last neutral commands and `close` [s]; after it the process exits anyway."""
+"""Timeout for the last neutral commands and `close` of the driver [s], after which the process exits anyway."""
 
 
 def run_process(descriptor: int) -> None:
-    """Serve the main process until it closes the link or ends, then exit.
+    """Serve the main process until it closes the channel or ends, then exit.
 
     Args:
-        descriptor: File descriptor of this process's end of the socket pair.
+        descriptor: File descriptor of the end of the socket pair that belongs to this process.
     """
     parent = os.getppid()
     with socket.socket(fileno=descriptor) as end:
-        end.set_inheritable(False)  # child processes of the driver must not keep the link open
+        end.set_inheritable(False)  # child processes of the driver must not keep the channel open
         channel = Channel(end)
         if isinstance(path := _receive(channel), list):
             sys.path[:] = path  # the user's driver can import the same modules as in the main process
@@ -48,22 +48,23 @@ def run_process(descriptor: int) -> None:
 
 
 def _receive(channel: Channel) -> object:
-    """Next message, before the device exists; None if the main process has ended."""
+    """Wait for the next message, before the driver exists; None if the main process has ended."""
     while (message := channel.next()) is None and not channel.ended:
         channel.wait()
     return message
 
 
 class DeviceProcess:
-    """Device and watchdog of an isolated actuator.
+    """Driver and watchdog of an isolated actuator.
 
-    The main thread never calls the driver, so no driver can block it. It reads messages, measures the age of the last
-    command that the device has taken, and ends the process. The watchdog thus acts if the main process sends nothing,
-    and also if the driver hangs in a command. A second thread commands the device, a third sends it to neutral.
+    The main thread never calls the driver, so that no driver can block it. It reads messages, measures the age of the
+    last command that the device has taken, and ends the process. The watchdog thus acts if the main process sends
+    nothing, and also if the driver hangs in a command. A second thread commands the device, and a third sends it to
+    neutral.
 
     Args:
-        channel: Link to the main process.
-        start: First message.
+        channel: Channel to the main process.
+        start: First message of the main process.
         parent: Process ID of the main process.
     """
 
@@ -74,7 +75,7 @@ class DeviceProcess:
         self._parent = parent
         self._host = Host(WallClock())
         self._device: Actuator | None = None
-        self._changed = threading.Condition()  # guards the next four
+        self._changed = threading.Condition()  # protects the next four
         self._newest: Command | None = None  # command that waits for the device
         self._stops = 0  # number of times that the device was sent to neutral
         self._stopping = False  # whether a neutral command is pending
@@ -84,14 +85,14 @@ class DeviceProcess:
         self._signal = 0
 
     def run(self) -> None:
-        """Serve until the link or a signal ends the process; it always exits in neutral."""
+        """Serve until the channel or a signal ends the process, which always exits with the device in neutral."""
         ours, theirs = socket.socketpair()
         for each in (ours, theirs):
             each.setblocking(False)
         signal.set_wakeup_fd(theirs.fileno())
         for number in (signal.SIGTERM, signal.SIGHUP):
             signal.signal(number, self._terminate)
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which closes the link
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the main process, which closes the channel
         for target in (self._command_device, self._stop_device):
             threading.Thread(target=target, daemon=True).start()
         try:
@@ -102,7 +103,7 @@ class DeviceProcess:
         self._leave()
 
     def _serve(self, signals: socket.socket) -> bool:
-        """Wait for a message or a deadline and handle it; False if the process must end."""
+        """Wait for a message or a deadline, and handle it; returns False if the process must end."""
         now, fed = time.monotonic(), self._fed
         deadline = math.inf if fed is None else fed + self._max_age
         # A command that the device takes during the wait sets a deadline of at least now + max_age.
@@ -113,7 +114,7 @@ class DeviceProcess:
         messages = self._channel.receive()
         if self._channel.ended or Close() in messages or os.getppid() != self._parent:
             return False
-        if self._signal:  # ignore commands until the main process closes the link
+        if self._signal:  # ignore commands until the main process closes the channel
             with contextlib.suppress(BlockingIOError):
                 signals.recv(64)
             self._stop()
@@ -139,7 +140,7 @@ class DeviceProcess:
         self._fed = None
 
     def _drop(self) -> None:
-        """Drop a waiting command; a command in execution ends in neutral."""
+        """Drop a waiting command, and make a command in execution end in neutral."""
         self._newest = None
         self._stops += 1
 
@@ -160,7 +161,7 @@ class DeviceProcess:
             self._channel.send(Done(number))
 
     def _command_device(self) -> None:
-        """Thread function: construct the device, then perform commands; it ends if the driver raises."""
+        """Thread function: construct the driver, then perform commands; it ends if the driver raises an exception."""
         try:
             self._device = self._maker(self._host)
             self._channel.send(Ready(self._device.size))
@@ -173,7 +174,7 @@ class DeviceProcess:
             self._report(error)
 
     def _take(self) -> tuple[Command, int]:
-        """Wait for a command while no neutral is pending; returns the newest one and the number of stops before it."""
+        """Wait for a command while no neutral is pending; returns the newest command and the number of stops so far."""
         with self._changed:
             while self._newest is None or self._stopping:
                 self._changed.wait()
@@ -200,7 +201,7 @@ class DeviceProcess:
             self._report(error)
 
     def _report(self, error: BaseException) -> None:
-        """Send an exception to the main process; other than DeviceErrors with type and location."""
+        """Report an exception to the main process: a DeviceError by its message, others with type and location."""
         if isinstance(error, DeviceError):
             self._channel.send(Failed(str(error)))
         else:
@@ -208,7 +209,7 @@ class DeviceProcess:
             self._channel.send(Failed(describe(error) + (f" ({location})" if location is not None else "")))
 
     def _leave(self) -> None:
-        """Go to neutral several times, close the device, and exit, even if the driver hangs."""
+        """Send the device to neutral several times, close it, and exit, even if the driver hangs."""
         with self._changed:
             self._drop()
         last = threading.Thread(target=self._end, daemon=True)

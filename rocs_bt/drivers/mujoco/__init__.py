@@ -1,4 +1,7 @@
-"""MuJoCo backend: world of an arena and robots, and its devices. MuJoCo is imported when a world is constructed."""
+"""MuJoCo backend: the simulated world of an arena and robots, and the devices of the robots.
+
+MuJoCo itself is imported only when a world is constructed.
+"""
 
 from .actuators import ACTUATORS, MujocoActuator, make_actuator
 from .body import Motors

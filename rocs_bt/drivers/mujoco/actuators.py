@@ -1,4 +1,4 @@
-"""Actuators in MuJoCo."""
+"""Actuator drivers of the MuJoCo backend."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from .world import MujocoWorld
 
 
 class MujocoActuator(Actuator):
-    """Base of all actuators in MuJoCo; a user's driver extends it and implements `command` and `neutral`.
+    """Base class of all actuators in MuJoCo. A user's driver derives from it and implements `command` and `neutral`.
 
-    The keyword-only parameters of a subclass's constructor are the keys of its table in robot.toml.
+    The keyword-only parameters of the constructor of a derived class are the keys of its table in robot.toml.
 
     Args:
-        name: The actuator's name in robot.toml.
+        name: Name of the actuator in robot.toml.
         size: Number of values of a command.
-        mount: Robot and world.
+        mount: Robot and world of the actuator.
 
     Attributes:
-        mount: Robot and world.
-        declares: Dataclass that declares a shipped driver's keys; None for a user's driver.
+        mount: Robot and world of the actuator.
+        declares: Dataclass that declares the keys of a shipped driver; None for a user's driver.
     """
 
     declares: ClassVar[type | None] = None
@@ -37,12 +37,12 @@ class MujocoActuator(Actuator):
 class Velocity(MujocoActuator):
     """Speed-controlled motors, commanded by wheel linear speeds [m/s].
 
-    The acceleration limit applies to every command, also to braking by neutral. Commands take effect after the delay.
+    The acceleration limit applies to every command, also to braking by `neutral`. Commands take effect after a delay.
 
     Args:
-        name: The actuator's name in robot.toml.
-        mount: Robot and world.
-        parameters: Fields of `VelocityParameters`.
+        name: Name of the actuator in robot.toml.
+        mount: Robot and world of the actuator.
+        parameters: Values of the fields of `VelocityParameters`.
     """
 
     declares = VelocityParameters
@@ -60,7 +60,7 @@ class Velocity(MujocoActuator):
         self.mount.world.drive(self._motors, [v / f for v, f in zip(values, self._factors, strict=True)])
 
     def measured(self) -> list[float]:
-        """True wheel linear speeds [m/s]."""
+        """True wheel linear speeds [m/s], in the order of the motors."""
         speeds = self.mount.world.motor_speeds(self._motors)
         return [s * f for s, f in zip(speeds, self._factors, strict=True)]
 
@@ -84,7 +84,7 @@ def make_actuator(
         parameters: Parameters of the driver, SI units.
 
     Raises:
-        InputError: Unknown driver, or parameters that do not fit the driver or the model.
+        InputError: The driver is unknown, or parameters do not fit the driver or the model.
     """
     world.body(robot)
     cls: Any = driver_class(ACTUATORS, driver, "actuator", "mujoco")

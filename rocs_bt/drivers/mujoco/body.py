@@ -1,4 +1,4 @@
-"""Elements of a compiled model: robots, mocap bodies, labels and outlines of geoms."""
+"""Elements of a compiled MuJoCo model: robots, mocap bodies, labels and outlines of geoms."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FLOOR = "floor"
 
 @dataclass(frozen=True)
 class RobotBody:
-    """Indices of a robot in a compiled model.
+    """Indices of a robot's elements in a compiled model, and sizes of the robot.
 
     Attributes:
         name: Name of the robot.
@@ -48,7 +48,7 @@ class MocapBody:
     Attributes:
         name: Name of the body.
         slot: Index among MuJoCo's mocap bodies.
-        geoms: IDs of its geoms.
+        geoms: IDs of the geoms of the body.
     """
 
     name: str
@@ -68,12 +68,12 @@ def find_objects(model: Any) -> dict[str, MocapBody]:
 
 
 def find_bodies(model: Any, robots: Sequence[str]) -> dict[str, RobotBody]:
-    """Indices of the robots in a model, by name."""
+    """Indices of the robots' elements in a model, by name of the robot."""
     return {name: _find(model, name) for name in robots}
 
 
 def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
-    """Label of each geom, for people: name of its robot, the floor, or the name of the geom or its body."""
+    """Label of each geom, for messages: the name of its robot, `floor`, or the name of the geom or its body."""
     owners = {body.root: name for name, body in robots.items()}
     names = []
     for geom in range(model.ngeom):
@@ -89,12 +89,12 @@ def geom_labels(model: Any, robots: Mapping[str, RobotBody]) -> list[str]:
 
 
 def collides(model: Any, geom: int) -> bool:
-    """Whether a geom can collide."""
+    """Whether a geom can collide with other geoms."""
     return bool(model.geom_contype[geom] or model.geom_conaffinity[geom])
 
 
 def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]:
-    """Outlines of the static colliding geoms from above, without the floor."""
+    """Outlines, seen from above, of all static geoms that can collide, without the floor."""
     names, found = geom_labels(model, robots), []
     for geom in range(model.ngeom):
         if int(model.geom_bodyid[geom]) != 0 or names[geom] == FLOOR or not collides(model, geom):
@@ -111,7 +111,7 @@ def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]
 
 
 def bounds(model: Any) -> tuple[float, float, float, float]:
-    """Minimum x, minimum y, maximum x and maximum y of the static geoms [m]; a plane without a size is infinite."""
+    """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for a plane without a size."""
     import mujoco
 
     corners = []
@@ -133,7 +133,7 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
 
 
 def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
-    """Convex outline of geoms of one body from above, body frame: corners [m], anticlockwise."""
+    """Convex outline of geoms of one body, seen from above: corners, body frame [m], anticlockwise."""
     import mujoco
 
     corners: list[tuple[float, float]] = []
@@ -199,15 +199,15 @@ def _convex(points: Sequence[Point]) -> list[Point]:
 
 @dataclass
 class Motors:
-    """Motors of one robot with their targets.
+    """Motors of one actuator of a robot, with their commands.
 
     Attributes:
-        ids: Indices in MuJoCo's control vector.
-        joints: Indices of the joints in the velocity vector.
-        angles: Indices of the joints in the position vector.
-        target: Commanded speeds [rad/s].
-        change: Maximum change of a speed per physics step [rad/s].
-        settled: Whether all motors have reached their target.
+        ids: Indices of the motors in MuJoCo's control vector.
+        joints: Indices of the motors' joints in MuJoCo's velocity vector.
+        angles: Indices of the motors' joints in MuJoCo's position vector.
+        target: Commanded speeds of the motors [rad/s].
+        change: Maximum change of a motor's speed per physics step [rad/s].
+        settled: Whether the setpoints of all motors have reached the commanded speeds.
         delay: Delay of a command [physics steps].
         coming: Delayed commands, each with the step at which it takes effect.
     """

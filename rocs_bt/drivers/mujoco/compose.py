@@ -1,4 +1,4 @@
-"""Compose a world: compile an arena and its robots into one model."""
+"""Composition of a world: compiles an arena and its robots to one MuJoCo model."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from .world import MujocoWorld
 
 @dataclass(frozen=True)
 class SensorMount:
-    """Sensor of a robot before the model is compiled.
+    """Declaration of a robot's sensor, which may add elements to the model before it is compiled.
 
     Attributes:
         name: Name of the sensor in robot.toml.
         driver: Name of the driver, or a user's class.
         parameters: Parameters of the driver, SI units.
-        file, line: Location of its table, for messages.
-        running: Context in which a user's class runs.
+        file, line: Location of the sensor's table in robot.toml, for messages.
+        running: Function that returns a context manager around code of a user's class, which converts its exceptions.
     """
 
     name: str
@@ -40,11 +40,11 @@ class SensorMount:
 
 @dataclass(frozen=True)
 class RobotInstance:
-    """Robot of a world.
+    """Robot in a world.
 
     Attributes:
-        name: Prefix of its elements, as in `R2/hull`.
-        model: MJCF file of the robot; the root body is named `base` and has a free joint.
+        name: Name of the robot, which is the prefix of its elements, as in `R2/hull`.
+        model: MJCF file of the robot; its root body must be named `base` and have a free joint.
         sensors: Sensors of the robot; none for a robot without an agent.
     """
 
@@ -61,17 +61,17 @@ def compose_world(
     clock: Clock | None = None,
     within: Sequence[Path] = (),
 ) -> MujocoWorld:
-    """Compile a world; its robots are at the origin until they are placed.
+    """Compile a world. Its robots are at the origin until they are placed (`MujocoWorld.place`).
 
     Args:
         arena: MJCF file of the arena.
         robots: Robots of the world.
         step: Physics step [s].
         clock: Clock of the world; by default a simulated clock, which the world advances.
-        within: Folders with files that a model may reference, in addition to its own folder.
+        within: Folders whose files a model may reference, in addition to those in the model's own folder.
 
     Raises:
-        InputError: A file is missing or no valid MJCF, or a model lacks an element that a driver needs.
+        InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
     """
     model = compile_model(arena, robots, step=step, within=within)
     return MujocoWorld(model, [r.name for r in robots], clock or SimulatedClock(step))
@@ -85,20 +85,20 @@ def compile_model(
     within: Sequence[Path] = (),
     text: str | None = None,
 ) -> Any:
-    """Compile the MjModel of an arena and its robots; several worlds can use it, one after the other.
+    """Compile the MjModel of an arena and its robots. Several worlds can use it, one after the other.
 
-    The options were chosen by measurement: the discrete integrator is correct at every step up to 20 ms, and with
-    elliptic cones and ellipsoid wheels drives follow their kinematics to 0.2 %.
+    The solver options were chosen by measurement: the discrete integrator is accurate with all steps up to 20 ms, and
+    with elliptic cones and ellipsoid wheels the drives follow their kinematics with an error of 0.2 %.
 
     Args:
         arena: MJCF file of the arena.
         robots: Robots of the world.
         step: Physics step [s].
-        within: Folders with files that a model may reference, in addition to its own folder.
-        text: MJCF text of a generated arena; `arena` then only names it in faults.
+        within: Folders whose files a model may reference, in addition to those in the model's own folder.
+        text: MJCF text of a generated arena; `arena` is then only its name in faults.
 
     Raises:
-        InputError: A file is missing or no valid MJCF, or a model lacks an element that a driver needs.
+        InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
     """
     import mujoco
 
@@ -125,13 +125,13 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
     """Read the MjSpec of an MJCF file.
 
     Args:
-        file: The file.
-        within: Folders with files that it may reference, in addition to its own folder.
+        file: MJCF file.
+        within: Folders whose files the model may reference, in addition to those in its own folder.
         text: MJCF text of a generated model.
 
     Raises:
-        InputError: The file cannot be read, is no valid MJCF, references a file in another folder, or exceeds a limit;
-            contains the line.
+        InputError: The file cannot be read, is not valid MJCF, references a file in another folder, or exceeds a limit;
+            with the line.
     """
     import mujoco
 
@@ -147,7 +147,7 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
 
 @contextmanager
 def _compiling(file: Path, what: str = "the model does not compile") -> Iterator[None]:
-    """Context that converts MuJoCo's errors to faults of this file, with the line in MuJoCo's message."""
+    """Context that converts errors of MuJoCo to faults of a file, with the line that MuJoCo reports."""
     try:
         yield
     except (ValueError, RuntimeError, MemoryError) as error:
@@ -168,7 +168,7 @@ def _check_base(model: Any, file: Path) -> None:
 
 
 def _take_options(spec: Any, model: Any) -> None:
-    """Copy the world's <option> to a robot's model, since MuJoCo warns about every difference."""
+    """Copy the world's <option> to a robot's model, because MuJoCo warns about every difference."""
     for name in dir(spec.option):
         if name.startswith("_"):
             continue

@@ -1,4 +1,4 @@
-"""Laser scanner in MuJoCo: casts all rays of a scan in one call, fast also in worlds with many geoms."""
+"""Laser scanner in MuJoCo, which casts all rays of a scan in one call and is fast even with many geoms."""
 
 from __future__ import annotations
 
@@ -22,9 +22,10 @@ Array = npt.NDArray[np.float64]
 
 
 class Lidar(MujocoSensor):
-    """Ranges [m] along rays from one site, from right to left; all rays are cast at the same time.
+    """Laser scanner: ranges [m] along rays from one site, from right to left, all at the same time.
 
-    The rays lie in the x-y plane of the site and pitch with the robot. They ignore the body that carries the scanner.
+    The rays lie in the x-y plane of the site, so they pitch with the robot. They ignore the body that carries the
+    scanner.
     """
 
     declares = LidarParameters
@@ -63,7 +64,7 @@ class Lidar(MujocoSensor):
             return Reading(world.stamp, self._taken[1].tolist())
 
     def fan(self) -> Fan:
-        """Origin and directions of the rays, body frame."""
+        """Origin and directions of the rays, body frame, for displays."""
         element = self.mount.world.model.site(self._site)
         (x, y, _), (w, i, j, k) = element.pos.tolist(), element.quat.tolist()
         yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
@@ -72,11 +73,11 @@ class Lidar(MujocoSensor):
         return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=count, reach=reach)
 
     def _scan(self) -> Array:
-        """Distances [m] in the present state, +inf without a hit, shape (rays,)."""
+        """Distances along the rays in the present state [m], +inf without a hit, shape (rays,)."""
         self.mount.world.update_poses()
         data = self.mount.world.data
         directions = self._rays @ data.site_xmat[self._site].reshape(3, 3).T
-        # Beyond the maximum range, so that readings near it do not depend on the cutoff.
+        # The cutoff is above the maximum range, so that it does not affect readings near this range.
         cutoff = self.parameters.range[1] + 1.0
         distances = self._cast.distances(data, data.site_xpos[self._site], directions, cutoff)
         found: Array = np.where(distances < 0.0, math.inf, distances)
@@ -90,22 +91,23 @@ def _read(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> L
 Indices = npt.NDArray[np.intp]
 
 TILE = 1.75
-"""Side of a tile [m]."""
+"""Side length of a tile of the floor [m]; see `Rays`."""
 
 MANY = 64
-"""Minimum number of geoms for which tiles are faster."""
+"""Minimum number of geoms of a world for which ray casting with tiles is faster."""
 
 
 class Rays:
     """Ray caster for rays with a common origin.
 
-    MuJoCo tests each ray against a bounding sphere per body, then against that body's geoms one by one; all static
-    geoms belong to one body. In worlds with many geoms the rays are therefore cast in a second model with one body per
-    tile of the floor. Its geoms are the same, so the distances are equal bit by bit.
+    MuJoCo tests each ray against a bounding sphere per body, then against all geoms of that body one by one. All static
+    geoms belong to one body, so this is slow with many geoms. Rays are then cast in a second model, in which the static
+    geoms of each square tile of the floor belong to a body of their own. The geoms are the same, so the distances are
+    bit-identical.
 
     Args:
         model: Compiled MjModel.
-        excluded: ID of the body that rays ignore.
+        excluded: ID of the body that the rays ignore.
     """
 
     def __init__(self, model: Any, excluded: int) -> None:
@@ -113,7 +115,7 @@ class Rays:
 
         self._cast = mujoco.mj_multiRay
         self._model, self._excluded = model, excluded
-        # Before MuJoCo 4.0 rays miss some geoms in tiles.
+        # Before MuJoCo 4.0, rays miss some geoms in a model with tiles.
         tiles_are_right = mujoco.mj_version() >= 4_000_000
         self._tiled = _tiled(model) if tiles_are_right and model.ngeom >= MANY else None
         if self._tiled is not None:
@@ -123,7 +125,7 @@ class Rays:
             mujoco.mj_kinematics(self._model, self._copy)
 
     def distances(self, data: Any, origin: Array, directions: Array, cutoff: float) -> Array:
-        """Distances along rays.
+        """Cast rays; returns the distances to the first hits.
 
         Args:
             data: MjData of the world, with updated poses.
@@ -161,8 +163,8 @@ class _Tiled:
 
     Attributes:
         model: Compiled MjModel.
-        bodies: Indices of the movable bodies in this model, and in the original model.
-        geoms: Indices of the movable geoms in this model, and in the original model.
+        bodies: Indices of the movable bodies in this model, and indices of the same bodies in the original model.
+        geoms: Indices of the movable geoms in this model, and indices of the same geoms in the original model.
     """
 
     model: Any
@@ -170,7 +172,12 @@ class _Tiled:
     geoms: tuple[Indices, Indices]
 
     def follow(self, copy: Any, data: Any) -> None:
-        """Copy the poses of all movable bodies and geoms from the world."""
+        """Copy the poses of all movable bodies and geoms from the world.
+
+        Args:
+            copy: MjData of this model.
+            data: MjData of the world.
+        """
         (bodies, world_bodies), (geoms, world_geoms) = self.bodies, self.geoms
         copy.xipos[bodies] = data.xipos[world_bodies]
         copy.geom_xpos[geoms], copy.geom_xmat[geoms] = data.geom_xpos[world_geoms], data.geom_xmat[world_geoms]
@@ -178,7 +185,7 @@ class _Tiled:
 
 @lru_cache(maxsize=4)
 def _tiled(model: Any) -> _Tiled | None:
-    """Create the copy of a model with tiles; None if the model has other geoms than primitive shapes."""
+    """Create a copy of a model with tiles; None if the model has other geoms than primitive shapes."""
     import mujoco
 
     kinds = mujoco.mjtGeom
@@ -205,13 +212,21 @@ def _tiled(model: Any) -> _Tiled | None:
 
 
 def _is_shown(model: Any, geom: int) -> bool:
-    """Whether rays hit a geom; they ignore fully transparent geoms."""
+    """Whether rays hit a geom: they do not hit fully transparent geoms."""
     material = model.geom_matid[geom]
     return bool((model.geom_rgba[geom, 3] if material < 0 else model.mat_rgba[material, 3]) != 0.0)
 
 
 def _body(spec: Any, model: Any, body: int) -> Any:
-    """Add a tile, or a body with the inertia of a body of the model; MuJoCo centres the bounding sphere on it."""
+    """Add a body to the copy of a model: a tile, or the counterpart of a movable body.
+
+    A counterpart has the inertia of the original body, because MuJoCo centres the body's bounding sphere on it.
+
+    Args:
+        spec: MjSpec of the copy.
+        model: Original model.
+        body: ID of the movable body in the original model; 0 for a tile.
+    """
     if body == 0:
         return spec.worldbody.add_body()
     return spec.worldbody.add_body(

@@ -1,7 +1,7 @@
-"""Check of MJCF files before MuJoCo reads them: referenced files and size limits.
+"""Check of MJCF files before MuJoCo reads them: which files they reference, and how large the model is.
 
-MuJoCo opens every file that a model references and compiles models of any size. Each model is therefore checked first:
-every file must be inside the project, and every count within a limit that compiles in seconds.
+MuJoCo opens every file that a model references, and compiles models of any size. Each model is therefore checked first:
+every referenced file must be inside the project, and every count within a limit that compiles in seconds.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from ...confine import confined, is_file
 from ...errors import Fault, InputError
 
 MOST_ELEMENTS = 20_000
-"""Maximum number of elements of a model, with all copies."""
+"""Maximum number of elements of a model, including all copies."""
 
 MOST_COPIES = 4_000
-"""Maximum number of elements from `replicate`, `attach` and `flexcomp`; their cost grows quadratically."""
+"""Maximum number of elements that `replicate`, `attach` and `flexcomp` create; their cost grows quadratically."""
 
 MOST_JOINTS = 4_000
 """Maximum number of joints of a model."""
@@ -37,7 +37,7 @@ MOST_FILES = 100
 """Maximum number of included files, and maximum depth of attached models."""
 
 _MOST_DEPTH = 500
-_MOST = {  # maxima of attributes to which MuJoCo allocates memory in proportion
+_MOST = {  # maxima of attributes that determine how much memory MuJoCo allocates
     "size": {"nuserdata": 1e7, "nkey": 1e4, "njmax": 1e6, "nconmax": 1e6, "nstack": 1e8},
     "mesh": {"params": 1e3},
 }
@@ -48,15 +48,15 @@ _MESHES = ("meshdir", "assetdir")
 
 
 def examine_model(file: Path, roots: Iterable[Path]) -> None:
-    """Check the files that a model references, and its size.
+    """Check a model: the files that it references, and its size.
 
     Args:
         file: MJCF file.
-        roots: Folders with files that it may reference, in addition to its own folder.
+        roots: Folders whose files the model may reference, in addition to those in its own folder.
 
     Raises:
-        InputError: The file is no valid MJCF, references a file outside of the folders, or exceeds a limit; contains
-            line and column.
+        InputError: The file is not valid MJCF, references a file outside of the folders, or exceeds a limit; with line
+            and column.
     """
     limits = _Limits((*roots, file.resolve().parent))
     _Model(file, limits, ()).read()
@@ -76,7 +76,7 @@ class _Location:
 
 @dataclass(frozen=True)
 class _Asset:
-    """File that an element references."""
+    """Reference from an element of a model to a file, such as a mesh."""
 
     tag: str
     named: str
@@ -85,19 +85,19 @@ class _Asset:
 
 @dataclass
 class _Count:
-    """Counts of a model's elements; `copies` counts those from replicate, attach and flexcomp."""
+    """Numbers of elements of a model; `copies` are those that replicate, attach and flexcomp create."""
 
     elements: float = 0.0
     copies: float = 0.0
     joints: float = 0.0
 
     def add(self, location: _Location, elements: float, copies: float, joints: float = 0.0) -> None:
-        """Add the elements found at one location to the counts.
+        """Add to the counts the elements at one location.
 
         Args:
             location: Location in the file, for the fault.
             elements: Number of elements.
-            copies: Number of elements made by replicate, attach and flexcomp.
+            copies: Number of elements that replicate, attach and flexcomp create.
             joints: Number of joints.
 
         Raises:
@@ -115,7 +115,7 @@ class _Count:
 
 @dataclass
 class _Limits:
-    """Remaining budgets of a model with all its parts."""
+    """Remaining budgets for the size of a model, including the models that it attaches."""
 
     roots: tuple[Path, ...]
     text: float = field(default_factory=lambda: MOST_TEXT)
@@ -127,6 +127,12 @@ class _Limits:
     def take(self, what: str, amount: float, location: _Location, words: str) -> None:
         """Consume part of a budget.
 
+        Args:
+            what: Budget: `text`, `assets` or `cells`.
+            amount: Amount to consume.
+            location: Location in the file, for the fault.
+            words: Size that the model exceeds, for the fault.
+
         Raises:
             InputError: The budget is exceeded.
         """
@@ -137,7 +143,7 @@ class _Limits:
 
 
 class _Model:
-    """Main MJCF file with its included files; attached models are separate models."""
+    """Model under check: its main MJCF file and included files. Each attached model is a `_Model` of its own."""
 
     def __init__(self, file: Path, limits: _Limits, above: tuple[Path, ...]) -> None:
         self.file = file
@@ -154,7 +160,7 @@ class _Model:
         self.strip = False
 
     def read(self) -> _Count:
-        """Read the model and all its parts.
+        """Read the model and its attached models; returns the counts.
 
         Raises:
             InputError: The model is invalid or exceeds a limit.
@@ -169,7 +175,13 @@ class _Model:
         return self.count
 
     def include(self, named: str, times: float, location: _Location) -> None:
-        """Read an included file once; MuJoCo resolves it relative to the main file."""
+        """Read an included file, unless it was read before. MuJoCo resolves its path relative to the main file.
+
+        Args:
+            named: Path of the file, as written.
+            times: Number of copies of the included elements.
+            location: Location of the include.
+        """
         for folder in dict.fromkeys((*self.folders, location.file.parent)):
             path = self._confined(named, folder, location)
             if is_file(path) and path not in self.files:
@@ -271,7 +283,7 @@ class _Reader:
 
 
 def _check_numbers(tag: str, attributes: Mapping[str, str], location: _Location) -> None:
-    """Check attributes to which MuJoCo allocates memory in proportion.
+    """Check the attributes that determine how much memory MuJoCo allocates.
 
     Raises:
         InputError: An attribute exceeds its maximum.
@@ -337,7 +349,7 @@ def _number(text: str) -> float:
 
 
 def _numbers(text: str) -> list[float]:
-    """Finite numbers in an attribute, NaN excluded; MuJoCo reports invalid values itself."""
+    """Numbers in an attribute, without NaN and invalid values, which MuJoCo reports itself."""
     found = []
     for word in text.split()[:16]:
         try:

@@ -1,4 +1,4 @@
-"""Mount of a device in MuJoCo: its robot, its noise, and the world's interface for drivers."""
+"""Mount of a device in MuJoCo: its robot and noise, and the interface of the world for drivers."""
 
 from __future__ import annotations
 
@@ -15,26 +15,29 @@ from .body import Motors
 
 
 class DriverWorld(Protocol):
-    """Interface of the simulated world for drivers: `mount.world`.
+    """Interface of the simulated world for drivers, available as `mount.world`.
 
-    Poses and twists are ground truth, without noise. Robots are named as in the scenario; the elements of a robot in
-    the compiled model have its name as a prefix, such as `R2/base`. All values are of the present state, reached at
-    `stamp`.
+    Poses and twists are ground truth, without noise. Robots have the names of the scenario. In the compiled model, the
+    elements of a robot have its name as a prefix, such as `R2/base`. All values are those of the present state, which
+    was reached at `stamp`.
     """
 
     @property
     def model(self) -> Any:
-        """MuJoCo's compiled `MjModel`. Read only."""
+        """Compiled `MjModel` of MuJoCo; drivers must not change it."""
         ...
 
     @property
     def data(self) -> Any:
-        """MuJoCo's `MjData`. Hold `lock`, and call `update_poses` before reading poses of sites or geoms; read only."""
+        """`MjData` of MuJoCo; drivers must not change it.
+
+        Hold `lock` while reading it, and call `update_poses` before reading poses of sites or geoms.
+        """
         ...
 
     @property
     def lock(self) -> AbstractContextManager[Any]:
-        """Lock of the state, held for each physics step; `MujocoSensor.read` holds it around `sample`."""
+        """Lock of the state, which each physics step holds; `MujocoSensor.read` holds it around `sample`."""
         ...
 
     @property
@@ -75,16 +78,16 @@ class DriverWorld(Protocol):
 
         Args:
             robot: Name of the robot.
-            limit: Maximum distance of interest [m].
+            limit: Distance beyond which obstacles are ignored [m].
             among: Obstacles that count: other `robots`, `obstacles` that are no robots, or `all`.
 
         Returns:
-            Distance [m], negative inside, and name of the obstacle; (limit, "") if none is nearer than the limit.
+            Distance [m], negative if they overlap, and name of the obstacle; (limit, "") if none is within the limit.
         """
         ...
 
     def room(self, x: float, y: float, z: float = ...) -> float:
-        """Distance from a point [m], world frame, to the nearest static obstacle, without the floor [m]."""
+        """Distance from a point (x, y, z), world frame [m], to the nearest static obstacle, without the floor [m]."""
         ...
 
     def sees(self, robot: str, other: str, height: float) -> bool:
@@ -100,7 +103,7 @@ class DriverWorld(Protocol):
         ...
 
     def sensor_address(self, robot: str, name: str) -> int:
-        """Index of the first value of one of the model's sensors, for `sensed`.
+        """Address of the first value of a sensor in a robot's model, for `sensed`.
 
         Raises:
             UnknownName: The robot's model has no such sensor.
@@ -108,15 +111,15 @@ class DriverWorld(Protocol):
         ...
 
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-        """Values of the model's sensors at n addresses, in the present state, shape (n,)."""
+        """Values of sensors of the model at n addresses, in the present state, shape (n,)."""
         ...
 
     def motors(self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ...) -> Motors:
-        """Handle of velocity motors of a robot's model; an actuator requests it once, in its constructor.
+        """Get a handle of velocity motors of a robot's model. An actuator calls this once, in its constructor.
 
         Args:
             robot: Name of the robot.
-            names: Actuators of the model, without the robot's prefix.
+            names: Names of the motors in the robot's model, without the robot's prefix.
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
 
@@ -127,7 +130,7 @@ class DriverWorld(Protocol):
         ...
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Command motor speeds [rad/s], in the order of the motors."""
+        """Command the speeds of motors [rad/s], in the order of the motors."""
         ...
 
     def motor_speeds(self, motors: Motors) -> list[float]:
@@ -141,13 +144,13 @@ class DriverWorld(Protocol):
 
 @dataclass(frozen=True)
 class Mount:
-    """Mount of a device.
+    """Mount of a device: its world, its robot and its noise.
 
     Attributes:
         world: World of the robot.
-        robot: Name of the robot, the prefix of its elements.
+        robot: Name of the robot, which is the prefix of its elements in the model.
         noise: Standard deviation of each value, SI units.
-        rng: Random stream of the device.
+        rng: Random generator of the device.
     """
 
     world: DriverWorld

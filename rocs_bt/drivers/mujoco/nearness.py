@@ -1,4 +1,4 @@
-"""Clearance of hulls and points."""
+"""Clearance of robot hulls and of points in a MuJoCo world."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .body import FLOOR, RobotBody, collides, geom_labels
 Array = npt.NDArray[np.float64]
 
 FEW = 8
-"""Maximum number of geoms for which measuring all distances is faster than preselecting."""
+"""Maximum number of geoms for which measuring all distances is faster than a preselection."""
 
 Among = Literal["all", "obstacles", "robots"]
 """Obstacles that count for the clearance of a hull: other robots, obstacles that are no robots, or all."""
 
 
 class ClearanceQuery:
-    """Distances between hulls and obstacles; the floor does not count.
+    """Distances between robot hulls and obstacles, without the floor.
 
     Args:
         model: Compiled model.
-        robots: Indices of the robots, by name.
+        robots: Indices of the robots in the model, by name.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -45,7 +45,17 @@ class ClearanceQuery:
         self._bounds = np.where(model.geom_rbound > 0.0, model.geom_rbound, np.inf)  # 0 means infinite
 
     def clearance(self, data: Any, body: RobotBody, limit: float, among: Among = "all") -> tuple[float, str]:
-        """Distance [m] from a hull to the nearest obstacle, and its name; (limit, "") if none is nearer."""
+        """Distance from a robot's hull to the nearest obstacle.
+
+        Args:
+            data: MjData of the world, with updated poses.
+            body: Robot.
+            limit: Distance beyond which obstacles are ignored [m].
+            among: Obstacles that count.
+
+        Returns:
+            Distance [m], negative if they overlap, and name of the obstacle; (limit, "") if none is within the limit.
+        """
         best, name, others = limit, "", self._among[among][body.name]
         for hull in body.hull:
             for geom in self._candidates(data, hull, others):
@@ -57,9 +67,10 @@ class ClearanceQuery:
         return best, name
 
     def _candidates(self, data: Any, hull: int, geoms: npt.NDArray[np.intp]) -> list[int]:
-        """Geoms that may be the nearest to a hull geom, in order.
+        """Preselect the geoms that may be the nearest to a geom of a hull.
 
-        The distance of surfaces is at most that of the centres, and at least that of the bounding spheres.
+        The distance between two surfaces is at most that between the centres, and at least that between the bounding
+        spheres.
         """
         if len(geoms) <= FEW:
             few: list[int] = geoms.tolist()
@@ -71,12 +82,12 @@ class ClearanceQuery:
         return possible
 
     def room(self, data: Any, point: Array) -> float:
-        """Distance of a point [m], shape (3,), from the nearest static obstacle [m]; exact for boxes."""
+        """Distance from a point, shape (3,), world frame [m], to the nearest static obstacle [m]; exact for boxes."""
         return float(self._still.distances(data, point).min(initial=math.inf))
 
 
 class _Boxes:
-    """Bounding boxes of geoms, each in the frame of its geom; planes have none."""
+    """Bounding boxes of geoms, each aligned with the frame of its geom."""
 
     def __init__(self, model: Any, geoms: list[int]) -> None:
         self._index = np.array(geoms, dtype=np.intp)
@@ -84,7 +95,7 @@ class _Boxes:
         self._half = model.geom_aabb[self._index, 3:].reshape(-1, 3).copy()
 
     def distances(self, data: Any, point: Array) -> Array:
-        """Distances of a point, shape (3,), from the boxes [m], zero inside, shape (k,)."""
+        """Distances from a point, shape (3,), world frame [m], to the k boxes, shape (k,) [m]; 0 inside a box."""
         offset = (point - data.geom_xpos[self._index])[:, None, :]
         frames = data.geom_xmat[self._index].reshape(-1, 3, 3)
         local = (offset @ frames)[:, 0, :] - self._centre

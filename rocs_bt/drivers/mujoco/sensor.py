@@ -1,4 +1,4 @@
-"""Base class of all sensors in MuJoCo."""
+"""MujocoSensor: base class of all sensors in MuJoCo."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from .mount import Mount
 
 
 class MujocoSensor(Sensor):
-    """Base of all sensors in MuJoCo; a user's driver extends it and implements `sample`.
+    """Base class of all sensors in MuJoCo. A user's driver derives from it and implements `sample`.
 
-    The keyword-only parameters of a subclass's constructor are the keys of its table in robot.toml.
+    The keyword-only parameters of the constructor of a derived class are the keys of its table in robot.toml.
 
     Args:
         name: Name of the sensor in robot.toml.
@@ -21,7 +21,7 @@ class MujocoSensor(Sensor):
 
     Attributes:
         mount: Robot, world and noise.
-        declares: Dataclass that declares a shipped driver's keys; None for a user's driver.
+        declares: Dataclass that declares the keys of a shipped driver; None for a user's driver.
     """
 
     declares: ClassVar[type | None] = None
@@ -37,14 +37,14 @@ class MujocoSensor(Sensor):
         """Add the elements that the sensor needs to the robot's MjSpec before compilation; none by default.
 
         Args:
-            model: MuJoCo's `MjSpec` of the robot, without prefix.
+            model: `MjSpec` of the robot, in which names have no prefix yet.
             name: Name of the sensor in robot.toml.
-            parameters: Keyword arguments of the constructor; a user's driver that extends a shipped one passes them on
-                unchanged.
+            parameters: Keyword arguments of the constructor. A user's driver that extends a shipped driver must pass
+                them on unchanged.
         """
 
     def sample(self) -> list[float]:
-        """Values in the present state of the world, SI units, without noise; called with `mount.world.lock` held."""
+        """Compute the values in the present state of the world, SI units, without noise; `mount.world.lock` is held."""
         raise NotImplementedError
 
     def read(self) -> Reading:
@@ -59,5 +59,5 @@ class MujocoSensor(Sensor):
             return Reading(stamp, self.limit(values))
 
     def limit(self, values: list[float]) -> list[float]:
-        """Limit values to the measuring range of the device; unchanged by default."""
+        """Limit values, after noise was added, to the measuring range of the device; by default they are unchanged."""
         return values

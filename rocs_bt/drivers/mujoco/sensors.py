@@ -1,4 +1,4 @@
-"""Sensors in MuJoCo, computed when they are read."""
+"""Sensor drivers of the MuJoCo backend; values are computed when a sensor is read."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 
 class Position(MujocoSensor):
-    """x, y, z of the base [m], world frame."""
+    """Position sensor: x, y, z of the base [m], world frame."""
 
     declares = PositionParameters
 
@@ -46,7 +46,7 @@ class Position(MujocoSensor):
 
 
 class Orientation(MujocoSensor):
-    """Yaw of the base [rad], world frame."""
+    """Orientation sensor: yaw of the base [rad], world frame."""
 
     declares = OrientationParameters
 
@@ -59,7 +59,7 @@ class Orientation(MujocoSensor):
 
 
 class WheelSpeed(MujocoSensor):
-    """Wheel linear speeds [m/s], from the motor shafts."""
+    """Wheel encoders: wheel linear speeds [m/s], measured at the motor shafts."""
 
     declares = WheelSpeedParameters
 
@@ -75,7 +75,7 @@ class WheelSpeed(MujocoSensor):
 
 
 class WheelTravel(MujocoSensor):
-    """Wheel travel [m] in whole counts, from the motor shafts; includes slip."""
+    """Incremental encoders: wheel travel [m] in whole counts, measured at the motor shafts, so it includes slip."""
 
     declares = WheelTravelParameters
 
@@ -89,7 +89,7 @@ class WheelTravel(MujocoSensor):
 
 
 class Gyro(MujocoSensor):
-    """Mean yaw rate since the previous reading [rad/s]."""
+    """Gyro: mean yaw rate since the previous reading [rad/s]."""
 
     declares = GyroParameters
 
@@ -103,7 +103,7 @@ class Gyro(MujocoSensor):
 
 
 class RangeCone(MujocoSensor):
-    """Ranges [m] of cones: the minimum over a fan of MuJoCo rangefinder rays each."""
+    """Range sensors with conical beams: each range [m] is the minimum over a fan of MuJoCo rangefinder rays."""
 
     declares = RangeConeParameters
 
@@ -154,7 +154,7 @@ class RangeCone(MujocoSensor):
         return [math.inf if v > high else low if v < low else v for v in values]
 
     def beams(self) -> tuple[Beam, ...]:
-        """Origins and directions of the beams, body frame."""
+        """Origins and directions of the beams, body frame, for displays."""
         model, low_high = self.mount.world.model, self.parameters.range
         found = []
         for site in self.parameters.sites:
@@ -167,7 +167,7 @@ class RangeCone(MujocoSensor):
 
 
 class RobotSensor(MujocoSensor):
-    """Tags, ranges [m] and bearings [rad] of the other robots with a free line of sight at the sensor's height."""
+    """Robot sensor: tags, ranges [m] and bearings [rad] of the other robots that are in its line of sight."""
 
     declares = RobotSensorParameters
 
@@ -188,7 +188,7 @@ class RobotSensor(MujocoSensor):
 
 
 class MailboxSensor(MujocoSensor):
-    """Messages of other robots since the last reading; the same on every robot, simulated or not."""
+    """Mailbox: messages of other robots since the last reading, as on a real robot."""
 
     declares = MailboxParameters
 
@@ -233,10 +233,10 @@ def make_sensor(
         driver: Name of the driver, or a user's class.
         parameters: Parameters of the driver, SI units.
         noise: Standard deviation of each value, SI units.
-        rng: Random stream of the noise; a fixed one by default.
+        rng: Random generator of the noise; by default one with a fixed seed.
 
     Raises:
-        InputError: Unknown driver, or parameters that do not fit the driver or the model.
+        InputError: The driver is unknown, or parameters do not fit the driver or the model.
     """
     world.body(robot)
     mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)

@@ -1,4 +1,4 @@
-"""Lines of sight between robots."""
+"""Check of lines of sight between robots."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ import numpy as np
 
 from .body import RobotBody, collides
 
-_ON = 1e-4  # [m] distance past an ignored surface at which the ray continues
+_ON = 1e-4  # [m] distance behind an ignored surface at which the ray continues
 _OWN = 8  # maximum number of ignored surfaces along a ray
 
 Point = tuple[float, float, float]
 
 
 class LineOfSight:
-    """Line-of-sight check between robots; only colliding geoms block it.
+    """Check of lines of sight between robots, which only geoms that can collide block.
 
     Args:
         model: Compiled model.
-        robots: Indices of the robots, by name.
+        robots: Indices of the robots in the model, by name.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -39,14 +39,14 @@ class LineOfSight:
         self._solid = [collides(model, geom) for geom in range(model.ngeom)]
 
     def clear(self, data: Any, robot: RobotBody, other: RobotBody, begin: Point, end: Point) -> bool:
-        """Whether a ray between two points [m] hits only the two robots at its ends.
+        """Whether a ray between two points is not blocked by anything but the two robots at its ends.
 
         Args:
             data: MjData of the world, with updated poses.
-            robot: Robot at the start.
-            other: Robot at the end.
-            begin: Start point [m], world frame.
-            end: End point [m], world frame.
+            robot: Robot at the start of the ray.
+            other: Robot at the end of the ray.
+            begin: Start point of the ray, world frame [m].
+            end: End point of the ray, world frame [m].
         """
         left = math.dist(begin, end)
         if left < _ON:

@@ -1,4 +1,4 @@
-"""Detection of the begin of contacts."""
+"""Detection of new contacts of robots."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ import numpy as np
 
 from .body import FLOOR, RobotBody, geom_labels
 
-_APART = 0.2  # [s] minimum separation before the next contact of the same pair counts as a new one
+_APART = 0.2  # [s] minimum time of separation after which a contact of the same pair counts as new
 _STILL = 0.02  # [m/s] maximum speed of a stationary robot
 _STILL_TURN = 0.05  # [rad/s] maximum turn rate of a stationary robot
 
 
 @dataclass(frozen=True)
 class Contact:
-    """Begin of a contact.
+    """New contact of a robot.
 
     Attributes:
-        t: Time [s].
+        t: Time at which the contact began [s].
         robot: Name of the robot.
         other: Name of the touched obstacle or robot.
         moving: Whether the robot moved or was commanded to move when the contact began.
@@ -33,15 +33,16 @@ class Contact:
 
 
 class ContactDetector:
-    """Detects new contacts of robots after physics steps.
+    """Detector of new contacts of robots, used after physics steps.
 
     Args:
         model: Compiled model.
-        robots: Indices of the robots, by name.
+        robots: Indices of the robots in the model, by name.
 
     Attributes:
-        usual: Number of contacts in normal driving: wheels and casters on the floor. While the number is the same,
-            most updates can be skipped. They must not all be skipped: a wheel may lift as something is touched.
+        usual: Number of contacts in normal driving, which are those of wheels and casters with the floor. While MuJoCo
+            reports this number, most updates can be skipped; not all, because a wheel may lift when the robot touches
+            something.
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
@@ -54,7 +55,7 @@ class ContactDetector:
         self._new: list[Contact] = []
 
     def begin(self, data: Any) -> None:
-        """Store all velocities before the next steps, since an impact changes them."""
+        """Store all velocities before the next steps, because an impact changes them."""
         self._before[:] = data.qvel
 
     def update(self, data: Any, t: float, commanded: Callable[[str], bool]) -> None:
@@ -63,7 +64,7 @@ class ContactDetector:
         Args:
             data: MjData of the world.
             t: Time after the step [s].
-            commanded: Whether a robot, given by name, is commanded to move.
+            commanded: Function from a robot's name to whether the robot is commanded to move.
         """
         plain = True
         names, floor = self._names, self._floor

@@ -1,4 +1,4 @@
-"""MujocoWorld: compiled model of an arena and its robots, with its state."""
+"""MujocoWorld: the simulated world, a compiled model of an arena and robots with its state."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["Contact", "MujocoWorld"]
 
 
 class MujocoWorld:
-    """Simulated world: arena, robots and time, protected by one lock.
+    """Simulated world: an arena, robots and time in MuJoCo, protected by one lock.
 
     Args:
         model: Compiled MjModel; elements of robots have the robot's name as prefix.
@@ -36,7 +36,7 @@ class MujocoWorld:
         robots: Indices of the robots in the model, by name.
         objects: Named mocap bodies, which scripts can move, by name.
         step: Physics step [s].
-        lock: Lock, held for each physics step and each read.
+        lock: Lock of the state, held for each physics step and each read.
         stamp: Time of the present state, on `clock` [s].
         only_robots_move: Whether all movable bodies belong to robots.
     """
@@ -46,7 +46,7 @@ class MujocoWorld:
 
         self.model = model
         self.data = mujoco.MjData(model)
-        # Views of MuJoCo's arrays, whose memory is fixed: for few numbers plain Python is faster than numpy.
+        # Views of MuJoCo's arrays, whose memory is fixed; for few numbers they are faster than numpy.
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
@@ -71,7 +71,7 @@ class MujocoWorld:
         self._touch = ContactDetector(model, self.robots)
         self._clearance = ClearanceQuery(model, self.robots)
         self._sight = LineOfSight(model, self.robots)
-        self._revision = 0  # number of the state, for cached values
+        self._revision = 0  # number of the present state, for values that are cached per state
         self._posed = self._sensed = -1
         self._poses: dict[str, tuple[int, Pose2]] = {}
         self._sensors_off = int(model.opt.disableflags)
@@ -88,7 +88,7 @@ class MujocoWorld:
         return self.robots[robot]
 
     def place(self, robot: str, pose: Pose2) -> None:
-        """Place a robot at a pose, world frame, at rest and at the height of its model."""
+        """Place a robot at rest at a pose, world frame, with its base at the height of its model."""
         body = self.body(robot)
         with self.lock:
             q, v = body.q, body.v
@@ -99,7 +99,7 @@ class MujocoWorld:
             self._revision += 1
 
     def pose(self, robot: str) -> Pose2:
-        """True pose of a robot, world frame; cached per state."""
+        """True pose of a robot's base, world frame; cached per state."""
         known = self._poses.get(robot)
         if known is not None and known[0] == self._revision:
             return known[1]
@@ -111,13 +111,13 @@ class MujocoWorld:
         return pose
 
     def position(self, robot: str) -> list[float]:
-        """Position of the origin of a robot's base: x, y, z [m], world frame."""
+        """True position of the origin of a robot's base: x, y, z [m], world frame."""
         q = self.body(robot).q
         with self.lock:
             return [*self._qpos[q : q + 3]]
 
     def twist(self, robot: str) -> Twist2:
-        """True twist of a robot, body frame."""
+        """True velocity of a robot's base, body frame."""
         v, yaw = self.body(robot).v, self.pose(robot).yaw
         with self.lock:
             x, y, _, _, _, turn = self._qvel[v : v + 6].tolist()
@@ -125,7 +125,7 @@ class MujocoWorld:
         return Twist2(c * x + s * y, turn, c * y - s * x)
 
     def mocap_body(self, name: str) -> MocapBody:
-        """Mocap body of a name.
+        """Find a mocap body by its name.
 
         Raises:
             UnknownName: The world has no such mocap body.
@@ -143,7 +143,7 @@ class MujocoWorld:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def place_object(self, name: str, pose: Pose2) -> None:
-        """Place a mocap body at a pose, world frame, immediately."""
+        """Move a mocap body at once to a pose, world frame."""
         slot = self.mocap_body(name).slot
         with self.lock:
             self.data.mocap_pos[slot, :2] = pose.x, pose.y
@@ -157,11 +157,11 @@ class MujocoWorld:
             self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
 
     def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf, delay: float = 0.0) -> Motors:
-        """Handle of velocity motors of a robot.
+        """Get a handle of velocity motors of a robot.
 
         Args:
             robot: Name of the robot.
-            names: Actuators of the model, without prefix.
+            names: Names of the motors in the robot's model, without the robot's prefix.
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
 
@@ -185,7 +185,7 @@ class MujocoWorld:
         return motors
 
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
-        """Command motor speeds [rad/s]; after the delay they are approached at the maximum rate of change."""
+        """Command the speeds of motors [rad/s], which are approached after the delay, at the maximum rate of change."""
         with self.lock:
             if motors.delay:
                 motors.coming.append((self._steps + motors.delay, speeds))
@@ -203,11 +203,11 @@ class MujocoWorld:
             return [self._qpos[a] for a in motors.angles]
 
     def guard(self, gate: SafetyGate) -> None:
-        """Register a safety gate, whose watchdog is then checked before each physics step."""
+        """Register a safety gate; its watchdog is then checked before each physics step."""
         self._gates.append(gate)
 
     def commanded(self, robot: str) -> bool:
-        """Whether a robot's motors are commanded to turn, or have not stopped yet."""
+        """Whether motors of a robot are commanded to turn, or are still braking."""
         for m in self._motors[robot]:
             if not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming):
                 return True
@@ -249,11 +249,11 @@ class MujocoWorld:
 
         Args:
             robot: Name of the robot.
-            limit: Maximum distance of interest [m].
+            limit: Distance beyond which obstacles are ignored [m].
             among: Obstacles that count: other `robots`, `obstacles` that are no robots, or `all`.
 
         Returns:
-            Distance [m], negative inside, and name of the obstacle; (limit, "") if none is nearer than the limit.
+            Distance [m], negative if they overlap, and name of the obstacle; (limit, "") if none is within the limit.
         """
         body = self.body(robot)
         with self.lock:
@@ -261,7 +261,7 @@ class MujocoWorld:
             return self._clearance.clearance(self.data, body, limit, among)
 
     def room(self, x: float, y: float, z: float = 0.15) -> float:
-        """Distance from a point [m], world frame, to the nearest static obstacle, without the floor [m]."""
+        """Distance from a point (x, y, z), world frame [m], to the nearest static obstacle, without the floor [m]."""
         with self.lock:
             self.update_poses()
             return self._clearance.room(self.data, np.array([x, y, z]))
@@ -275,7 +275,7 @@ class MujocoWorld:
             return self._sight.clear(self.data, self.body(robot), self.body(other), *ends)
 
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-        """Values of MuJoCo sensors at n addresses, in the present state, shape (n,); cached per state."""
+        """Values of sensors of the model at n addresses, in the present state, shape (n,); cached per state."""
         with self.lock:
             if self._sensed != self._revision:
                 self.update_poses()
@@ -286,7 +286,7 @@ class MujocoWorld:
             return self._sensordata.take(addresses)
 
     def sensor_address(self, robot: str, name: str) -> int:
-        """Address of the first value of a MuJoCo sensor of a robot, for `sensed`.
+        """Address of the first value of a sensor in a robot's model, for `sensed`.
 
         Raises:
             UnknownName: The model has no such sensor.
@@ -298,12 +298,12 @@ class MujocoWorld:
         return bounds(self.model)
 
     def digest(self, into: hashlib._Hash) -> None:
-        """Update a hash with the float64 generalised positions."""
+        """Update a hash with all generalised positions (float64 bytes), to compare trajectories."""
         with self.lock:
             into.update(self._qpos)
 
     def update_poses(self) -> None:
-        """Compute the poses of all geoms and sites in `data`; after a step they still belong to the previous state."""
+        """Compute the poses of all geoms and sites in `data`, which a physics step leaves at the previous state."""
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
