@@ -60,7 +60,7 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
 
 
 def _remembered(kept: KnowledgeFile) -> list[str]:
-    """Lines about the knowledge loaded at the start, refused items, and the file of this run's knowledge."""
+    """Lines about the knowledge loaded at the start, its refused items, and the file with this run's knowledge."""
     lines = []
     for name, found in kept.remembered.items():
         lines.append(

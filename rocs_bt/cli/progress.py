@@ -13,15 +13,15 @@ _PATIENCE = 1.0  # [s] before the bar is shown
 
 
 class Progress:
-    """Progress bar on stderr, shown after one second; called with the progress.
+    """Progress bar on stderr, shown after one second. The commands call it with the amount of work done so far.
 
         with Progress("exp1", total=60.0) as progress:
             run(..., progress=progress)
 
     Args:
         what: Description of the work.
-        total: Total, in the unit of the calls.
-        unit: Unit of the calls.
+        total: Total amount of work.
+        unit: Unit of the total and of the amount done.
     """
 
     def __init__(self, what: str, total: float, unit: str = "s simulated") -> None:
@@ -37,7 +37,7 @@ class Progress:
         return self
 
     def __call__(self, done: float) -> None:
-        """Update the progress."""
+        """Show that the amount `done` of the total is finished."""
         if not self._shown:
             return
         if self._bar is None and self._clock.now() < _PATIENCE:

@@ -165,7 +165,7 @@ def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
 
 
 def _agents(recording: Recording, file: Path, wanted: str | None) -> list[AgentInfo]:
-    """Selected agents: the named one, else those that used the file, else all."""
+    """Select agents of a recording: the one named `wanted`, else those that used the rule file, else all."""
     agents = recording.header.agents
     if wanted is not None:
         found = [agent for agent in agents if agent.name == wanted]
@@ -196,7 +196,7 @@ def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[
 
 
 def _table(found: RuleReplay) -> list[str]:
-    """Table of all firings, then the number of firings of each rule, also in the run itself."""
+    """Lines of a table of all firings, then the number of firings of each rule, in the replay and in the run itself."""
     inputs: ReflexInput = found.inputs
     lines = [f"{found.rules.name} on {inputs.run}, {inputs.agent.name}: {len(inputs.t)} samples, not interpolated"]
     if found.firings:
@@ -212,7 +212,7 @@ def _table(found: RuleReplay) -> list[str]:
 
 
 def _with_present(values: Sequence[float], now: Sequence[float]) -> list[float]:
-    """Values to try, including the present ones."""
+    """Threshold values to try: the given ones, and the present values of the runs (`now`)."""
     others = [value for value in values if not any(math.isclose(value, present) for present in now)]
     return sorted({*others, *now})
 
@@ -220,7 +220,7 @@ def _with_present(values: Sequence[float], now: Sequence[float]) -> list[float]:
 def _sweep_table(
     threshold: str, unit: str, values: list[float], names: list[str], counts: list[list[float]], now: Sequence[float]
 ) -> list[str]:
-    """Table with a row per value; the present value of each run is marked."""
+    """Lines of a table: a row per value of the threshold, a column per run; each run's present value is marked."""
     head = f"{threshold} [{unit}]"
     lines = [f"{head:>14}  " + "  ".join(f"{name:>10}" for name in names) + ("       all" if len(names) > 1 else "")]
     for value, row in zip(values, counts, strict=True):
@@ -233,5 +233,5 @@ def _sweep_table(
 
 
 def _unique_names(names: list[str]) -> list[str]:
-    """Names with numbers appended to repeated ones."""
+    """The same names; names that occur more than once get a number, such as `run #2`."""
     return [f"{name} #{names[: i + 1].count(name)}" if names.count(name) > 1 else name for i, name in enumerate(names)]

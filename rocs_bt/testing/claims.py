@@ -23,18 +23,19 @@ Check = Callable[[str, str], Sequence[EpisodeRecord]]
 
 
 class Inconclusive(Exception):
-    """The episodes neither confirm nor refute a claim."""
+    """Exception: the episodes neither confirm nor refute a claim."""
 
 
 class Claims:
-    """Assertions about the episodes of a comparison; the fixture `comparison`.
+    """Assertions about the episodes of a comparison; tests get them as the fixture `comparison`.
 
     Each assertion is one claim with its own confidence level. A failed claim lists the episodes against it, each with
     the command that replays it.
 
     Args:
         comparison: The episodes.
-        check: Function that returns a planner's episodes, played with one more requirement.
+        check: Function of a planner's name and a requirement's text, which returns the planner's episodes, played while
+            this requirement is monitored.
 
     Attributes:
         comparison: The episodes, for other assertions.
@@ -47,13 +48,13 @@ class Claims:
     def assert_better(
         self, a: str, b: str, metric: str = "success", *, margin: float = 0.0, level: float = LEVEL
     ) -> Verdict:
-        """Assert that planner a is better than planner b by more than a margin.
+        """Assert that planner `a` is better than planner `b` by more than a margin.
 
         Args:
             a: Name of a planner.
             b: Name of another planner.
             metric: The metric.
-            margin: Margin in the metric's unit.
+            margin: Advantage that must be exceeded, in the metric's unit.
             level: Confidence level.
 
         Raises:
@@ -64,7 +65,9 @@ class Claims:
     def assert_not_worse(
         self, a: str, b: str, metric: str = "success", *, margin: float, level: float = LEVEL
     ) -> Verdict:
-        """Assert that planner a is worse than planner b by at most a margin: the whole interval lies above -margin.
+        """Assert that planner `a` is worse than planner `b` by at most a margin.
+
+        The whole confidence interval of the advantage of `a` must lie above `-margin`.
 
         Args:
             a: Name of a planner.
@@ -89,14 +92,16 @@ class Claims:
         lower: float | None = None,
         level: float = LEVEL,
     ) -> None:
-        """Assert that the true success or collision rate is at most `upper` or at least `lower`, by its exact bound.
+        """Assert that a planner's true success or collision rate is at most `upper`, or that it is at least `lower`.
+
+        The exact confidence bound of the rate decides; exactly one of the two limits must be given.
 
         Args:
             planner: Name of the planner.
             metric: `success` or `collision`.
             upper: Upper limit of the rate.
             lower: Lower limit of the rate.
-            level: Confidence level of each bound.
+            level: Confidence level of the bound, which is one-sided.
 
         Raises:
             Inconclusive: The episodes do not decide the claim.
@@ -123,14 +128,14 @@ class Claims:
     def assert_always(self, planner: str, requirement: str) -> None:
         """Assert that a requirement holds at every moment of every episode.
 
-        The planner's episodes are played again with the requirement monitored, and stored like others.
+        The planner's episodes are played again, with the requirement monitored, and stored like other episodes.
 
         Args:
             planner: Name of the planner.
             requirement: Expression over the robot's signals and the ground truth, such as `min(front) > 0.05 m`.
 
         Raises:
-            Inconclusive: No episode violates it, but in some its value is unknown.
+            Inconclusive: No episode violates the requirement, but in some episodes its value is unknown.
             InputError: The requirement does not fit the robot.
         """
         text = requirement.strip()
@@ -157,7 +162,7 @@ class Claims:
         raise Inconclusive(text)
 
     def _against(self, verdict: Verdict) -> str:
-        """Episodes that contradict a claim, the largest differences first."""
+        """Lines about the episodes in which planner `b` was better, the largest differences first."""
         name = verdict.metric
         sign = 1.0 if metric(name).direction == "up" else -1.0
         lost: list[tuple[float, EpisodeRecord, EpisodeRecord]] = []
@@ -196,7 +201,10 @@ def _listed(records: Sequence[EpisodeRecord], describe: Callable[[EpisodeRecord]
 
 
 def _needed(values: Floats, upper: float | None, lower: float | None, level: float) -> int:
-    """Number of similar scenes that would confirm the claim; 0 if no number would."""
+    """Estimate the number of scenes that would confirm a claim about a rate if their results were like `values`.
+
+    Returns 0 if no tried number would confirm it.
+    """
     bad, limit = (values, upper) if upper is not None else (1.0 - values, 1.0 - (lower or 0.0))
     for times in range(2, _MAX_FACTOR):
         if limit is not None and upper_bound(np.tile(bad, (times, 1)), level) <= limit:

@@ -36,7 +36,7 @@ _WAIT = 24.0 * 3600.0  # [s] timeout while another process plays the same episod
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Register the options."""
+    """Register the command-line options of comparisons."""
     group = parser.getgroup("rocs_bt")
     text = "whether inconclusive comparisons fail (default) or pass"
     group.addoption("--inconclusive", choices=("fail", "pass"), default="fail", help=text)
@@ -56,7 +56,7 @@ def pytest_configure(config: pytest.Config) -> None:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Report an inconclusive claim as a result of its own."""
+    """Report a test with an inconclusive claim as "inconclusive", which is neither passed nor failed."""
     report = yield
     if call.excinfo is not None and type(call.excinfo.value).__name__ == "Inconclusive":
         from .claims import Inconclusive
@@ -69,14 +69,14 @@ def pytest_runtest_makereport(
 
 
 def pytest_report_teststatus(report: pytest.TestReport) -> tuple[str, str, tuple[str, dict[str, bool]]] | None:
-    """Status of an inconclusive test in the terminal."""
+    """Status of an inconclusive test for pytest's terminal output; None for any other test."""
     if getattr(report, "inconclusive", False):
         return "inconclusive", "?", ("INCONCLUSIVE", {"yellow": True})
     return None
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Print the inconclusive claims and their effect on the run."""
+    """Print the inconclusive claims, and whether they make the test session fail."""
     reports = terminalreporter.stats.get("inconclusive", [])
     if not reports:
         return
@@ -89,7 +89,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 
 
 class Sweeps:
-    """Sweeps of a session; each is played once and shared by its tests.
+    """Sweeps (planners × scenes × seeds) of a test session; each is played once and shared by the tests that need it.
 
     Args:
         config: Pytest configuration with the options.
@@ -103,7 +103,7 @@ class Sweeps:
         self._found: dict[tuple[Any, ...], tuple[EpisodeRecord, ...]] = {}
 
     def scenes(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
-        """Scenes that a pytest mark names.
+        """Return the scenes that a pytest mark `scenarios` names, at most `--compare-scenarios` of each range.
 
         Raises:
             InputError: A scenario or family does not exist.
@@ -125,7 +125,7 @@ class Sweeps:
     def records(
         self, planners: tuple[str, ...], scenes: tuple[SceneRef, ...], seeds: int, catalog: Catalog, require: str = ""
     ) -> tuple[EpisodeRecord, ...]:
-        """Episodes, played now if the store does not have them."""
+        """Return the episodes of a sweep; those that the store does not have are played now."""
         from ..compare import Store, SweepOptions, sweep
 
         key = (planners, scenes, seeds, catalog.project, require)
@@ -145,7 +145,7 @@ class Sweeps:
 
 @contextmanager
 def _exclusive(folder: Path) -> Iterator[None]:
-    """Hold a lock so that only one test process plays episodes; the others then find the results in the store."""
+    """Hold a lock so that only one test process plays episodes; other processes then find the results in the store."""
     with closing(sqlite3.connect(folder / "lock.sqlite", timeout=_WAIT, isolation_level=None)) as lock:
         lock.execute("begin exclusive")
         yield
@@ -158,7 +158,7 @@ def _sweeps(pytestconfig: pytest.Config) -> Sweeps:
 
 @pytest.fixture
 def comparison(request: pytest.FixtureRequest, _sweeps: Sweeps) -> Claims:
-    """Episodes of the planners and scenarios in the test's marks; see `rocs_bt.testing.claims.Claims`.
+    """Fixture with the episodes of the planners and scenarios in a test's marks; see `rocs_bt.testing.claims.Claims`.
 
     Planners and scenarios are found in the project around the test and in the shipped content.
     """

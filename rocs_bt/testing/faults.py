@@ -24,11 +24,11 @@ if TYPE_CHECKING:
 
 
 class FaultySensor(Sensor):
-    """Base class of faulty sensors: a sensor that fails during an interval.
+    """Base class of faulty sensors: a working sensor that fails during an interval.
 
     Args:
-        sensor: Sensor that works.
-        clock: Clock.
+        sensor: Sensor to read outside the interval.
+        clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
     """
@@ -45,12 +45,12 @@ class FaultySensor(Sensor):
         return self.broken() if self._at <= now < self._until else self.works()
 
     def works(self) -> Reading:
-        """Reading outside the fault interval."""
+        """Return the reading outside the fault's interval."""
         return self.sensor.read()
 
     @abstractmethod
     def broken(self) -> Reading:
-        """Reading, or exception, during the fault."""
+        """Return the reading during the fault, or raise its exception."""
 
     def close(self) -> None:
         self.sensor.close()
@@ -74,7 +74,8 @@ class FrozenSensor(FaultySensor):
     """Sensor that repeats its last reading.
 
     Args:
-        fresh: Whether each repetition has a new stamp, so that only the values show the fault.
+        fresh: Whether each repeated reading gets the present time as its stamp, so that only its constant values show
+            the fault.
         fault: Arguments of FaultySensor.
     """
 
@@ -93,11 +94,11 @@ class FrozenSensor(FaultySensor):
 
 
 class LyingSensor(FaultySensor):
-    """Sensor that returns a constant, such as NaN or 1e12.
+    """Sensor whose values are replaced by a constant, such as NaN or 1e12.
 
     Args:
-        value: The constant.
-        index: Index of the affected value; None for all.
+        value: The constant, in the unit of the sensor's values.
+        index: Index of the replaced value in the reading; None for all values.
         fault: Arguments of FaultySensor.
     """
 
@@ -130,11 +131,11 @@ class HangingSensor(FaultySensor):
 
 
 class FaultyActuator(Actuator):
-    """Base class of faulty actuators: an actuator that fails during an interval. `neutral` still works.
+    """Base class of faulty actuators: a working actuator that fails during an interval; its `neutral` always works.
 
     Args:
-        actuator: Actuator that works.
-        clock: Clock.
+        actuator: Actuator that gets the commands outside the interval.
+        clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
     """
@@ -154,7 +155,7 @@ class FaultyActuator(Actuator):
 
     @abstractmethod
     def broken(self, values: Sequence[float]) -> None:
-        """Handle a command during the fault."""
+        """Handle a command during the fault, instead of the working actuator."""
 
     def neutral(self) -> None:
         self.actuator.neutral()

@@ -24,8 +24,8 @@ class MockDevices:
     """Mock devices of an agent; may be changed before the agent is built and while it runs.
 
     Attributes:
-        clock: Clock, advanced by the runner of the agent.
-        world: Walls and round obstacles.
+        clock: Clock of the devices, which the agent's runner advances.
+        world: Mock world with walls and round obstacles.
         robot: Mock robot, which executes commands without delay.
         sensors: Sensors by name.
         actuators: Safety gates of the actuators, by name; their watchdogs are checked when the world advances.
@@ -47,7 +47,7 @@ def mock_devices(
     sink: EventSink | None = None,
     agent: str = "",
 ) -> MockDevices:
-    """Mock devices for all sensors and actuators of a robot.toml.
+    """Build mock devices for all sensors and actuators of a robot.toml.
 
     The sites of range sensors are spread evenly over a circle around the robot's origin, counterclockwise from the
     front; a scanner faces forward.
@@ -92,7 +92,7 @@ def mock_agent(
     load: LoadClass = load_class,
     share: Callable[[Knowledge], Sharing] | None = None,
 ) -> tuple[Agent, MockDevices]:
-    """Agent on mock devices.
+    """Build an agent on mock devices; returns the agent and the devices.
 
     Args:
         spec: Robot of the agent.
@@ -100,7 +100,7 @@ def mock_agent(
         runtime: Clock and event sink. The clock is a `SimulatedClock` with the control period as its step, or a
             `WallClock`.
         name: Name of the agent.
-        rates: Rates of its blocks; control at 20 Hz and plan at 10 Hz by default.
+        rates: Rates of the agent's control and plan; 20 Hz and 10 Hz by default.
         prepare: Callback that may replace mock devices before the agent is built.
         load: Loader of classes that robot.toml names as `file.py:Class`.
         share: Factory of the agent's knowledge sharing; None for no sharing.
@@ -120,6 +120,6 @@ def mock_agent(
 
 
 def mock_rates(control: float = 20.0, plan: float = 10.0) -> Rates:
-    """Rates of an agent's blocks: control and plan [Hz]."""
+    """Rates of an agent's control and plan, both given in Hz; control must be a multiple of plan."""
     period = 1.0 / control
     return Rates(control=Rate(1, period), plan=Rate.dividing(plan, period, "the plan's rate"))

@@ -39,7 +39,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start counting if the option is set."""
+    """Start counting node outcomes if `--tree-coverage` is set."""
     if config.getoption("--tree-coverage"):
         from .missions import TreeCoverage
 
@@ -47,7 +47,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
-    """Print the coverage table."""
+    """Print the coverage table at the end of the session."""
     coverage = config.stash.get(COVERAGE, None)
     if coverage is not None:
         terminalreporter.section("tree coverage")
@@ -58,7 +58,8 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 def play(request: pytest.FixtureRequest) -> Callable[..., Trace]:
     """Fixture that ticks a mission to its end without a robot; see `rocs_bt.testing.missions.play`.
 
-    Missions are found in the project around the test and in the shipped content. `--tree-coverage` counts the outcomes.
+    Missions are found in the project around the test and in the shipped content. `--tree-coverage` counts the outcomes
+    of their nodes.
     """
     from ..catalog import Catalog
     from .missions import play

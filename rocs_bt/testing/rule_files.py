@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> RuleFileTests | None:
-    """Collector for a rule file of a project, or for a file in its `rules/tests`."""
+    """Return a collector for a project's rule file or a file in its `rules/tests`; None for any other file."""
     from ..reactive import tested_file
 
     if file_path.suffix != ".toml" or tested_file(file_path).parent.name != "rules":
@@ -23,10 +23,10 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> RuleFileTe
 
 
 class RuleFileTests(pytest.File):
-    """Tests of one file, for each robot that uses the rules."""
+    """Collector of the tests in one file; each test runs once for each robot that uses the rules."""
 
     def collect(self) -> Iterator[RuleFileTest]:
-        """Run all tests (no slower than collecting them); an invalid file is a collection error."""
+        """Run all tests now, which takes no longer than collecting them; an invalid file is a collection error."""
         from ..catalog import Catalog, make_entry
         from ..check import fitted_rules
         from ..errors import InputError
@@ -49,7 +49,7 @@ class RuleFileTests(pytest.File):
 
 
 class RuleFileTest(pytest.Item):
-    """One test of a rule file."""
+    """One test of a rule file for one robot, with its result."""
 
     def __init__(self, *, result: RuleTestResult, **of: Any) -> None:
         super().__init__(**of)

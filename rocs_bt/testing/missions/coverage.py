@@ -1,4 +1,4 @@
-"""Coverage of trees: ticked leaves and observed outcomes of each node, over all tests of a session."""
+"""Coverage of behaviour trees: the leaves that all tests of a session ticked, and the outcomes of each node."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ _ONE_END: Final = {
 
 @dataclass
 class NodeCoverage:
-    """Observed outcomes of one node.
+    """Observed outcomes of one tree node.
 
     Attributes:
         path: Node names from the root, joined by `/`; a second sibling of the same name ends in `#2`.
-        kind: Name of its class, or of its action.
-        depth: Depth in the tree; 0 for the root.
-        leaf: Whether it has no children.
+        kind: Name of the node's class; for a leaf made by `mission.act`, of its action.
+        depth: Depth of the node in the tree; 0 for the root.
+        leaf: Whether the node has no children.
         counts: Number of ticks by outcome.
     """
 
@@ -46,7 +46,7 @@ class NodeCoverage:
 
     @property
     def ends(self) -> tuple[str, ...]:
-        """Possible final outcomes."""
+        """Final outcomes (SUCCESS, FAILURE) that this node can have."""
         return (_ONE_END[self.kind],) if self.kind in _ONE_END else ENDS
 
     @property
@@ -56,12 +56,12 @@ class NodeCoverage:
 
 
 class TreeCoverage:
-    """Counts the outcomes of nodes by tree and path, over any number of runs.
+    """Counts the outcomes of tree nodes over any number of runs.
 
-    Decorators from `inject` are transparent: the outcome of the decorator counts for the decorated node.
+    Decorators from `inject` do not appear: the outcome of the decorator counts for the decorated node.
 
     Attributes:
-        trees: Nodes by tree name and path, parents before children.
+        trees: For each tree's name, its nodes by their paths, parents before children.
     """
 
     def __init__(self) -> None:
@@ -75,7 +75,7 @@ class TreeCoverage:
             tree: The tree, bound.
 
         Returns:
-            Function to call after each tick; it reads the status of stock py_trees nodes, which do not report.
+            Function to call after each tick; it counts the outcomes of stock py_trees nodes, which do not report them.
         """
         known, by_id = self.trees.setdefault(name, {}), dict[Any, NodeCoverage]()
         for node, path, depth in outline(tree.root, _original):
@@ -102,7 +102,7 @@ class TreeCoverage:
         return sum(e in node.counts for node in found for e in node.ends), sum(len(node.ends) for node in found)
 
     def missing(self) -> list[str]:
-        """Texts about nodes or outcomes that were not tested, such as `patrol: dock/GoTo never FAILURE`."""
+        """Return a text for each node or outcome that was not tested, such as `patrol: dock/GoTo never FAILURE`."""
         return [
             f"{name}: {node.path} {'never ticked' if not node.counts else f'never {end}'}"
             for name, nodes in self.trees.items()
@@ -112,7 +112,7 @@ class TreeCoverage:
         ]
 
     def table(self) -> str:
-        """All trees as a table: one line per node with the count of each outcome."""
+        """Return all trees as a table: one line per node, with the number of ticks by outcome."""
         lines = []
         for name, nodes in self.trees.items():
             lines += [f"{name:<44}      S      F      R      K"]
@@ -124,11 +124,12 @@ class TreeCoverage:
 def outline(
     root: Behaviour, original: Callable[[Behaviour], Behaviour] = lambda node: node
 ) -> Iterator[tuple[Behaviour, str, int]]:
-    """All nodes with path and depth, parents before children.
+    """Iterate over the nodes of a tree, each with its path and depth, parents before children.
 
     Args:
-        root: The root.
-        original: Function that maps a node to the node whose name and children are used.
+        root: Root of the tree.
+        original: Function that maps a node to the node that stands for it, whose name and children are used: the node
+            inside a decorator from `inject`.
     """
     todo = [(root, original(root).name, 0)]
     while todo:

@@ -41,7 +41,7 @@ class MissionEnvironment:
 
     Args:
         knowledge: Initial knowledge.
-        signals: Values by signal: `"0.4 m"`, a list of such, or SI numbers.
+        signals: Value of each signal: a text with a unit such as `"0.4 m"`, a number in SI units, or a list of these.
         step: Time per tick [s].
         actions: Actions in addition to the shipped ones.
         content: Source of node classes and route planners.
@@ -100,7 +100,7 @@ def _add(knowledge: Knowledge, known: Known) -> None:
 
 
 def _numbers(value: Any) -> list[float]:
-    """One or several values in SI units."""
+    """Convert one value or a list of values to numbers in SI units."""
     several: Sequence[Any] = value if isinstance(value, (list, tuple)) else [value]
     return [parse_quantity(v).value if isinstance(v, str) else float(v) for v in several]
 
@@ -111,10 +111,10 @@ def _dimension(value: Any) -> Dimension:
 
 
 def checked_ticks(ticks: int) -> int:
-    """Number of ticks, validated.
+    """Return the number of ticks if it is valid.
 
     Raises:
-        InputError: It is less than 1.
+        InputError: The number is less than 1.
     """
     if ticks < 1:
         raise InputError(f"ticks must be at least 1, found {ticks}.")

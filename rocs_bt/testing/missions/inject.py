@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 
 class Faulty(Decorator):
-    """Base class of fault decorators: ticks its child, but fails instead in some rounds.
+    """Base class of fault decorators: in faulty rounds the decorator fails instead of ticking its child.
 
-    A round lasts from a start of the node to its SUCCESS or FAILURE.
+    A round begins with a tick of the idle decorator, and ends with its SUCCESS or FAILURE.
     """
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
@@ -28,11 +28,11 @@ class Faulty(Decorator):
         self._broken = False
 
     def breaks(self, rounds: int) -> bool:
-        """Whether the fault occurs in this round, counted from 1."""
+        """Whether the fault occurs in the round with this number, counted from 1."""
         raise NotImplementedError
 
     def broken(self) -> Outcome:
-        """Outcome that the node returns while the fault occurs."""
+        """Outcome that the decorator returns in a faulty round."""
         return FAILURE
 
     def tick_once(self) -> Outcome:
@@ -47,7 +47,7 @@ class Faulty(Decorator):
 
 
 class Breaks(Faulty):
-    """From the round `at` on, for `rounds` rounds, returns `outcome` without ticking its child."""
+    """Returns `outcome` without ticking its child, in `rounds` rounds, the first of which is the round `at`."""
 
     at = Input(int, 1, "first faulty round, counted from 1")
     rounds = Input(int, -1, "number of faulty rounds; -1 for all")
@@ -97,7 +97,7 @@ def inject(root: Behaviour, faults: Mapping[str, Callable[[Behaviour], Decorator
 
     Args:
         root: Root of the tree.
-        faults: Functions that create the decorator of a node, by filter; see `substitute`.
+        faults: For each filter of nodes (see `substitute`), the function that creates the decorator of such a node.
 
     Returns:
         The root, which may have been replaced.

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def identity(node: Behaviour) -> str:
-    """Name of a node's class in documents; for a leaf made by `mission.act`, the name of its action."""
+    """Name of a node's class, as in tree documents (XML); for a leaf made by `mission.act`, the name of its action."""
     if isinstance(node, Act) and not isinstance(node, ActionNode):
         try:
             return node.make().name
@@ -26,16 +26,19 @@ def identity(node: Behaviour) -> str:
 
 
 def wild(text: str) -> bool:
-    """Whether a filter has wildcards."""
+    """Whether a filter contains a wildcard, `*` or `?`."""
     return "*" in text or "?" in text
 
 
 class Filters:
-    """Filters over the nodes of one tree, matched by name or path, then identity, then wildcards over paths.
+    """Filters that select nodes of one tree.
+
+    A filter may match a node in three ways, which take precedence in this order: the filter is the node's name or path;
+    it is its `identity`; its wildcards match the path.
 
     Args:
         root: Root of the tree.
-        filters: The filters, in order of precedence.
+        filters: The filters; of two that match a node in the same way, the first takes precedence.
     """
 
     def __init__(self, root: Behaviour, filters: Iterable[str]) -> None:
@@ -45,7 +48,7 @@ class Filters:
         self._found = {node.id: tuple(dict.fromkeys(self._candidates(node))) for node in tree.nodes}
 
     def match(self, node: Behaviour, skip: Iterable[str] = ()) -> str | None:
-        """First filter that matches a node; None if none does.
+        """Return the filter that takes precedence for a node; None if no filter matches it.
 
         Args:
             node: The node.
@@ -57,7 +60,7 @@ class Filters:
         """Check that each filter matches a node.
 
         Raises:
-            InputError: Some filters match no node; lists all.
+            InputError: Some filters match no node; the error lists all of them.
         """
         used = {text for found in self._found.values() for text in found}
         if unused := [text for text in self._filters if text not in used]:
@@ -79,7 +82,7 @@ def _pattern(text: str) -> re.Pattern[str]:
 
 
 def replace(parent: Any, old: Behaviour, new: Behaviour) -> None:
-    """Replace a child of a parent; None is the parent of a root."""
+    """Replace a child in its parent node; for a root, whose parent is None, only the new node's parent is set."""
     new.parent = parent
     if parent is not None:
         parent.children[next(i for i, child in enumerate(parent.children) if child is old)] = new

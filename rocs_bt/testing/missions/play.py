@@ -1,4 +1,4 @@
-"""play: tick a mission from start to end without a robot."""
+"""The function `play`: tick a mission from start to end without a robot."""
 
 from __future__ import annotations
 
@@ -33,19 +33,19 @@ class PlayOptions:
     """Test conditions of a mission, for `play`.
 
     Attributes:
-        leaves: Outcomes of leaves, by filter: a letter per tick; see `substitute`. A leaf in XML without a class
-            becomes a stub if it is named here.
-        rules: Other stubs, by filter.
-        faults: Decorators to put around nodes, by filter; see `inject`.
+        leaves: For each filter of leaves (see `substitute`), their outcomes, a letter per tick (see
+            `ScriptedOutcomes`). An XML leaf that has no class becomes a stub if a filter here names it.
+        rules: For each filter of nodes, another replacement; see `substitute`.
+        faults: For each filter of nodes, the function that creates a fault decorator; see `inject`.
         knowledge: Initial knowledge.
         signals: Values of the signals, such as `{"front": "0.4 m"}`.
         parameters: Parameters of the mission, as in a scenario file.
-        board: Values on the root's blackboard.
-        then: Functions that run before a tick, by its number, counted from 1.
+        board: Initial values of the root's blackboard, by name.
+        then: For the number of a tick, counted from 1, a function to run before this tick.
         ticks: Maximum number of ticks.
-        step: Time between ticks [s]; the clock does not advance otherwise.
-        settle: Whether to repeat each tick until only time can change the result.
-        main: Tree of the document to play; its main tree if empty.
+        step: Simulated time between two ticks [s]; the clock does not advance otherwise.
+        settle: Whether to repeat each tick, without advancing the clock, until only time can change the result.
+        main: ID of the tree to play, for an XML document with several trees; the document's main tree if empty.
         catalog: Source of content; the project around the current folder and the shipped content by default.
         coverage: Counter of node outcomes.
     """
@@ -147,7 +147,7 @@ class _Player:
             self.cells[self.paths[node.id]][-1] += LETTERS[outcome_name(outcome)]
 
     def _record_stock_nodes(self, outcome: Outcome) -> None:
-        """Record changed and running stock py_trees nodes, which do not report their status."""
+        """Record the status of changed and running stock py_trees nodes, which do not report it themselves."""
         for node, before in self.stock.items():
             if node.status is RUNNING or node.status is not before or node is self.tree.root:
                 self._hear(node, outcome if node is self.tree.root else node.status)
@@ -167,7 +167,7 @@ def _scripted(leaves: Mapping[str, str | ScriptedOutcomes]) -> dict[str, Rule]:
 def _build(
     mission: str | Path | Callable[..., Any], catalog: Catalog, scripted: Iterable[str], main: str
 ) -> tuple[Callable[..., Any], str]:
-    """Function that builds the tree, and the mission's name."""
+    """Return a function that builds the mission's tree, and the mission's name."""
     if callable(mission):
         return mission, getattr(mission, "__name__", "mission")
 

@@ -17,11 +17,13 @@ OUTCOMES: Final[Mapping[str, Outcome]] = {"R": RUNNING, "S": SUCCESS, "F": FAILU
 
 
 class ScriptedOutcomes:
-    """Outcomes of a scripted leaf: one letter per tick, `R`, `S`, `F`, or `K` for SKIPPED; the last letter repeats.
+    """Outcomes of a scripted leaf, one letter per tick; the last letter repeats.
+
+    The letters are `R` for RUNNING, `S` for SUCCESS, `F` for FAILURE and `K` for SKIPPED.
 
     Args:
         outcomes: The letters, such as `RRS`.
-        writes: Values that the leaf writes to its output ports on success, by port.
+        writes: Value that the leaf writes to each of its output ports on success, by port name.
 
     Raises:
         InputError: There is no letter, or an unknown one.
@@ -38,12 +40,12 @@ class ScriptedOutcomes:
 
 
 class Scripted(Leaf):
-    """Leaf that returns scripted outcomes, one letter per tick, continuing across restarts.
+    """Leaf that returns scripted outcomes, one letter per tick; a restart of the leaf does not restart the script.
 
     Args:
         name: Display name.
         outcomes: The outcomes.
-        original: Node that it replaces, from which it takes ports and conditions; None for none.
+        original: Node that the leaf replaces, whose ports and conditions it takes over; None if it replaces none.
 
     Attributes:
         calls: Number of ticks.

@@ -26,5 +26,5 @@ class _Stub(Leaf):
 
 
 def stub_leaf(tag: str) -> type[Leaf]:
-    """Stub class with a tag."""
+    """Return a stub class for the XML tag of a node without a class."""
     return type(tag, (_Stub,), {"tag": tag, "__doc__": "Stub of a node without a class."})

@@ -25,21 +25,22 @@ def substitute(root: Behaviour, rules: Mapping[str, Rule], nodes: Registry = BUI
 
         substitute(root, {"dock/*": ScriptedOutcomes("RRS"), "GoTo": "AlwaysSuccess", "shout": {"async_delay": 100}})
 
-    A filter is a node's name or path, the name of its class or action, or a pattern with `*` and `?` over paths, which
-    have BehaviorTree.CPP's form `subtree/name`. The first match counts, in this order, and among patterns in the order
-    given. A pattern with scripted outcomes matches only leaves that need a robot, not nodes with children or built-in
-    nodes. A stub keeps the conditions of its original.
+    A filter is a node's name or path, the name of its class or action, or a pattern with the wildcards `*` and `?` for
+    paths. Paths have BehaviorTree.CPP's form `subtree/name`. If several filters match a node, a name or path takes
+    precedence over a class or action, and this over a pattern; of several patterns, the first one given is used. A
+    pattern with scripted outcomes matches only leaves that need a robot, not nodes with children or built-in nodes. A
+    stub keeps the conditions of the node that it replaces.
 
     Args:
         root: Root of the tree.
-        rules: Replacements by filter.
-        nodes: Node classes that rules may name.
+        rules: Replacement of the nodes that match each filter.
+        nodes: Node classes that a rule may name as a replacement.
 
     Returns:
         The root, which may have been replaced.
 
     Raises:
-        InputError: A filter matches no node, or a rule names an unknown class; lists all unmatched filters.
+        InputError: A filter matches no node, or a rule names an unknown class; the error lists all unmatched filters.
     """
     filters, out = Filters(root, rules), root
     filters.refuse_unused()
@@ -61,7 +62,7 @@ def substitute(root: Behaviour, rules: Mapping[str, Rule], nodes: Registry = BUI
 
 
 def read_rules(source: Path | str) -> dict[str, Rule]:
-    """Rules in BehaviorTree.CPP's JSON form.
+    """Read replacement rules in BehaviorTree.CPP's JSON form.
 
         {"TestNodeConfigs": {"Slow": {"async_delay": 2000}}, "SubstitutionRules": {"dock/*": "Slow"}}
 

@@ -17,12 +17,12 @@ class Trace:
         trace["GoTo dock"] == "R R S"    # `.` if not ticked, `H` if halted, `RH` for both
 
     Attributes:
-        outcomes: Outcome of the root in each tick, by name.
-        cells: Letters of each node by its path, one text per tick.
+        outcomes: Name of the root's outcome in each tick, such as `RUNNING`.
+        cells: For each node's path, its outcomes as letters, one text per tick.
         board: Blackboard of the root.
         knowledge: Knowledge at the end.
-        said: Texts that the mission spoke or logged.
-        reason: Feedback message of the deciding node; may be empty.
+        said: Texts that the mission spoke or logged, in order of time.
+        reason: Feedback message of the node that decided the last outcome; may be empty.
         times: Time of each tick [s].
     """
 
@@ -45,7 +45,7 @@ class Trace:
         return len(self.outcomes)
 
     def __getitem__(self, node: str) -> str:
-        """Letters of a node, one word per tick.
+        """Return the outcomes of a node as letters, one word per tick.
 
         Args:
             node: Path of the node, or its name if unique.
