@@ -197,7 +197,7 @@ def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a schema file together with the others; faults of the others are reported by their own checks."""
+    """Check a schema file together with all other schema files, but return only this file's faults."""
     others = [other.path for other in catalog.list("schema") if other.path.resolve() != entry.path.resolve()]
     try:
         load_schema([*others, entry.path], SCHEMA)

@@ -151,7 +151,7 @@ def command(
 
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[SceneRef]:
-    """Scenes of families, for a range of indices."""
+    """Scenes of the named families, one per index; `given` sets parameters of the families."""
     from ..compare import scenes_of
     from ..compare.replay import parse_parameters
 

@@ -51,7 +51,7 @@ class Readable(ABC):
 
     @abstractmethod
     def row(self, node: str) -> Mapping[str, Any] | None:
-        """The read-only row of a node; None if there is no such node."""
+        """The row (see the class) of a node, read-only; None if there is no such node."""
 
     @abstractmethod
     def targets(self, source: str, relation: str) -> Mapping[str, Mapping[str, Any]]:

@@ -197,7 +197,7 @@ class StrategyModel(Model):
         return found[0] if found else None
 
     def fallbacks(self, name: str) -> list[str]:
-        """Fallbacks of a strategy: its own, the fallback of that one and so on, until a strategy would occur twice."""
+        """Fallback of a strategy, the fallback of this fallback, and so on, until a strategy would occur twice."""
         chain, at = [name], name
         while (found := self.graph.related(at, "falls_back_to")) and found[0] not in chain:
             at = found[0]

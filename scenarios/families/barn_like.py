@@ -1,4 +1,4 @@
-"""Field of cylinders like those of BARN: from a corridor through the field to a goal behind it, without a map.
+"""Field of cylinders like those of BARN; the robot drives through it to a goal behind it, without a map.
 
 This is an independent generator, based on the published description of the BARN dataset (Perille, Truong, Xiao and
 Stone, Benchmarking Metric Ground Navigation, SSRR 2020) and on the sizes in BARN's published generator. A cellular
@@ -29,7 +29,7 @@ SHY = 0.15  # [m] extra cost of a step to a cell next to one where the robot doe
 
 @dataclass(frozen=True, kw_only=True)
 class BarnLike(Family):
-    """A field of cylinders like those of BARN: from a corridor through the field to a goal behind it, without a map.
+    """A field of cylinders like those of BARN; the robot drives through it to a goal behind it, without a map.
 
     As in BARN, the reference path enters and leaves the field at random cells of its near and far edge.
 

@@ -1,4 +1,4 @@
-"""From room to room while doors close: the robot is informed, or senses it, and must find another route."""
+"""Doors close while the robot drives from room to room; it is informed, or senses it, and must find another route."""
 
 from dataclasses import dataclass
 from math import inf
@@ -10,7 +10,7 @@ from rocs_bt.units import Count, Seconds
 
 @dataclass(frozen=True, kw_only=True)
 class BlockedDoors(TaskFamily):
-    """From room to room while doors close: the robot is informed, or senses it, and must find another route.
+    """Doors close while the robot drives from room to room; it is informed, or senses it, and must find another route.
 
     Each closing door is sampled from the route that is shortest while the other closing doors are closed; a route
     always remains. The parameter `doors` is their number. With `told` = 1 the agent receives a fact when a door closes;

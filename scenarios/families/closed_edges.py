@@ -1,4 +1,4 @@
-"""From room to room by roads, some of which are closed by order, without an obstacle."""
+"""The robot drives from room to room by roads, some of which are closed by order, without an obstacle."""
 
 from dataclasses import dataclass
 from math import inf
@@ -9,7 +9,7 @@ from rocs_bt.units import Count, Seconds
 
 @dataclass(frozen=True, kw_only=True)
 class ClosedEdges(TaskFamily):
-    """From room to room by roads, some of which are closed by order, without an obstacle.
+    """The robot drives from room to room by roads, some of which are closed by order, without an obstacle.
 
     Sensors cannot detect a closed road: a planner that ignores knowledge drives through it. The requirement `obeys`
     checks that the robot does not. Each closed road is sampled from the route that is shortest while the other closed

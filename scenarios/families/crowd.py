@@ -1,4 +1,4 @@
-"""A hall in which people walk; from one end to the other, without a map."""
+"""A hall in which people walk; the robot drives from one end to the other, without a map."""
 
 from dataclasses import dataclass
 from math import dist
@@ -15,7 +15,7 @@ RADIUS, HEIGHT = 0.25, 1.7  # [m] radius and height of a person
 
 @dataclass(frozen=True, kw_only=True)
 class Crowd(Family):
-    """A hall in which people walk; from one end to the other, without a map.
+    """A hall in which people walk; the robot drives from one end to the other, without a map.
 
     The parameter `motion` is `social_force` (people avoid each other, walls and, if `polite`, the robot), `polynomial`
     (people avoid nothing, as in DynaBARN) or `mixed` (people of both kinds).

@@ -1,4 +1,4 @@
-"""The battery runs low on the way through a building: first to the charger in time, then to the goal."""
+"""The battery runs low on the way through a building; the robot must reach the charger in time, then the goal."""
 
 from dataclasses import dataclass
 from typing import Annotated
@@ -9,7 +9,7 @@ from rocs_bt.units import POSITIVE, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class LowBattery(TaskFamily):
-    """The battery runs low on the way through a building: first to the charger in time, then to the goal.
+    """The battery runs low on the way through a building; the robot must reach the charger in time, then the goal.
 
     At a random time the agent receives the urgent task to reach the charger, with the remaining battery time as
     deadline. The charge itself is not simulated. The remaining time is `spare` times the travel time to the charger at

@@ -1,4 +1,4 @@
-"""A maze with a few loops, from one corner to the opposite one, without a map."""
+"""A maze with a few loops; the robot drives from one corner to the opposite one, without a map."""
 
 from dataclasses import dataclass
 from math import dist, pi
@@ -16,7 +16,7 @@ STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 @dataclass(frozen=True, kw_only=True)
 class Maze(Family):
-    """A maze with a few loops, from one corner to the opposite one, without a map.
+    """A maze with a few loops; the robot drives from one corner to the opposite one, without a map.
 
     The passages are a random depth-first spanning tree of the cells; then as many more walls as the parameter `loops`
     says are removed.

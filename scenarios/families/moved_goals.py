@@ -1,4 +1,4 @@
-"""From room to room to a goal that moves to other rooms during the run."""
+"""The robot drives through rooms to a goal that is moved to other rooms during the run."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -9,7 +9,7 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class MovedGoals(TaskFamily):
-    """From room to room to a goal that moves to other rooms during the run.
+    """The robot drives through rooms to a goal that is moved to other rooms during the run.
 
     The agent receives each new position before a robot at the speed `fastest` can reach the previous one. The reference
     path leads from the start to the last position of the goal.

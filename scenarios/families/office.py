@@ -1,4 +1,4 @@
-"""Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map."""
+"""Rooms with doorways and furniture on both sides of a corridor; the robot drives to another room, without a map."""
 
 from dataclasses import dataclass
 from math import dist, pi
@@ -16,7 +16,7 @@ ROOMY = 0.32  # [m] every scene has a path for a disc of this radius
 
 @dataclass(frozen=True, kw_only=True)
 class Office(Family):
-    """Rooms on both sides of a corridor, with doorways and furniture; from one room to another, without a map.
+    """Rooms with doorways and furniture on both sides of a corridor; the robot drives to another room, without a map.
 
     Difficulty: `length` of the shortest path [m]; minimum `clearance` along this path [m]; `detour`: length of this
     path divided by that of the straight line; `things`: number of obstacles, walls included; `doorway`: width of the

@@ -292,7 +292,7 @@ class JournalPast:
             return self._history.as_of(t)
 
     def close(self) -> None:
-        """Close the file; a later query opens it again."""
+        """Close the journal's file; a later query opens it again."""
         with self._lock:
             if self._history is not None:
                 self._history.close()

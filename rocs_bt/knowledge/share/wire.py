@@ -35,10 +35,11 @@ class Heartbeat(msgspec.Struct, frozen=True, tag="beat", array_like=True):
 
 
 class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
-    """Message with shared entries, or one of several parts of it.
+    """Message with shared entries, or one of the parts of a message that is too long for a frame.
 
-    A receiver that has seen the writes up to `base` has seen those up to `upto` when all parts with the same `sync`
-    have arrived. Both are numbers of writes by origin. `ages` contains the age of each entry [s].
+    A receiver that had seen the writes up to `base` has seen the writes up to `upto` when all parts with the same
+    `sync` have arrived. `base` and `upto` contain the number of the newest write of each origin. `ages` contains the
+    age of each entry [s].
     """
 
     sync: int
@@ -52,7 +53,7 @@ class Delta(msgspec.Struct, frozen=True, tag="delta", array_like=True):
 
 
 class Request(msgspec.Struct, frozen=True, tag="want", array_like=True):
-    """Request for entries that the sender lacks; `seen` has the newest write it has seen, by origin."""
+    """Request for entries that the sender lacks; `seen` is the newest write of each origin that it has seen."""
 
     seen: dict[str, int]
 
