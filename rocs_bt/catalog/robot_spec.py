@@ -198,7 +198,7 @@ class RobotSpec:
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
 
     def beside(self, name: str) -> Path:
-        """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base with this file."""
+        """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
 

@@ -98,7 +98,7 @@ class RobotModel(Model):
         return 0.0 if self._drive is None else self._drive.pivot
 
     def inverse(self, twist: Twist2) -> Array:
-        """Wheel linear speeds that produce a twist [m/s], shape (wheels,)."""
+        """Linear speeds of the wheels that produce a twist [m/s], shape (wheels,)."""
         return self.drive.wheel_speeds(twist)
 
     def forward(self, wheel_speeds: Array) -> Twist2:

@@ -197,7 +197,7 @@ def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
 
 
 def _tickets(agent: AgentHistory) -> list[dict[str, Any]]:
-    """Rows of the tickets: times of submission, start and end, and result."""
+    """Table rows of an agent's tickets: times of submission, start and end, and result."""
     rows: dict[int, dict[str, Any]] = {}
     for event in agent.tickets:
         row = rows.setdefault(event.ticket, {"submitted": event.t, "began": None, "ended": None, "by": event.by})

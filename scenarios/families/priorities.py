@@ -1,4 +1,4 @@
-"""Errands in a building, and an urgent one that is added on the way and has a deadline."""
+"""The robot runs errands in a building; on the way, an urgent errand with a deadline is added."""
 
 from dataclasses import dataclass
 from itertools import pairwise, permutations
@@ -10,7 +10,7 @@ from rocs_bt.units import Count, PositiveMetresPerSecond
 
 @dataclass(frozen=True, kw_only=True)
 class Priorities(TaskFamily):
-    """Errands in a building, and an urgent one that is added on the way and has a deadline.
+    """The robot runs errands in a building; on the way, an urgent errand with a deadline is added.
 
     An errand is a visit to a room. At the start the agent knows several errands of equal priority; the parameter
     `errands` is their number. Later it receives an urgent errand, whose deadline allows about twice the travel time at

@@ -194,7 +194,7 @@ class Names:
         return f"nothing is named '{'.'.join(names)}' here. {did_you_mean(names[0], known, 'The query')}"
 
     def _hint(self, name: str, attributes: Mapping[str, Attribute], kind: str) -> str:
-        """Hint for an unknown attribute: kinds extending this kind that have it, or else similar attributes."""
+        """Hint for an unknown attribute: kinds that extend this kind and have the attribute, or else similar names."""
         having = [k for k in self.schema.families[kind] if name in self.schema.kinds[k].attributes]
         if having:
             return f"It is an attribute of: {', '.join(sorted(having))}."

@@ -69,7 +69,7 @@ class RecordedSignals:
         return self._environment.signals[name]
 
     def slice_of(self, name: str) -> slice:
-        """Slice of a signal in the sample."""
+        """Slice of the sample of all signals that contains the values of one signal."""
         start = self._environment.offsets[name]
         return slice(start, start + self.spec(name).size)
 
