@@ -75,7 +75,7 @@ def free_turns(points: Array, half: tuple[float, float]) -> tuple[float, float]:
 
 
 def _free_turn(points: Array, half: tuple[float, float]) -> float:
-    """Free turn to the left [rad]."""
+    """Angle by which the hull can turn left in place before a gap to a point gets too small [rad]; pi if none does."""
     x, y = points.T
     c, s = np.cos(TURNS)[:, None], np.sin(TURNS)[:, None]
     ahead, aside = np.abs(c * x + s * y) - half[0], np.abs(c * y - s * x) - half[1]

@@ -266,7 +266,7 @@ class SocialForce(ScriptedObject):
         return push
 
     def _around(self, push: Any, ahead: Any) -> Any:
-        """Add a fraction of a force's component from straight ahead as a force to the right, to step aside."""
+        """Add a force to the right, proportional to the part of the force `push` that acts against walking `ahead`."""
         against = max(-float(push @ ahead), 0.0)
         return push + self._SIDESTEP * against * np.array([ahead[1], -ahead[0]])
 

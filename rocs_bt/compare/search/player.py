@@ -83,7 +83,7 @@ class Player:
                 yield draft
 
     def _play(self, drafts: Sequence[Draft], fails: Fails, skip_invalid: bool) -> list[EpisodeRecord | None]:
-        """Play an episode in each draft until the planner fails in one; its record is None if a draft cannot be played."""
+        """Play an episode in each draft until the planner fails in one; None for a draft that cannot be played."""
         try:
             return list(self._swept(drafts, fails))
         except InputError:
