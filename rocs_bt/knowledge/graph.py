@@ -324,7 +324,7 @@ class KnowledgeGraph(Readable):
                 values = self._live_values(self.schema.kinds[row["kind"]].attributes, row)
                 row.write(values, row["t"], row["revision"])
 
-    # -- steps ------------------------------------------------------------------------------------------------------
+    # -- internal steps ---------------------------------------------------------------------------------------------
 
     def _row(self, node: str) -> Row:
         try:

@@ -202,7 +202,7 @@ class ChangeLog:
                 before = self.as_of(revision=stretch.last)
         return found
 
-    # -- steps ------------------------------------------------------------------------------------------------------
+    # -- internal steps ---------------------------------------------------------------------------------------------
 
     def _find(self, t: float | None, revision: int | None) -> tuple[Stretch, int]:
         """Segment of the log with a time [s] or revision, and the number of its changes up to that time or revision."""

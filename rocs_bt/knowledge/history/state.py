@@ -182,7 +182,7 @@ class State(Readable):
         row["t"], row["revision"] = stamp
         self._relate(source, relation, target, row)
 
-    # -- steps ------------------------------------------------------------------------------------------------------
+    # -- internal steps ---------------------------------------------------------------------------------------------
 
     def _change(
         self, what: str, subject: str, name: str, value: Any, stamp: Stamp, attributes: Mapping[str, Value] = {}

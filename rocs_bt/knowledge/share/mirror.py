@@ -79,7 +79,7 @@ class Mirror:
         """End the subscription to the graph."""
         self._subscription.close()
 
-    # -- out --------------------------------------------------------------------------------------------------------
+    # -- from the graph to the replica ------------------------------------------------------------------------------
 
     def publish_state(self, t: float, *, halted: bool = False) -> None:
         """Mark this robot's own pose and motion for publication; if `halted`, with speeds of zero."""
@@ -164,7 +164,7 @@ class Mirror:
             return self._state.get(key[2])
         return to_shared(graph.attributes(node).get(key[2]))
 
-    # -- in ---------------------------------------------------------------------------------------------------------
+    # -- from the replica to the graph ------------------------------------------------------------------------------
 
     def apply(self, before: Mapping[Key, Plain], t: float) -> None:
         """Apply writes of peers to the graph.

@@ -1,7 +1,7 @@
 """Drawing of a knowledge graph as SVG: nodes coloured by kind, relations as arrows, light and dark theme.
 
-The agent is in the middle; the other nodes are on rings around it. The ring of a node is the number of relations
-between it and the agent.
+The agent is in the middle; the other nodes are on rings around it. The number of a node's ring is the number of
+relations on the shortest way between the agent and the node.
 """
 
 from __future__ import annotations
