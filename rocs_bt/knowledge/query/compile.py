@@ -1,8 +1,9 @@
 """Compiler from a query text to a Query with a plan of steps.
 
-A variable of a query is bound to one node of the graph after the other. The plan orders the variables and makes each
-test as early as possible. Variables that stand for a named node, or for nodes near a position, are bound first; then
-variables linked to bound ones; then the others in the order of the query. The order does not change the answers.
+To find all answers, each variable of a query is bound to the nodes of the graph, one after the other. The plan orders
+the variables and makes each test as early as possible. Variables that stand for a named node, or for nodes near a
+position, are bound first; then variables linked to bound ones; then the others in the order of the query. The order
+does not change the answers.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ class State:
 
     Attributes:
         n: Name of the node bound to each variable; None while unbound.
-        r: Row of that node.
-        e: Row of each link's edge; None while unbound.
+        r: Row (stored attributes, see `Readable`) of that node. e: Row of the edge that each link has found; None while
+            unbound.
         c: Data of this execution of the query.
     """
 
@@ -44,7 +44,7 @@ class Near:
 
     Attributes:
         place: Function of the State that returns the pose or path.
-        within: Maximum distance from it [m].
+        within: Maximum distance of the nodes from the pose or path [m].
         sorted: Whether the nodes are wanted in order of distance, with those without a known pose last.
         own: Whether the querying robot may be of the scanned kind.
     """
@@ -90,7 +90,7 @@ class Scan:
         return self._with_robot(found, c, x, y) if near.own and c.me is not None else found
 
     def _without_pose(self, near: Near, place: Any, c: Execution) -> Iterator[str]:
-        """The names of the nodes without a known pose, computed when the first is requested."""
+        """Names of the nodes without a known pose; they are computed when the first name is requested."""
         somewhere = set(map(_NAME, self._by_distance(near, place, c)))
         yield from (name for name in sorted(c.graph.nodes(self.kind)) if name not in somewhere)
 
