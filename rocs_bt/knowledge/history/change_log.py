@@ -205,7 +205,7 @@ class ChangeLog:
     # -- internal steps ---------------------------------------------------------------------------------------------
 
     def _find(self, t: float | None, revision: int | None) -> tuple[Stretch, int]:
-        """Segment of the log with a time [s] or revision, and the number of its changes up to that time or revision."""
+        """Stretch that contains a time [s] or a revision, and the number of its changes up to that time or revision."""
         if t is not None and revision is not None:
             raise KnowledgeError(f"a state has a time or a revision, found both: {t:g} s and revision {revision}.")
         if t is not None:
