@@ -52,7 +52,7 @@ class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def values(self) -> dict[str, list[float]]:
-        """Values by signal, SI units."""
+        """Values of each signal, SI units, by name of the signal."""
         flat, found, at = unpack(self.data), {}, 0
         for name, size in zip(self.signals, self.sizes, strict=True):
             found[name] = flat[at : at + size]

@@ -148,7 +148,7 @@ class Pipeline:
     def cancel(self, ticket: Ticket, by: str) -> bool:
         """Cancel a ticket; returns False if it has already ended. Execute stops a running action at once.
 
-        If the planner has a latency, a NORMAL ticket is cancelled later by that time, in `settle`. A ticket that a
+        If the planner has a latency, a NORMAL ticket is cancelled after this time, in `settle`. A ticket that a
         reflex has pre-empted then no longer counts in `blocked`.
         """
         with self._lock:

@@ -76,7 +76,7 @@ def trailer_path(
 
 
 def min_distance(path: Array, other: Array) -> float:
-    """Minimum over time of the distance between two robots on their paths, both of shape (k, 3) [m]."""
+    """Minimum over time of the distance [m] between two robots; row i of both paths (k, 3) is at the same time."""
     return float(np.hypot(path[:, 0] - other[:, 0], path[:, 1] - other[:, 1]).min())
 
 

@@ -47,7 +47,7 @@ class DistanceField:
     points: Array
 
     def cell(self, point: Array) -> tuple[int, int] | None:
-        """Row and column of a position (2,) [m]; None outside."""
+        """Row and column of the cell at a position (2,) [m]; None outside the grid."""
         row, column = int((point[1] - self.y) // self.cell_size), int((point[0] - self.x) // self.cell_size)
         inside = 0 <= row < self.distance.shape[0] and 0 <= column < self.distance.shape[1]
         return (row, column) if inside else None

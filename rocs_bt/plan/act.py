@@ -152,7 +152,7 @@ class Act(Leaf):
         return Status.FAILURE
 
     def _drop_goal(self) -> None:
-        """Remove the action's goal from the world model as the pursued goal; a cancelled action cannot do so itself."""
+        """Stop pursuing the action's goal in the world model, which a cancelled action cannot do itself."""
         world = self.mission.knowledge.world
         goal = None if self.ticket is None else getattr(self.ticket.action, "goal", None)
         if goal is not None and world.pursued() == goal:

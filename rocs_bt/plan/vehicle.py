@@ -95,7 +95,7 @@ class Vehicle:
         return body
 
     def clearances(self, pose: Pose2, reach: float, poses: Array) -> Array:
-        """Gaps between the robot's hull and occupied map cells at several poses [m]; +inf if no cell is near.
+        """Gaps [m] between the robot's hull and occupied map cells, at several poses; +inf if no cell is near.
 
         The hull is approximated by discs that cover it, which is fast for thousands of poses. The gaps are therefore
         too small by a few centimetres, which is the safe side.

@@ -160,7 +160,7 @@ class _Model:
         self.strip = False
 
     def read(self) -> _Count:
-        """Read the model and its attached models; returns the counts.
+        """Read the model and its attached models; returns the counts of their elements.
 
         Raises:
             InputError: The model is invalid or exceeds a limit.

@@ -133,7 +133,7 @@ class _Tableau:
             self.values[-1 - i] = self._sum(row.terms)
 
     def violated(self) -> int | None:
-        """Lowest basic variable out of its bounds, or None. Choosing the lowest ensures termination (Bland's rule)."""
+        """Lowest of the basic variables out of bounds, or None. Choosing the lowest ensures termination (Bland)."""
         return min((var for var in self.rows if self._clamped(var, self.values[var]) != self.values[var]), default=None)
 
     def repair(self, var: int) -> int | None:

@@ -55,7 +55,7 @@ class Translator:
 
     Attributes:
         unknown: Subexpressions of which only the range is known, keyed by their variable.
-        reasons: Reasons why comparisons could not be translated; the values are None.
+        reasons: Reasons why comparisons could not be translated, as keys; all values are None.
     """
 
     def __init__(self, size: int, bounds: Callable[[int], Range], effort: Effort) -> None:

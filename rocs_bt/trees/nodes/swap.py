@@ -40,7 +40,7 @@ def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -
 
 
 def swapped_part(node: Behaviour) -> Behaviour:
-    """Node that a swap replaces: for a SubTree its child, so that the remappings and the blackboard remain."""
+    """Node that a swap replaces: the node; for a SubTree its child, so that remappings and blackboard remain."""
     return node.children[0] if isinstance(node, SubTree) else node
 
 
