@@ -186,7 +186,7 @@ class MissionContext:
         self.sink.emit(event(t=self.clock.now(), agent=self.knowledge.agent, **values))
 
     def path(self, node: Behaviour) -> str:
-        """Path of a node: names from the root to the node, joined by `/`. Only its name if it is not in the tree."""
+        """Path of a node: names from the root to the node, joined by `/`; just its name outside of a tree."""
         return self._paths.get(node.id, node.name)
 
     def begin(self, t: float, paths: Mapping[Any, str]) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def kernel_missing() -> str:
-    """Reason why the compiled kernel is not available; empty if it is."""
+    """Reason why the compiled kernel is not available; empty if it is available."""
     try:
         from ._kernel import Table  # noqa: F401 - tests only whether it can be loaded
     except ImportError as error:

@@ -162,7 +162,7 @@ _JUMPS = ("==", "!=")
 
 
 def check_guards(case: Case, rule: Rule, action: type[Action] | None) -> None:
-    """Check a rule's `when` and `until`, and whether its action, if known, can cause its release."""
+    """Check a rule's `when` and `until`, and whether the rule's action, if known, can cause the release."""
     never = _never(case, rule)  # may be intended: a rule that fires only on invalid signals
     always = _always(case, rule)
     if not never and not always:

@@ -289,7 +289,7 @@ class Solver:
         return None
 
     def _implied(self, state: _State, part: Formula, var: int, upper: bool) -> tuple[Bound, int] | None:
-        """Bound of a variable that a formula implies, and the decisions from which it follows; None if it implies none.
+        """Bound of a variable that a formula implies, and the decisions from which it follows; None without a bound.
 
         Args:
             state: State of the branch.
