@@ -1,8 +1,8 @@
-"""EXP1 in lockstep: the complete agent with recording, relative to physics, rays and mover alone.
+"""EXP1 in lockstep: the complete agent with recording, relative to physics, rays and scripted actor alone.
 
 CPU time in one process. The measured loop runs from the first control period to the last: observing and judging,
-monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, mover and physics. Time before
-the loop (loading, compiling the world) and after it (the recording's index) has a row of its own. Building the
+monitors, reflexes, analysis, the mission's tree, the follower, recording to a file, scripted actor and physics. Time
+before the loop (loading, compiling the world) and after it (the recording's index) has a row of its own. Building the
 follower's program is not included, since it is cached between runs. Each period's time is its median over several
 plays of the same seed, since a shared machine has pauses (periods.py).
 
@@ -83,7 +83,7 @@ def complete(catalog: Catalog, seed: int, out: Path | None) -> Timed:
 
 
 def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expected: str) -> float:
-    """Physics, rays and mover alone: CPU time of the loop [s].
+    """Physics, rays and scripted actor alone: CPU time of the loop [s].
 
     Raises:
         RuntimeError: The trajectory differs from that of the complete agent.
@@ -103,8 +103,8 @@ def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expecte
                 sonar.read()
             if (speeds := commands.at.get(t)) is not None:
                 wheels.command(speeds)
-            for mover in simulated.movers:
-                mover.step(t)
+            for actor in simulated.actors:
+                actor.step(t)
             world.advance(every)
             world.digest(digest)
             tick(t)
@@ -141,7 +141,7 @@ def run() -> Iterator[Row]:
     bare_each = median(p.loop / p.periods for p in plain) * 1e6
     record = median((r.loop - p.loop) / r.periods for r, p in zip(recorded, plain, strict=True)) * 1e6
     rest = median(r.rest for r in recorded) * 1e3
-    what = "physics, rays and mover alone"
+    what = "physics, rays and scripted actor alone"
     yield Row("EXP1: complete agent, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
     yield Row("EXP1: time of the complete agent", each, "us per period", what, ratio, f"<= {RATIO:g}x", ratio <= RATIO)
     yield Row(f"EXP1: {what}", physics, "x real time")

@@ -92,7 +92,7 @@ def fleet(project: Path, robots: int) -> None:
     wide = math.ceil(math.sqrt(squares))
     deep = math.ceil(squares / wide)
     scenario = [
-        f'format = "scenario/1"\ndoc = "{robots} robots with agents."\nworld = "squares"\nduration = "{SPAN} s"'
+        f'format = "scenario/2"\ndoc = "{robots} robots with agents."\nworld = "squares"\nduration = "{SPAN} s"'
     ]
     for square in range(squares):
         x, y = PITCH * (square % wide), PITCH * (square // wide)

@@ -48,7 +48,7 @@ def _lockstep() -> list[Row]:
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "scenarios").mkdir()
         for name, table in (("alone", ""), ("together", '[share]\nkinds = ["peer"]\n')):
-            text = f'format = "scenario/1"\nbase = "exp3"\n{table}'
+            text = f'format = "scenario/2"\nbase = "exp3"\n{table}'
             (Path(folder) / "scenarios" / f"{name}.toml").write_text(text, "utf-8")
         catalog = Catalog(Path(folder))
         ratios, shares = [], []

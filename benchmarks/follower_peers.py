@@ -16,7 +16,7 @@ from rocs_bt.control.reference import PathReference
 from rocs_bt.geometry import Pose2, Twist2
 
 CRUISE, PERIOD, DT, STAGES = 0.7, 0.05, 0.1, 20
-DRIVE = differential_drive(track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 START = Pose2(0.25, 0.25, 0.3)
 
 

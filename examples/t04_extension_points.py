@@ -53,11 +53,11 @@ from rocs_bt.units import LENGTH, MetresPerSecond, Radians
 PERIOD = 0.05  # [s]
 
 ROBOT = f"""
-format = "robot/1"
+format = "robot/2"
 doc = "A shuttle with an echo sounder and a battery."
 [drive]
 kind = "differential"
-track = "0.3 m"
+wheel_separation = "0.3 m"
 max_wheel_acceleration = "2 m/s2"
 [[sensor]]
 name = "echo"

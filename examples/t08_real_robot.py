@@ -133,7 +133,7 @@ class Wheels(Actuator):
 '''
 
 ROBOT = """
-format = "robot/1"
+format = "robot/2"
 base = "pioneer_p3dx"
 doc = "A Pioneer P3-DX connected over UDP."
 
@@ -165,7 +165,7 @@ address = "udp://127.0.0.1:7000"
 """
 
 SCENARIO = """
-format = "scenario/1"
+format = "scenario/2"
 base = "exp1"
 doc = "EXP1's mission and rules, on a real robot."
 

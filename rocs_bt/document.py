@@ -65,7 +65,10 @@ class Table:
 
     def position(self, key: str | None = None) -> tuple[int, int]:
         """Line and column of a key of this table, or of the table itself; 0 if unknown."""
-        path = self.key if key is None else (*self.key, key)
+        return self.position_of(self.key if key is None else (*self.key, key))
+
+    def position_of(self, path: Key) -> tuple[int, int]:
+        """Line and column of a full key, or of the innermost table around it with a known position; 0 if unknown."""
         if path and path not in self.positions:
             # A table may be implicit, as `a` is in the header [a.b].
             inner = next((k for k in self.positions if k[: len(path)] == path), None)

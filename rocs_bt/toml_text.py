@@ -8,11 +8,12 @@ to its size.
 from __future__ import annotations
 
 import functools
+import itertools
 import json
 import math
 import re
 import tomllib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -32,6 +33,8 @@ _INTEGERS = range(-(2**63), 2**63)
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 _PART = re.compile(r"""[A-Za-z0-9_-]+|"[^"]*"|'[^']*'""")
 _KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]*""")
+_BLANK = re.compile(r"(?:\s|#[^\n]*)*")
+_BARE_VALUE = re.compile(r"[^,\]}#\n]+")
 _LONG_NUMBER = re.compile(r"(?<![0-9_])[0-9_]{4301,}")  # digits that int() refuses
 _MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change the parsing of the rest of a line
 
@@ -179,6 +182,110 @@ def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, i
     return positions.get(key, (0, 0))
 
 
+class KeyPart(NamedTuple):
+    """One part of a key as written, in a header, an assignment or an inline table.
+
+    Attributes:
+        key: Full key up to and including this part, from the root.
+        start: Index of its first character in the text.
+        end: Index after its last character.
+    """
+
+    key: Key
+    start: int
+    end: int
+
+
+def key_parts(text: str) -> Iterator[KeyPart]:
+    """Every part of every key of a valid TOML text, in the order of the text.
+
+    Args:
+        text: Text that `parse_toml` accepts.
+    """
+    counts: dict[Key, int] = {}
+    here: Key = ()
+    at = _next_item(text, 0)
+    while at < len(text):
+        brackets = 2 if text.startswith("[[", at) else int(text[at] == "[")
+        parts, at = _parts(text, at + brackets)
+        names = [name for name, _, _ in parts]
+        if brackets:
+            for i, (_, start, end) in enumerate(parts, 1):
+                yield KeyPart(_resolve(names[:i], counts), start, end)
+            here = _resolve(names, counts)
+            if brackets == 2:
+                counts[here] = counts.get(here, -1) + 1
+                here = (*here, counts[here])
+            at += brackets
+        else:
+            for i, (_, start, end) in enumerate(parts, 1):
+                yield KeyPart((*here, *names[:i]), start, end)
+            at = yield from _inner_parts(text, at + 1, (*here, *names))
+        at = _next_item(text, at)
+
+
+def comment_starts(text: str) -> list[int]:
+    """Indices of the comments at the ends of lines of a valid TOML text."""
+    begins = [0, *itertools.accumulate(len(line) for line in text.splitlines(keepends=True))]
+    ends = (begins[number - 1] + len(line) for number, line, _, _ in _lines(text))
+    return [end for end in ends if text.startswith("#", end)]
+
+
+def _inner_parts(text: str, at: int, key: Key) -> Generator[KeyPart, None, int]:
+    """Key parts inside the value at an index; returns the index after the value."""
+    at = _next_item(text, at)
+    opening = text[at]
+    if opening in "\"'":
+        quote = opening * 3 if text.startswith(opening * 3, at) else opening
+        return _long_string_end(text, at, quote) if len(quote) == 3 else _string_end(text, at)
+    if opening not in "[{":
+        found = _BARE_VALUE.match(text, at)
+        return at + 1 if found is None else found.end()
+    index, at = 0, _next_item(text, at + 1)
+    while text[at] not in "]}":
+        if opening == "[":
+            at = yield from _inner_parts(text, at, (*key, index))
+        else:
+            parts, at = _parts(text, at)
+            names = [name for name, _, _ in parts]
+            for i, (_, start, end) in enumerate(parts, 1):
+                yield KeyPart((*key, *names[:i]), start, end)
+            at = yield from _inner_parts(text, at + 1, (*key, *names))
+        index += 1
+        at = _next_item(text, at)
+        at = _next_item(text, at + 1) if text[at] == "," else at
+    return at + 1
+
+
+def _next_item(text: str, at: int) -> int:
+    """Index of the next character that is neither space nor in a comment."""
+    found = _BLANK.match(text, at)
+    return at if found is None else found.end()
+
+
+def _parts(text: str, at: int) -> tuple[list[tuple[str, int, int]], int]:
+    """Parts of a dotted key at an index, each with its span, and the index after the key."""
+    parts: list[tuple[str, int, int]] = []
+    while (found := _KEY_PART.match(text, at)) is not None:
+        parts.append((found[1].strip("\"'"), *found.span(1)))
+        at = found.end()
+        if not text.startswith(".", at):
+            break
+        at += 1
+    return parts, at
+
+
+def _long_string_end(text: str, at: int, quote: str) -> int:
+    """Index after a multi-line string, which may end in up to two further quotes."""
+    at += 3
+    while not text.startswith(quote, at):
+        at += 2 if text[at] == "\\" and quote == '"""' else 1
+    at += 3
+    while text.startswith(quote[0], at):
+        at += 1
+    return at
+
+
 def _positions(text: str) -> dict[Key, tuple[int, int]]:
     """Line and column of each key at the beginning of a line, and of each table header."""
     positions: dict[Key, tuple[int, int]] = {}
@@ -203,14 +310,8 @@ def _positions(text: str) -> dict[Key, tuple[int, int]]:
 
 def _dotted(line: str, at: int) -> tuple[list[str], int]:
     """Parse the dotted key at an index of a line; returns the parts of the key, and the index after the key."""
-    parts: list[str] = []
-    while (found := _KEY_PART.match(line, at)) is not None:
-        parts.append(found[1].strip("\"'"))
-        at = found.end()
-        if not line.startswith(".", at):
-            break
-        at += 1
-    return parts, at
+    parts, end = _parts(line, at)
+    return [name for name, _, _ in parts], end
 
 
 def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:

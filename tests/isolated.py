@@ -126,7 +126,7 @@ class Sense(Sensor):
 '''
 
 ROBOT = f"""
-format = "robot/1"
+format = "robot/2"
 base = "pioneer_p3dx"
 
 [[actuator]]
@@ -140,7 +140,7 @@ log = "{{log}}"
 """
 
 SCENARIO = """
-format = "scenario/1"
+format = "scenario/2"
 base = "exp1"
 
 [[agent]]

@@ -58,14 +58,14 @@ class LocalMemory:
     Args:
         mounts: Mounts of the beams.
         half_angle: Half the opening angle of a beam's cone [rad].
-        reach: Maximum range of the beams [m].
+        max_range: Maximum range of the beams [m].
         span: Time for which an echo is stored [s].
         half: Half the hull's length and width [m].
     """
 
     mounts: Sequence[Mount]
     half_angle: float
-    reach: float
+    max_range: float
     span: float
     half: tuple[float, float]
     _echoes: Array = field(default_factory=lambda: np.empty((0, 3)), init=False)  # x, y [m], time [s]
@@ -79,9 +79,9 @@ class LocalMemory:
         radius = math.hypot(*self.half)
         disc = _filled(radius, radius)
         self._disc = disc[np.hypot(disc[:, 0], disc[:, 1]) <= radius][None, None]  # a path of one stride
-        square = _filled(self.reach, self.reach)
+        square = _filled(self.max_range, self.max_range)
         away = np.hypot(square[:, 0], square[:, 1])
-        inside = (away < self.reach) & (square[:, 0] >= math.cos(self.half_angle) * away)
+        inside = (away < self.max_range) & (square[:, 0] >= math.cos(self.half_angle) * away)
         self._cone, self._away = square[inside], away[inside]
         angles = np.linspace(-self.half_angle, self.half_angle, 7)
         self._rim = np.stack([np.cos(angles), np.sin(angles)], axis=1)
@@ -119,9 +119,9 @@ class LocalMemory:
             if math.isnan(distance):
                 continue
             at = pose.compose(Pose2(*mount))
-            self._forget(at, min(distance, self.reach))
+            self._forget(at, min(distance, self.max_range))
             self._ground.mark(at, self._cone[self._away < distance - CLEAR], t)
-            if distance < self.reach and not any(self._explains(at, distance, peer, radius) for peer in peers):
+            if distance < self.max_range and not any(self._explains(at, distance, peer, radius) for peer in peers):
                 self._keep(at, distance, t)
 
     def explained(self, pose: Pose2, ranges: Sequence[float], peers: Sequence[Pose2], radius: float) -> list[bool]:

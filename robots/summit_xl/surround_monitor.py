@@ -66,27 +66,28 @@ class SurroundMonitor(RangeMonitor):
     reported in the group from which a reflex must drive away: in `rear` if driving ahead increases the gap, in `front`
     if driving back increases it, and in both groups if the robot should stop.
 
-    *Echoes* are remembered for the time `memory`; the gap to an echo is divided by the weight of its sector. Echoes
-    behind the robot count only while it drives back, since stationary things come no nearer otherwise.
+    *Echoes* are remembered for `max_echo_age`; the gap to an echo is divided by the weight of its sector. Echoes behind
+    the robot count only while it drives back, since stationary things come no nearer otherwise.
 
-    *Ground* is remembered for the time `ground` where it was seen to be free. `room_ahead` and `room_behind` are the
-    free distances on each of `rocs_bt.control.arcs.BENDS` [m]. The distance back is one square of the map shorter,
+    *Ground* is remembered for `max_free_ground_age` where it was seen to be free. `room_ahead` and `room_behind` are
+    the free distances on each of `rocs_bt.control.arcs.BENDS` [m]. The distance back is one square of the map shorter,
     because a square that the hull covered only in part counts as free although no beam saw the rest. `room_turned` is
     the free distance after a turn on the spot to each of `rocs_bt.control.arcs.HEADINGS` [m]; it is 0 if a corner of
     the hull would sweep unknown ground during the turn. An escape from a peer uses only ground that was seen within the
-    time `memory`.
+    last `max_echo_age`.
 
     `free_turn` is the angle by which the robot can turn on the spot to the left and to the right [rad] before a corner
-    of the hull comes near to an echo. It uses echoes for the longer time `ground`, since walls do not move.
+    of the hull comes near to an echo. It uses echoes for the longer time `max_free_ground_age`, since walls do not
+    move.
 
     All groups are invalid while the pose or `peer_range` is invalid: a blind robot must not drive as if it were alone.
 
     Args:
         mounts: x [m], y [m] and yaw [rad] of each beam in the body frame.
         half_angle: Half the opening angle of a beam's cone [rad].
-        reach: Maximum range of the beams [m].
-        memory: Time for which an echo counts [s].
-        ground: Time for which ground counts as free after it was seen to be free [s].
+        max_range: Maximum range of the beams [m].
+        max_echo_age: Time for which an echo counts [s].
+        max_free_ground_age: Time for which ground counts as free after it was seen to be free [s].
         peer_radius: Radius of a circle around a peer's base that contains its hull [m].
         reaction: Delay from a reading to the beginning of braking [s].
         deceleration: Deceleration of braking wheels [m/s2].
@@ -98,9 +99,9 @@ class SurroundMonitor(RangeMonitor):
         *args: Any,
         mounts: Sequence[Sequence[float]],
         half_angle: float,
-        reach: float,
-        memory: float,
-        ground: float,
+        max_range: float,
+        max_echo_age: float,
+        max_free_ground_age: float,
         peer_radius: float,
         reaction: float,
         deceleration: float,
@@ -108,14 +109,17 @@ class SurroundMonitor(RangeMonitor):
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        numbers = (half_angle, reach, memory, ground, peer_radius, reaction, deceleration, horizon)
+        ages = (max_echo_age, max_free_ground_age)
+        numbers = (half_angle, max_range, *ages, peer_radius, reaction, deceleration, horizon)
         if not all(0.0 < value < math.inf for value in numbers):
             raise InputError(
                 Fault(f"the numbers of monitor '{self.name}' must be above 0 and finite, found {numbers}.")
             )
-        if ground < memory:
-            found = f"found {ground:g} s and {memory:g} s"
-            raise InputError(Fault(f"ground of monitor '{self.name}' must be at least as long as memory, {found}."))
+        if max_free_ground_age < max_echo_age:
+            found = f"found {max_free_ground_age:g} s and {max_echo_age:g} s"
+            raise InputError(
+                Fault(f"max_free_ground_age of monitor '{self.name}' must be at least max_echo_age, {found}.")
+            )
         if missed := [name for name in GROUPS if name not in self.groups]:
             raise InputError(
                 Fault(f"monitor '{self.name}' needs the groups {', '.join(GROUPS)}; {missed} are missing.")
@@ -126,8 +130,10 @@ class SurroundMonitor(RangeMonitor):
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         self._half = 0.5 * body["length"], 0.5 * body["width"]
-        self._memory = LocalMemory([Mount(*mount) for mount in mounts], half_angle, reach, ground, self._half)
-        self._span, self._ground = memory, ground
+        self._memory = LocalMemory(
+            [Mount(*mount) for mount in mounts], half_angle, max_range, max_free_ground_age, self._half
+        )
+        self._max_echo_age, self._max_free_ground_age = max_echo_age, max_free_ground_age
         self._edges = leading_edges(self._half, STRIDES).reshape(2 * len(BENDS), len(STRIDES), -1, 2)
         self._turned = turned_edges(self._half, STRIDES)
         self._radius = peer_radius
@@ -179,7 +185,7 @@ class SurroundMonitor(RangeMonitor):
         front = min(written["front"]) - SPARE
 
         def room() -> Reach:
-            on, back = self._bends(now - self._span, pose)
+            on, back = self._bends(now - self._max_echo_age, pose)
             return [min(far, front) for far in on], back
 
         peers = self._encounters.groups(pose, motions, now, room)
@@ -190,13 +196,13 @@ class SurroundMonitor(RangeMonitor):
         return {
             **written,
             **rooms,
-            "free_turn": list(free_turns(self._memory.around(pose, now - self._ground), self._half)),
+            "free_turn": list(free_turns(self._memory.around(pose, now - self._max_free_ground_age), self._half)),
             "bend_off": list(self._encounters.bends),
         }
 
     def _rooms(self, now: float, pose: Pose2) -> list[list[float]]:
-        """Values of `room_ahead`, `room_behind` and `room_turned` [m], on ground seen free within the time `ground`."""
-        since, turned = now - self._ground, [0.0] * len(HEADINGS)
+        """Values of `room_ahead`, `room_behind` and `room_turned` [m], on ground known to be free."""
+        since, turned = now - self._max_free_ground_age, [0.0] * len(HEADINGS)
         if self._memory.may_turn(since, pose):
             turned = self._free(since, Pose2(pose.x, pose.y, 0.0), self._turned)
         return [*self._bends(since, pose), turned]
@@ -225,7 +231,7 @@ class SurroundMonitor(RangeMonitor):
 
     def _echoes(self, now: float, pose: Pose2, *, backing: bool) -> tuple[float, float, float, float]:
         """Gap to the remembered obstacles in each of `GROUPS` [m]; +inf for `front`, which the beams measure."""
-        points = self._memory.around(pose, now - self._span)
+        points = self._memory.around(pose, now - self._max_echo_age)
         if not len(points):
             return (math.inf,) * 4
         left, right, rear = least_gaps(points, np.arctan2(points[:, 1], points[:, 0]), self._half, _SECTORS)

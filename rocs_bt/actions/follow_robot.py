@@ -200,7 +200,9 @@ class FollowRobot(MacroAction):
             first = _first(path, pose, least)
             turn = 0.0 if first is None else wrap_angle(first[2] - pose.yaw)
         if abs(turn) > TURN_FIRST:
-            return TurnReference(wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, pivot=body.drive.pivot)
+            return TurnReference(
+                wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, icr_offset=body.drive.icr_offset
+            )
         return None if first is None else TimedReference(times, path, body.clock.now)
 
 

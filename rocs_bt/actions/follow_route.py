@@ -154,7 +154,7 @@ class _Room:
         known = body.knowledge.graph.attributes(body.knowledge.agent)
         length, width = known.get("length"), known.get("width")
         self._footprint = Footprint(length, width) if length and width else None
-        self._pivot = body.drive.pivot
+        self._icr_offset = body.drive.icr_offset
         self._grid = body.knowledge.world.occupancy
         self._revision, self._updated = -1, -np.inf
 
@@ -162,8 +162,10 @@ class _Room:
         """Whether the hull has room for a full turn on the spot."""
         if self._grid is None or self._footprint is None:
             return True
-        reach = float(np.hypot(0.5 * self._footprint.length + abs(self._pivot), 0.5 * self._footprint.width)) + TURNING
-        x, y = pose.transform(self._pivot, 0.0)
+        reach = (
+            float(np.hypot(0.5 * self._footprint.length + abs(self._icr_offset), 0.5 * self._footprint.width)) + TURNING
+        )
+        x, y = pose.transform(self._icr_offset, 0.0)
         window = self._grid.window((x - reach, y - reach), (x + reach, y + reach))
         return bool((np.hypot(*(window.points() - (x, y)).T) > reach).all())
 
@@ -174,10 +176,10 @@ class _Room:
         reach = 2.0 * self._footprint.outer
         window = self._grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
         points, yaws = window.points(), pose.yaw + np.linspace(0.0, turn, SWEEP)
-        # A skid drive turns on the spot about a point between its base and its pivot in curves.
-        for pivot in (0.0, self._pivot):
-            middle = pose.transform(pivot, 0.0)
-            poses = np.column_stack([middle - pivot * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
+        # A skid drive turns on the spot about a point between its base and its centre of rotation in curves.
+        for icr_offset in (0.0, self._icr_offset):
+            middle = pose.transform(icr_offset, 0.0)
+            poses = np.column_stack([middle - icr_offset * np.column_stack([np.cos(yaws), np.sin(yaws)]), yaws])
             now, *gaps = self._footprint.clearance(poses, points).tolist()
             if min(gaps) < min(SWING, now):
                 return True

@@ -114,7 +114,7 @@ class PathDrive:
             end_speed=end_speed,
             limit=limit,
         )
-        return PathReference(path, profile, turn_first=self._turn_first, pivot=self._follower.drive.pivot)
+        return PathReference(path, profile, turn_first=self._turn_first, icr_offset=self._follower.drive.icr_offset)
 
     def pose(self) -> Pose2 | None:
         """Pose of the robot, world frame; None while it is unknown. While it is None, the action must `brake`.

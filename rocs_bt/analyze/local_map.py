@@ -39,19 +39,19 @@ NEAREST = 3
 class LocalMap(Analyze):
     """Enters each scan into `knowledge.world.occupancy`, at the pose of the robot when the scan was taken.
 
-    A cell with an echo gains evidence. Cells that a beam crosses within `horizon` lose evidence. Occupied cells remain
-    until a beam contradicts them, also behind the robot, outside the lidar's view. A Change of kind `map` reports that
-    cells became occupied or free.
+    A cell with an echo gains evidence. Cells that a beam crosses within `max_raytrace_range` lose evidence. Occupied
+    cells remain until a beam contradicts them, also behind the robot, outside the lidar's view. A Change of kind `map`
+    reports that cells became occupied or free.
 
     After each scan it writes the signal `contact_time` [s]: the time until the hull would touch an obstacle of the map
     at the present speed and turn rate of the wheels. It is +inf without contact within 1.2 s, and NaN while a beam is
     NaN, because a robot that cannot see must not drive.
 
     Args:
-        reach: Maximum range of an echo [m].
-        horizon: Maximum range of free space [m].
-        cell: Side of a cell [m].
-        side: Side of the map, which moves with the robot [m].
+        max_range: Maximum range of an echo [m].
+        max_raytrace_range: Maximum range of free space [m].
+        cell_size: Side of a cell [m].
+        map_size: Side of the map, which moves with the robot [m].
         max_age: Validity of `contact_time` [s].
 
     Raises:
@@ -61,15 +61,21 @@ class LocalMap(Analyze):
     def __init__(
         self,
         *args: Any,
-        reach: float = 10.0,
-        horizon: float = 4.0,
-        cell: float = 0.05,
-        side: float = 30.0,
+        max_range: float = 10.0,
+        max_raytrace_range: float = 4.0,
+        cell_size: float = 0.05,
+        map_size: float = 30.0,
         max_age: float = 0.15,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        sizes = {"reach": reach, "horizon": horizon, "cell": cell, "side": side, "max_age": max_age}
+        sizes = {
+            "max_range": max_range,
+            "max_raytrace_range": max_raytrace_range,
+            "cell_size": cell_size,
+            "map_size": map_size,
+            "max_age": max_age,
+        }
         if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
             found = ", ".join(f"{sizes[name]:g}" for name in bad)
             raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0, found {found}."))
@@ -77,15 +83,15 @@ class LocalMap(Analyze):
         if not (body.get("length") and body.get("width")):
             raise InputError(Fault(f"'{self.name}' needs the robot's length and width in its [body] table."))
         self._footprint, self._max_age = Footprint(body["length"], body["width"]), max_age
-        self._scanner, self._reach = self.knowledge.robot.scanner(SCAN), reach
-        self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell, side)
+        self._scanner, self._max_range = self.knowledge.robot.scanner(SCAN), max_range
+        self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell_size, map_size)
         self._poses: deque[tuple[float, Pose2]] = deque(maxlen=POSES)
-        around = math.ceil(horizon / cell)
+        around = math.ceil(max_raytrace_range / cell_size)
         rows, columns = np.mgrid[-around : around + 1, -around : around + 1]
         away = np.hypot(rows, columns)
         inside = (away <= around) & (away >= NEAREST)
         self._disc = rows[inside], columns[inside]
-        self._away, bearing = away[inside] * cell, np.arctan2(rows, columns)[inside]
+        self._away, bearing = away[inside] * cell_size, np.arctan2(rows, columns)[inside]
         self._unit = np.cos(bearing), np.sin(bearing)
         self._circle = (
             bearing / math.tau,
@@ -153,10 +159,10 @@ class LocalMap(Analyze):
         """Enter one scan into the grid; return the number of changed cells."""
         grid, eye = self._grid, pose.compose(self._scanner.mount)
         grid.centre_on(eye.x, eye.y)
-        echoes = np.flatnonzero(ranges <= self._reach)  # without NaN
+        echoes = np.flatnonzero(ranges <= self._max_range)  # without NaN
         angles, distances = self._scanner.bearings[echoes] + eye.yaw, ranges[echoes]
         hits = np.column_stack([eye.x + distances * np.cos(angles), eye.y + distances * np.sin(angles)])
-        reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._reach))
+        reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._max_range))
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
         dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
         passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc

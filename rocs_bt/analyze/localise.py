@@ -37,46 +37,55 @@ class Localise(Analyze):
     too slow for control.
 
     Args:
-        along: Standard deviation of the driven distance, after a metre [m].
-        aside: Standard deviation of the lateral slip, after a metre [m].
-        turning: Standard deviation of the wheels' heading, after a turn of a radian and after a metre [rad].
-        gyro: Standard deviation of the gyro's turn rate [rad/s].
-        bias: Standard deviation of the gyro's initial bias [rad/s].
-        drift: Standard deviation of the position's drift, after a second, independent of the motion [m].
-        position: Standard deviation of each coordinate of a fix [m].
-        heading: Standard deviation of the compass [rad].
+        travel_noise: Standard deviation of the driven distance, after a metre [m].
+        slip_noise: Standard deviation of the lateral slip, after a metre [m].
+        turn_noise: Standard deviation of the wheels' heading, after a turn of a radian and after a metre [rad].
+        gyro_noise: Standard deviation of the gyro's turn rate [rad/s].
+        gyro_bias_noise: Standard deviation of the gyro's initial bias [rad/s].
+        drift_noise: Standard deviation of the position's drift, after a second, independent of the motion [m].
+        fix_position_noise: Standard deviation of each coordinate of a fix [m].
+        fix_heading_noise: Standard deviation of the compass [rad].
         max_age: Validity of an estimate [s].
 
     Raises:
-        InputError: A parameter is negative or not finite, or position, heading or max_age is 0.
+        InputError: A parameter is negative or not finite, or fix_position_noise, fix_heading_noise or max_age is 0.
     """
 
     def __init__(
         self,
         *args: Any,
-        along: float = PoseNoise.along,
-        aside: float = PoseNoise.aside,
-        turning: float = PoseNoise.turning,
-        gyro: float = PoseNoise.gyro,
-        bias: float = PoseNoise.bias,
-        drift: float = PoseNoise.drift,
-        position: float = PoseNoise.position,
-        heading: float = PoseNoise.heading,
+        travel_noise: float = PoseNoise.travel,
+        slip_noise: float = PoseNoise.slip,
+        turn_noise: float = PoseNoise.turn,
+        gyro_noise: float = PoseNoise.gyro,
+        gyro_bias_noise: float = PoseNoise.gyro_bias,
+        drift_noise: float = PoseNoise.drift,
+        fix_position_noise: float = PoseNoise.fix_position,
+        fix_heading_noise: float = PoseNoise.fix_heading,
         max_age: float = 0.15,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        self._noise = PoseNoise(along, aside, turning, gyro, bias, drift, position, heading)
+        self._noise = PoseNoise(
+            travel=travel_noise,
+            slip=slip_noise,
+            turn=turn_noise,
+            gyro=gyro_noise,
+            gyro_bias=gyro_bias_noise,
+            drift=drift_noise,
+            fix_position=fix_position_noise,
+            fix_heading=fix_heading_noise,
+        )
         self._max_age = max_age
-        bad = [name for name, value in vars(self._noise).items() if not 0.0 <= value < math.inf]
-        bad += [] if position > 0.0 else ["position"]
-        bad += [] if heading > 0.0 else ["heading"]
+        bad = [f"{name}_noise" for name, value in vars(self._noise).items() if not 0.0 <= value < math.inf]
+        bad += [] if fix_position_noise > 0.0 else ["fix_position_noise"]
+        bad += [] if fix_heading_noise > 0.0 else ["fix_heading_noise"]
         bad += [] if 0.0 < max_age < math.inf else ["max_age"]
         if bad:
             raise InputError(
                 Fault(
-                    f"{', '.join(dict.fromkeys(bad))} of '{self.name}' must be finite and no less than 0; position, "
-                    "heading and max_age must be above it."
+                    f"{', '.join(dict.fromkeys(bad))} of '{self.name}' must be finite and no less than 0; "
+                    "fix_position_noise, fix_heading_noise and max_age must be above it."
                 )
             )
         self._filter: PoseFilter | None = None

@@ -43,22 +43,22 @@ class _Written:
 class TrackObjects(Analyze):
     """Keeps an `object` node for each object that one range sensor detects, and reports when objects appear or vanish.
 
-    Echoes of neighbouring beams form one object; larger structures than `largest` are walls, which belong to maps. Each
-    object has a position with covariance, a speed, and a probability of existence. The existence grows with detections,
-    falls when a scan should have shown the object but did not, and decays while it is out of view. An object with a low
-    existence is removed. Known peers are excluded, because a robot sensor measures them better. The analyser needs the
-    signal of the ranges and the signals of a PoseMonitor.
+    Echoes of neighbouring beams form one object; larger structures than `max_object_size` are walls, which belong to
+    maps. Each object has a position with covariance, a speed, and a probability of existence. The existence grows with
+    detections, falls when a scan should have shown the object but did not, and decays while it is out of view. An
+    object with a low existence is removed. Known peers are excluded, because a robot sensor measures them better. The
+    analyser needs the signal of the ranges and the signals of a PoseMonitor.
 
     Args:
         ranges: Name of the signal with the ranges.
         mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours in order. Omit it
             for a scanner: its [[sensor]] table declares the mount.
         half_angle: Half the opening angle of each beam [rad].
-        reach: Maximum range [m].
+        max_range: Maximum range [m].
         noise: Standard deviation of a range [m].
-        largest: Maximum size of an object [m].
+        max_object_size: Maximum size of an object [m].
         half_life: Time out of view in which the existence is halved [s].
-        mobility: Standard deviation of the expected speeds [m/s]; small for sonars, because their echoes slide along
+        speed_noise: Standard deviation of the expected speeds [m/s]; small for sonars, because their echoes slide along
             stationary objects while the robot drives past.
         peer_radius: Distance from a known peer within which echoes are ignored [m].
 
@@ -72,20 +72,20 @@ class TrackObjects(Analyze):
         ranges: str,
         mounts: Sequence[Sequence[float]] = (),
         half_angle: float = math.radians(15.0),
-        reach: float = 1.0,
+        max_range: float = 1.0,
         noise: float = 0.02,
-        largest: float = 0.8,
+        max_object_size: float = 0.8,
         half_life: float = 10.0,
-        mobility: float = 0.3,
+        speed_noise: float = 0.3,
         peer_radius: float = 0.5,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
         self._ranges = ranges
         looks = [(float(x), float(y), float(a)) for x, y, a in mounts] or self._of_scanner()
-        self._beams = Beams(looks, half_angle, reach, noise, largest)
+        self._beams = Beams(looks, half_angle, max_range, noise, max_object_size)
         self._peer_radius = peer_radius
-        settings = BeliefSettings(half_life=half_life, start_speed=mobility, acceleration=mobility**2 / STEADY)
+        settings = BeliefSettings(half_life=half_life, start_speed=speed_noise, acceleration=speed_noise**2 / STEADY)
         self._belief = Belief(settings)
         self._pose: Pose2 | None = None
         self._written: dict[int, _Written] = {}

@@ -19,11 +19,13 @@ from .robot_spec import (
     command_size,
     robot_drive,
 )
-from .scenario_file import AgentSpec, MoverSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
+from .scenario_file import ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
 from .scenario_tables import FactSpec, RateSpec, ShareSpec
+from .upgrade import KeyChange, Upgrade, upgraded, upgrades
 
 __all__ = [
     "KINDS",
+    "ActorSpec",
     "ActuatorSpec",
     "AgentSpec",
     "AnalyzeSpec",
@@ -32,8 +34,8 @@ __all__ = [
     "DriveSpec",
     "Entry",
     "FactSpec",
+    "KeyChange",
     "MonitorSpec",
-    "MoverSpec",
     "PlaceSpec",
     "PlannerSpec",
     "RateSpec",
@@ -42,6 +44,7 @@ __all__ = [
     "ScenarioSpec",
     "SensorSpec",
     "ShareSpec",
+    "Upgrade",
     "at_parameters",
     "classes_in",
     "command_size",
@@ -60,4 +63,6 @@ __all__ = [
     "running",
     "running_class",
     "shipped_root",
+    "upgraded",
+    "upgrades",
 ]

@@ -1,4 +1,4 @@
-"""Robot files (robot/1): drive, devices and the wiring of Monitor and Analyze blocks (docs/architecture.md)."""
+"""Robot files (robot/2): drive, devices and the wiring of Monitor and Analyze blocks (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from ..python_content import classes_in, is_reference
 from ..safety import Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from .inherit import DEVICE_KEYS, FindBase, no_base, read_with_base
+from .renamed_keys import ROBOT
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -30,7 +31,7 @@ from .robot_spec import (
 )
 from .values import drive_parameters, driver_parameters, free_parameters, read_name
 
-FORMAT = "robot/1"
+FORMAT = ROBOT.name
 
 
 def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:

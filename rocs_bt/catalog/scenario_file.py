@@ -1,4 +1,4 @@
-"""Scenario files (scenario/1): world, agents, movers, places, facts, requirements and end conditions."""
+"""Scenario files (scenario/2): world, agents, actors, places, facts, requirements and end conditions."""
 
 from __future__ import annotations
 
@@ -12,10 +12,11 @@ from ..document import Table
 from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
+from .renamed_keys import SCENARIO
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import free_parameters, latency_of, read_name
 
-FORMAT = "scenario/1"
+FORMAT = SCENARIO.name
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class AgentSpec:
         at_end: Whether the robot must be at the goal when the run ends, whatever the mission returns; for missions
             that never end.
         after: Goals that the robot must have reached before `success`, each with its deadline [s].
-        shortest: Length of the shortest path to the goal [m]; None if unknown.
+        shortest_path: Length of the shortest path to the goal [m]; None if unknown.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
         line: Line of the table in the file.
@@ -75,7 +76,7 @@ class AgentSpec:
     success: str | None = None
     at_end: bool = False
     after: Mapping[str, float] = field(default_factory=dict)
-    shortest: float | None = None
+    shortest_path: float | None = None
     latency: float | None = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
@@ -85,11 +86,11 @@ class AgentSpec:
 
 
 @dataclass(frozen=True)
-class MoverSpec:
-    """One `[[mover]]` table: a robot or an object of the world that follows a script.
+class ActorSpec:
+    """One `[[actor]]` table: a robot or an object of the world that follows a script.
 
     Attributes:
-        name: Mover's name, and prefix of a robot's body in the world; for an object, the name of its body.
+        name: Actor's name, and prefix of a robot's body in the world; for an object, the name of its body.
         robot: Robot's name; empty for an object.
         script: Name of the script that moves the robot or object.
         pose: Start pose, world frame.
@@ -143,7 +144,7 @@ class ScenarioSpec:
         places: Places in the agents' initial Knowledge.
         facts: Further facts, initial or received during the run.
         agents: Robots with a mission.
-        movers: Scripted robots and objects.
+        actors: Scripted robots and objects.
         requirements: Conditions on the whole run.
         bases: Scenario files that this one is based on, nearest first.
         share: Sharing of knowledge between agents; None for none.
@@ -158,7 +159,7 @@ class ScenarioSpec:
     rate: RateSpec
     places: tuple[PlaceSpec, ...]
     agents: tuple[AgentSpec, ...]
-    movers: tuple[MoverSpec, ...]
+    actors: tuple[ActorSpec, ...]
     requirements: tuple[RequirementSpec, ...] = ()
     facts: tuple[FactSpec, ...] = ()
     bases: tuple[Path, ...] = ()
@@ -167,7 +168,7 @@ class ScenarioSpec:
     @property
     def tags(self) -> dict[str, int]:
         """Number 1, 2, ... of each robot, by name of the agent or scripted robot; sensors can detect the number."""
-        names = [*(agent.name for agent in self.agents), *(mover.name for mover in self.movers if mover.robot)]
+        names = [*(agent.name for agent in self.agents), *(actor.name for actor in self.actors if actor.robot)]
         return {name: tag for tag, name in enumerate(names, 1)}
 
     def facts_of(self, agent: str) -> tuple[FactSpec, ...]:
@@ -177,7 +178,7 @@ class ScenarioSpec:
     @property
     def robots(self) -> tuple[str, ...]:
         """Names of all robots in the scenario, each once."""
-        return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.movers if m.robot)]))
+        return tuple(dict.fromkeys([*(a.robot for a in self.agents), *(m.robot for m in self.actors if m.robot)]))
 
 
 # Returns the fault of content that cannot be used, by kind and name; None if it can.
@@ -196,8 +197,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         InputError: The document has faults; contains all of them, each with its line.
     """
     root.choice("format", (FORMAT,))
-    agent_tables, mover_tables, place_tables = (root.tables(key) for key in ("agent", "mover", "place"))
-    _unique([*agent_tables, *mover_tables, *place_tables])
+    agent_tables, actor_tables, place_tables = (root.tables(key) for key in ("agent", "actor", "place"))
+    _unique([*agent_tables, *actor_tables, *place_tables])
     nodes = dialect_in(root, "rocs")
     agents = tuple(replace(_agent(t, missing), nodes=dialect_in(t, nodes).removeprefix("rocs")) for t in agent_tables)
     names = tuple(a.name for a in agents)
@@ -219,7 +220,7 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         rate=read_rate(root.table("rate")),
         places=places,
         agents=agents,
-        movers=tuple(_mover(t, missing) for t in mover_tables),
+        actors=tuple(_actor(t, missing) for t in actor_tables),
         requirements=_requirements(root, names),
         facts=read_facts(root, names),
         bases=root.bases,
@@ -262,7 +263,7 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         success=goal if "goal" in success else None,
         at_end=success.choice("at", ("once", "end"), "once") == "end",
         after=_after(success.table("after")),
-        shortest=success.quantity("shortest", LENGTH, low=1e-3) if "shortest" in success else None,
+        shortest_path=success.quantity("shortest_path", LENGTH, low=1e-3) if "shortest_path" in success else None,
         latency=latency_of(table),
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         line=table.position()[0],
@@ -281,9 +282,9 @@ def _after(table: Table) -> dict[str, float]:
     return {name: table.quantity(name, TIME, low=0.0, high=math.inf) for name in names}
 
 
-def _mover(table: Table, missing: Missing) -> MoverSpec:
+def _actor(table: Table, missing: Missing) -> ActorSpec:
     known = ("name", "robot", "script", "x", "y", "yaw", "jitter")
-    return MoverSpec(
+    return ActorSpec(
         name=_name(table),
         robot=_content(table, "robot", missing) if "robot" in table else "",
         script=table.text("script"),
@@ -351,7 +352,7 @@ def _jitter(table: Table) -> Pose2:
 
 
 def _unique(
-    tables: Sequence[Table], hint: str = "Agents, movers and places share their names: give each its own."
+    tables: Sequence[Table], hint: str = "Agents, actors and places share their names: give each its own."
 ) -> None:
     """Note a fault at each table with the name of an earlier one."""
     seen: set[str] = set()

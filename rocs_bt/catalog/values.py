@@ -18,9 +18,9 @@ from ..python_content import is_reference
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
 
 _DRIVE_NUMBERS = {
-    "track": LENGTH,
-    "effective_track": LENGTH,
-    "pivot": LENGTH,
+    "wheel_separation": LENGTH,
+    "effective_wheel_separation": LENGTH,
+    "icr_offset": LENGTH,
     "half_length": LENGTH,
     "half_width": LENGTH,
     "wheel_radius": LENGTH,
@@ -80,7 +80,7 @@ def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
     for name in needed:
         if name not in table:
             table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")
-    minimum = {"pivot": -math.inf}  # a pivot may be behind the base
+    minimum = {"icr_offset": -math.inf}  # the centre of rotation may be behind the base
     given = {name: of for name, of in _DRIVE_NUMBERS.items() if name in table}
     return {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
 

@@ -162,7 +162,7 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
     """
     yield from _outside(scenario, build_world(scenario, catalog, 1, NullSink()))
     for agent in scenario.agents:
-        world = build_world(replace(scenario, agents=(agent,), movers=()), catalog, 1, NullSink())
+        world = build_world(replace(scenario, agents=(agent,), actors=()), catalog, 1, NullSink())
         built = _single_agent(scenario, catalog, agent, world)
         faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
         yield from faults
@@ -176,9 +176,9 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
 
 
 def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
-    """Places and starts of movers outside the bounds of the world; an agent's start there is refused earlier."""
+    """Places and starts of actors outside the bounds of the world; an agent's start there is refused earlier."""
     left, low, right, high = simulated.world.bounds()
-    named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.movers]
+    named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.actors]
     named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
     for what, pose, line in named:
         if pose.x < left or pose.x > right or pose.y < low or pose.y > high:

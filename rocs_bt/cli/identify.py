@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 def command(robot: str, as_json: bool, no_code: bool) -> None:
     """Measure the drive of ROBOT, a name or a file, on an infinite plane, for the values in its robot.toml.
 
-    Effective track, pivot, wheel lag, top speed, and the braking distance by speed. Takes seconds.
+    Effective wheel separation, ICR offset, wheel lag, top speed, and the braking distance by speed. Takes seconds.
     """
     from ..simulation.identify import identify
 
@@ -34,13 +34,13 @@ def command(robot: str, as_json: bool, no_code: bool) -> None:
 def _text(found: Identified) -> str:
     lines = [
         f"{found.robot} on a plane:",
-        f"  effective track  {found.effective_track:.3f} m from measured wheel speeds; deviation of single turns up to "
-        f"{100.0 * found.track_error:.1f} %, loss of turn rate under load up to "
-        f"{100.0 * (1.0 - found.slowest_turn):.0f} %",
-        f"  pivot            {found.pivot:.3f} m ahead of the base, in curves",
-        f"  wheel lag        {found.wheel_lag:.3f} s on a ramp at the drive's maximum acceleration",
-        f"  top speed        {found.top_speed:.2f} m/s",
-        f"  braking          {found.brake_delay:.3f} s of delay, then {found.deceleration:.2f} m/s2, with a "
+        f"  effective_wheel_separation  {found.effective_wheel_separation:.3f} m from measured wheel speeds; "
+        f"deviation of single turns up to {100.0 * found.wheel_separation_error:.1f} %, "
+        f"loss of turn rate under load up to {100.0 * (1.0 - found.slowest_turn):.0f} %",
+        f"  icr_offset                  {found.icr_offset:.3f} m ahead of the base, in curves",
+        f"  wheel_lag                   {found.wheel_lag:.3f} s on a ramp at the drive's maximum acceleration",
+        f"  top speed                   {found.top_speed:.2f} m/s",
+        f"  braking                     {found.brake_delay:.3f} s of delay, then {found.deceleration:.2f} m/s2, with a "
         f"fit error up to {100.0 * found.misfit:.1f} %",
         "",
         "  from [m/s]   distance [m]     time [s]",

@@ -158,7 +158,7 @@ def _listed(draft: Draft) -> list[str]:
     for name, position in list(draft.obstacles.items())[:_LISTED]:
         obstacle = static.get(name)
         if obstacle is None:
-            lines.append(f"{name}: a mover, from {_at(position)}")
+            lines.append(f"{name}: a scripted actor, from {_at(position)}")
         elif isinstance(obstacle, Post):
             lines.append(f"{name}: a cylinder of {2.0 * obstacle.radius:g} m at {_at(position)}")
         else:

@@ -121,13 +121,13 @@ class Building:
             return Block(self.door_name(door), x, y + aside, LEAF_THICKNESS, self.opening)
         return Block(self.door_name(door), x + aside, y, self.opening, LEAF_THICKNESS)
 
-    def closing(self, door: Door, at: float, lasts: float = 1.0) -> Table:
-        """Mover table of a door that begins to close at a time [s], or later when no robot blocks it.
+    def closing(self, door: Door, at: float, duration: float = 1.0) -> Table:
+        """Actor table of a door that begins to close at a time [s], or later when no robot blocks it.
 
         Args:
             door: Door that closes.
             at: Time of closing [s].
-            lasts: Duration of the motion [s].
+            duration: Duration of the motion [s].
         """
         begin, end = self.leaf(door, closed=False), self.leaf(door, closed=True)
         return {
@@ -136,9 +136,9 @@ class Building:
             **position((begin.x, begin.y)),
             "to_x": quantity(end.x, "m"),
             "to_y": quantity(end.y, "m"),
-            "at": quantity(at, "s"),
-            "lasts": quantity(lasts, "s"),
-            "yields": quantity(0.5 * self.opening + 0.5, "m"),
+            "depart_at": quantity(at, "s"),
+            "duration": quantity(duration, "s"),
+            "wait_distance": quantity(0.5 * self.opening + 0.5, "m"),
         }
 
     def facts(self) -> list[Table]:

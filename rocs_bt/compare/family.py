@@ -199,7 +199,7 @@ def goal_scenario(
         "parameters": {"goal": "goal"},
     }
     return {
-        "format": "scenario/1",
+        "format": "scenario/2",
         "doc": doc,
         "world": name,
         "duration": quantity(duration, "s"),

@@ -19,7 +19,7 @@ class Ground:
     Attributes:
         low, high: Corners of the floor with the smallest and with the largest coordinates, world frame [m].
         obstacles: Static obstacles.
-        movers: Objects that the scenario moves, at their initial positions. The world contains them, the occupancy grid
+        actors: Objects that the scenario moves, at their initial positions. The world contains them, the occupancy grid
             does not.
         mjcf: Additional MJCF elements of the world body, which the occupancy grid does not contain.
     """
@@ -27,7 +27,7 @@ class Ground:
     low: Point
     high: Point
     obstacles: list[Post | Block] = field(default_factory=list)
-    movers: list[Post | Block] = field(default_factory=list)
+    actors: list[Post | Block] = field(default_factory=list)
     mjcf: str = ""
 
     def world(self, name: str, doc: str) -> str:
@@ -46,9 +46,9 @@ class Ground:
             'rgba=".9 .9 .87 1"/>',
             *(f"    {_geom(obstacle, obstacle.x, obstacle.y)}" for obstacle in self.obstacles),
         ]
-        for mover in self.movers:
-            lines.append(f'    <body name="{mover.name}" mocap="true" pos="{_n(mover.x)} {_n(mover.y)} 0">')
-            lines += [f"      {_geom(mover, 0.0, 0.0)}", "    </body>"]
+        for actor in self.actors:
+            lines.append(f'    <body name="{actor.name}" mocap="true" pos="{_n(actor.x)} {_n(actor.y)} 0">')
+            lines += [f"      {_geom(actor, 0.0, 0.0)}", "    </body>"]
         more = [self.mjcf] if self.mjcf else []
         return "\n".join([*lines, *more, "  </worldbody>", "</mujoco>", ""])
 

@@ -21,7 +21,7 @@ class EpisodeRecord(msgspec.Struct, frozen=True, kw_only=True):
         planner: Name of the planner.
         family: Family of the scene with its given parameters, or name of the scenario.
         scene: Name of the scene; episodes of one scene with different seeds form one cluster in the statistics.
-        seed: Seed of the episode; it varies starts, noise and movers, equally for every planner.
+        seed: Seed of the episode; it varies starts, noise and actors, equally for every planner.
         outcome: One of `OUTCOMES`.
         reason: Reason of a failure; empty for success.
         metrics: Values by metric name, as in `METRICS`; None if undefined for this episode.

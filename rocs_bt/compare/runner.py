@@ -162,8 +162,8 @@ def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
 
 def _shortest(scenario: ScenarioSpec, agent: AgentSpec) -> float:
     """Shortest path length from start to goal [m]: as declared, else of the straight line; 0 without a goal."""
-    if agent.shortest is not None:
-        return agent.shortest
+    if agent.shortest_path is not None:
+        return agent.shortest_path
     goals = [place.pose for place in scenario.places if place.name == agent.success]
     return agent.pose.distance(goals[0]) if goals else 0.0
 

@@ -1,7 +1,7 @@
 """Drive kinematics between wheel speeds and body twist, as small matrices.
 
 Source: Lynch and Park, Modern Robotics (2017), 13.2 (mecanum) and 13.3 (differential). A skid drive is modelled as a
-differential drive with an effective track (wheel separation), which is wider than the geometric one and identified from
+differential drive with an effective wheel separation, which is wider than the geometric one and identified from
 turns (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 
 Here and in the follower matrices are multiplied by `dot`: for small ones it is twice as fast as `@`, with bit-identical
@@ -104,20 +104,20 @@ class Drive:
         return self._limit(Twist2(0.0, turn=1.0))
 
     @cached_property
-    def pivot(self) -> float:
-        """Distance from the base forward to the point without lateral velocity in turns [m]; 0 unless a skid drive."""
+    def icr_offset(self) -> float:
+        """Distance from the base forward to the centre of rotation in turns [m]; 0 unless a skid drive."""
         return 0.0 - float(self.twist_from_q[1] @ self.q_from_twist[:, 2])
 
     @cached_property
-    def without_pivot(self) -> Drive:
-        """Copy of this drive with the pivot at the base, which approximates a skid drive in reverse."""
+    def without_icr_offset(self) -> Drive:
+        """Copy of this drive with the centre of rotation at the base, which approximates a skid drive in reverse."""
         turning = self.twist_from_q.copy()
-        turning[1] += self.pivot * turning[2]
-        return self if self.pivot == 0.0 else replace(self, twist_from_q=turning)
+        turning[1] += self.icr_offset * turning[2]
+        return self if self.icr_offset == 0.0 else replace(self, twist_from_q=turning)
 
     @property
     def arm(self) -> float:
-        """Wheel linear speed per turn rate [m]: half the track of a differential drive."""
+        """Wheel linear speed per turn rate [m]: half the wheel separation of a differential drive."""
         return self.speed_limit / self.turn_limit
 
     def coordinates(self, wheel_speeds: Array) -> Array:
@@ -165,36 +165,39 @@ class Drive:
         return self.max_wheel_speed / _largest(self.wheel_speeds(twist))
 
 
-def differential_drive(*, track: float, max_wheel_speed: float, max_wheel_acceleration: float) -> Drive:
+def differential_drive(*, wheel_separation: float, max_wheel_speed: float, max_wheel_acceleration: float) -> Drive:
     """Differential drive: two driven wheels, in the order left, right.
 
     Args:
-        track: Distance between the contact points of the wheels [m].
+        wheel_separation: Distance between the contact points of the wheels [m].
         max_wheel_speed: Wheel linear speed limit [m/s].
         max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
     """
-    _require_positive("differential", track=track)
-    return Drive("differential", ("left", "right"), _sides(track), np.eye(2), max_wheel_speed, max_wheel_acceleration)
+    _require_positive("differential", wheel_separation=wheel_separation)
+    return Drive(
+        "differential", ("left", "right"), _sides(wheel_separation), np.eye(2), max_wheel_speed, max_wheel_acceleration
+    )
 
 
 def skid_drive(
-    *, effective_track: float, max_wheel_speed: float, max_wheel_acceleration: float, pivot: float = 0.0
+    *, effective_wheel_separation: float, max_wheel_speed: float, max_wheel_acceleration: float, icr_offset: float = 0.0
 ) -> Drive:
     """Skid drive: four driven, fixed wheels, in the order front left, front right, rear left, rear right.
 
     Args:
-        effective_track: Track of the differential drive that turns at the same rate [m].
+        effective_wheel_separation: Wheel separation of the differential drive that turns at the same rate [m].
         max_wheel_speed: Wheel linear speed limit [m/s].
         max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
-        pivot: Distance ahead of the base of the point without lateral velocity, like the axle centre of a differential
-            drive [m]. The robot turns about it; points behind it skid outward.
+        icr_offset: Distance ahead of the base of the point without lateral velocity, like the axle centre of a
+            differential drive: the instantaneous centre of rotation is beside it [m].
+            The robot turns about it; points behind it skid outward.
     """
-    _require_positive("skid", effective_track=effective_track)
-    if not math.isfinite(pivot):
-        raise InputError(f"pivot of a 'skid' drive must be a number, found {pivot}.")
-    wheels, sides = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), _sides(effective_track)
-    if pivot != 0.0:
-        sides[1] = -pivot * sides[2]
+    _require_positive("skid", effective_wheel_separation=effective_wheel_separation)
+    if not math.isfinite(icr_offset):
+        raise InputError(f"icr_offset of a 'skid' drive must be a number, found {icr_offset}.")
+    wheels, sides = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), _sides(effective_wheel_separation)
+    if icr_offset != 0.0:
+        sides[1] = -icr_offset * sides[2]
     return Drive("skid", _FOUR, sides, wheels, max_wheel_speed, max_wheel_acceleration)
 
 
@@ -241,12 +244,12 @@ LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
 """Parameters of every kind of drive: the limits of the actuator, or lower ones from the `[drive]` table."""
 
 DRIVES: dict[str, tuple[Callable[..., Drive], tuple[str, ...]]] = {
-    "differential": (differential_drive, ("track", *LIMITS)),
-    "skid": (skid_drive, ("effective_track", *LIMITS)),
+    "differential": (differential_drive, ("wheel_separation", *LIMITS)),
+    "skid": (skid_drive, ("effective_wheel_separation", *LIMITS)),
     "mecanum": (mecanum_drive, ("half_length", "half_width", *LIMITS)),
 }
 
-OPTIONAL = {"skid": ("pivot",)}
+OPTIONAL = {"skid": ("icr_offset",)}
 """Optional parameters by kind of drive."""
 
 
@@ -255,8 +258,8 @@ def _largest(numbers: Array) -> float:
     return float(max(map(abs, numbers.tolist())))
 
 
-def _sides(track: float) -> Array:
-    return np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / track, 1.0 / track]])
+def _sides(wheel_separation: float) -> Array:
+    return np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / wheel_separation, 1.0 / wheel_separation]])
 
 
 def _require_positive(kind: str, **numbers: float) -> None:

@@ -121,8 +121,12 @@ class Follower:
 
     @cached_property
     def backward(self) -> Follower:
-        """Follower for backward driving, in which a skid drive turns nearly about its base: no pivot."""
-        return self if self.drive.pivot == 0.0 else Follower(self.drive.without_pivot, self.settings, self._timer)
+        """Follower for backward driving, in which a skid drive turns nearly about its base: no ICR offset."""
+        return (
+            self
+            if self.drive.icr_offset == 0.0
+            else Follower(self.drive.without_icr_offset, self.settings, self._timer)
+        )
 
     def reset(self) -> None:
         """Reset plan, wheel speeds and history to those of a robot at rest."""

@@ -23,24 +23,24 @@ class PoseNoise:
     """Noise parameters of the filter, as standard deviations; those that grow are given for one unit of motion or time.
 
     Attributes:
-        along: Error of the driven distance, after a metre [m].
-        aside: Lateral slip, after a metre [m].
-        turning: Error of the wheels' heading, after a turn of a radian and after a metre [rad].
+        travel: Error of the driven distance, after a metre [m].
+        slip: Lateral slip, after a metre [m].
+        turn: Error of the wheels' heading, after a turn of a radian and after a metre [rad].
         gyro: Error of the gyro's turn rate [rad/s].
-        bias: Initial bias of the gyro [rad/s].
+        gyro_bias: Initial bias of the gyro [rad/s].
         drift: Drift of the position, after a second, independent of the motion [m].
-        position: Error of each coordinate of a position fix [m].
-        heading: Error of a heading fix [rad].
+        fix_position: Error of each coordinate of a position fix [m].
+        fix_heading: Error of a heading fix [rad].
     """
 
-    along: float = 0.02
-    aside: float = 0.01
-    turning: float = 0.02
+    travel: float = 0.02
+    slip: float = 0.01
+    turn: float = 0.02
     gyro: float = 0.002
-    bias: float = 0.005
+    gyro_bias: float = 0.005
     drift: float = 0.002
-    position: float = 0.05
-    heading: float = math.radians(5.0)
+    fix_position: float = 0.05
+    fix_heading: float = math.radians(5.0)
 
 
 class PoseFilter:
@@ -58,7 +58,9 @@ class PoseFilter:
     def __init__(self, pose: Pose2, noise: PoseNoise | None = None) -> None:
         self.noise = noise = noise or PoseNoise()
         self.state: Array = np.array([pose.x, pose.y, wrap_angle(pose.yaw), 0.0])
-        self.covariance: Array = np.diag(np.square([noise.position, noise.position, noise.heading, noise.bias]))
+        self.covariance: Array = np.diag(
+            np.square([noise.fix_position, noise.fix_position, noise.fix_heading, noise.gyro_bias])
+        )
 
     def predict(self, forward: float, left: float, turn: float, dt: float, turn_rate: float = math.nan) -> None:
         """Propagate the state by one short motion.
@@ -72,7 +74,7 @@ class PoseFilter:
         """
         noise, way = self.noise, math.hypot(forward, left)
         by_gyro = math.isfinite(turn_rate)
-        turn_variance = (noise.gyro * dt) ** 2 if by_gyro else noise.turning**2 * (abs(turn) + way)
+        turn_variance = (noise.gyro * dt) ** 2 if by_gyro else noise.turn**2 * (abs(turn) + way)
         if by_gyro:
             turn = (turn_rate - float(self.state[3])) * dt
         yaw, half = float(self.state[2]), 0.5 * turn
@@ -90,7 +92,7 @@ class PoseFilter:
         if by_gyro:
             slope[:, 3] -= dt * by_turn
         self.covariance = slope @ self.covariance @ slope.T + turn_variance * np.outer(by_turn, by_turn)
-        a, b, floor = noise.along**2 * way, noise.aside**2 * way, noise.drift**2 * dt
+        a, b, floor = noise.travel**2 * way, noise.slip**2 * way, noise.drift**2 * dt
         self.covariance[0, 0] += a * c * c + b * s * s + floor
         self.covariance[1, 1] += a * s * s + b * c * c + floor
         self.covariance[0, 1] += (a - b) * c * s
@@ -107,11 +109,11 @@ class PoseFilter:
 
     def fix_position(self, x: float, y: float) -> None:
         """Correct the state by a position fix, world frame [m]."""
-        self._correct((0, 1), np.array([x, y]) - self.state[:2], self.noise.position)
+        self._correct((0, 1), np.array([x, y]) - self.state[:2], self.noise.fix_position)
 
     def fix_heading(self, yaw: float) -> None:
         """Correct the state by a heading fix, world frame [rad]."""
-        self._correct((2,), np.array([wrap_angle(yaw - float(self.state[2]))]), self.noise.heading)
+        self._correct((2,), np.array([wrap_angle(yaw - float(self.state[2]))]), self.noise.fix_heading)
 
     @property
     def pose(self) -> Pose2:

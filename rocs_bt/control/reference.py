@@ -64,7 +64,7 @@ class PathReference(Reference):
         turn_first: Heading error beyond which the robot turns on the spot [rad].
         turn_rate: Maximum turn rate on the spot [rad/s].
         turn_acceleration: Angular acceleration on the spot [rad/s2].
-        pivot: Pivot of the drive ahead of its base, see `Drive.pivot` [m].
+        icr_offset: Distance of the drive's centre of rotation ahead of its base, see `Drive.icr_offset` [m].
 
     Raises:
         InputError: The profile was made for another path.
@@ -81,7 +81,7 @@ class PathReference(Reference):
         turn_first: float = math.pi / 2.0,
         turn_rate: float = TURN_RATE,
         turn_acceleration: float = TURN_ACCELERATION,
-        pivot: float = 0.0,
+        icr_offset: float = 0.0,
     ) -> None:
         self.path = path
         self.profile = profile
@@ -96,7 +96,7 @@ class PathReference(Reference):
         self._turn_first = turn_first
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
-        self._pivot = pivot
+        self._icr_offset = icr_offset
 
     @property
     def remaining(self) -> float:
@@ -112,7 +112,7 @@ class PathReference(Reference):
         cross = c * (pose.y - y) - s_yaw * (pose.x - x)
         if abs(error) > self._turn_first:
             turning = _turn(pose.yaw, -error, twist.turn, self._turn_rate, self._turn_acceleration, times)
-            return Preview(_turn_stages(pose, *turning, self._pivot), cross, error)
+            return Preview(_turn_stages(pose, *turning, self._icr_offset), cross, error)
         along = max(0.0, twist.forward * math.cos(error) - twist.left * math.sin(error))
         there = self._grid.at(self.profile.ahead(s, along, math.sqrt(squared), times))
         speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
@@ -196,7 +196,7 @@ class TurnReference(Reference):
         y: Position of the turn, world frame [m].
         rate: Maximum turn rate [rad/s].
         acceleration: Angular acceleration [rad/s2].
-        pivot: Pivot of the drive ahead of its base, see `Drive.pivot` [m].
+        icr_offset: Distance of the drive's centre of rotation ahead of its base, see `Drive.icr_offset` [m].
     """
 
     def __init__(
@@ -206,20 +206,20 @@ class TurnReference(Reference):
         y: float,
         rate: float = TURN_RATE,
         acceleration: float = TURN_ACCELERATION,
-        pivot: float = 0.0,
+        icr_offset: float = 0.0,
     ) -> None:
         self.yaw = yaw
         self.x = x
         self.y = y
         self._rate = rate
         self._acceleration = acceleration
-        self._pivot = pivot
+        self._icr_offset = icr_offset
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         error = wrap_angle(pose.yaw - self.yaw)
         cross = math.cos(self.yaw) * (pose.y - self.y) - math.sin(self.yaw) * (pose.x - self.x)
         turning = _turn(pose.yaw, -error, twist.turn, self._rate, self._acceleration, times)
-        return Preview(_turn_stages(Pose2(self.x, self.y, pose.yaw), *turning, self._pivot), cross, error)
+        return Preview(_turn_stages(Pose2(self.x, self.y, pose.yaw), *turning, self._icr_offset), cross, error)
 
 
 def _sharp_corners(path: Path) -> list[float]:
@@ -258,19 +258,19 @@ def _turn(yaw: float, error: float, turn: float, rate: float, acceleration: floa
     return yaw + sign * np.minimum(turned, angle), sign * np.maximum(rates, 0.0)
 
 
-def _turn_stages(pose: Pose2, yaws: Array, rates: Array, pivot: float) -> Array:
+def _turn_stages(pose: Pose2, yaws: Array, rates: Array, icr_offset: float) -> Array:
     """Stages of a turn on the spot, as in `Preview.stages`, shape (k, 6).
 
     Args:
         pose: Present pose of the base, world frame.
         yaws: Yaws, shape (k,) [rad].
         rates: Turn rates, shape (k,) [rad/s].
-        pivot: Distance from the base forward to the point about which the robot turns [m].
+        icr_offset: Distance from the base forward to the point about which the robot turns [m].
     """
     stages = np.zeros((len(yaws), 6))
     stages[:, 0], stages[:, 1], stages[:, 2], stages[:, 5] = pose.x, pose.y, yaws, rates
-    if pivot != 0.0:
-        stages[:, 0] += pivot * (math.cos(pose.yaw) - np.cos(yaws))
-        stages[:, 1] += pivot * (math.sin(pose.yaw) - np.sin(yaws))
-        stages[:, 4] = -pivot * rates
+    if icr_offset != 0.0:
+        stages[:, 0] += icr_offset * (math.cos(pose.yaw) - np.cos(yaws))
+        stages[:, 1] += icr_offset * (math.sin(pose.yaw) - np.sin(yaws))
+        stages[:, 4] = -icr_offset * rates
     return stages

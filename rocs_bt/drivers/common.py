@@ -39,7 +39,7 @@ class RobotSensorModel:
                 field of view.
 
         Returns:
-            Tag, range [m] and bearing [rad] of each slot, shape (3 * slots,).
+            Tag, range [m] and bearing [rad] of each slot, shape (3 * max_peers,).
         """
         given = self._parameters
         if stamp != self._sampled_at:
@@ -47,11 +47,11 @@ class RobotSensorModel:
         found = []
         for (tag, peer), (range_error, bearing_error) in zip(peers.items(), self._errors, strict=True):
             distance, bearing = pose.distance(peer), pose.bearing(peer)
-            if distance <= given.reach and abs(bearing) <= given.half_angle and seen(tag):
+            if distance <= given.max_range and abs(bearing) <= given.half_angle and seen(tag):
                 bearing = wrap_angle(bearing + given.bearing_noise * bearing_error)
                 found.append((float(tag), max(0.0, distance + given.range_noise * range_error), bearing))
         found.sort(key=lambda sighting: sighting[1])
-        slots = (found + [_EMPTY_SLOT] * given.slots)[: given.slots]
+        slots = (found + [_EMPTY_SLOT] * given.max_peers)[: given.max_peers]
         return [value for slot in slots for value in slot]
 
 
@@ -67,7 +67,7 @@ class GyroModel:
     """
 
     def __init__(self, parameters: GyroParameters, rng: np.random.Generator) -> None:
-        self._bias = parameters.bias * float(rng.normal())
+        self._bias = parameters.bias_noise * float(rng.normal())
         self._stamp = math.nan
         self._yaw = math.nan
         self._rate = 0.0

@@ -3,9 +3,9 @@
 The keys of a user's driver are the keyword-only parameters of its constructor; annotations declare the units:
 
     class Beacon(MujocoSensor):
-        def __init__(self, name, mount, *, reach: Metres = 10.0):
+        def __init__(self, name, mount, *, max_range: Metres = 10.0):
             super().__init__(name, mount)
-            self.reach = reach
+            self.max_range = max_range
 """
 
 from __future__ import annotations
@@ -132,29 +132,29 @@ class RobotSensorParameters:
     which are valid values.
 
     Attributes:
-        reach: Maximum range [m].
-        slots: Maximum number of robots in a reading, which contains the nearest ones.
+        max_range: Maximum range [m].
+        max_peers: Maximum number of robots in a reading, which contains the nearest ones.
         half_angle: Half the field of view, centred ahead [rad].
         range_noise: Standard deviation of a range [m].
         bearing_noise: Standard deviation of a bearing [rad].
         height: Height of the line of sight over the floor [m]; lower obstacles do not hide a robot.
     """
 
-    reach: Metres
-    slots: int = 4
+    max_range: Metres
+    max_peers: int = 4
     half_angle: Radians = math.pi
     range_noise: Metres = 0.0
     bearing_noise: Radians = 0.0
     height: Metres = 0.2
 
     def __post_init__(self) -> None:
-        if not 1 <= self.slots <= MAX_SIZE:
-            raise InputError(Fault(f"slots must be 1 to {MAX_SIZE}, found {self.slots}."))
-        if not self.reach > 0.0 or not 0.0 < self.half_angle <= math.pi:
+        if not 1 <= self.max_peers <= MAX_SIZE:
+            raise InputError(Fault(f"max_peers must be 1 to {MAX_SIZE}, found {self.max_peers}."))
+        if not self.max_range > 0.0 or not 0.0 < self.half_angle <= math.pi:
             raise InputError(
                 Fault(
-                    "a robot sensor needs a positive reach and up to 180 deg to a side, found "
-                    f"{self.reach} m and {math.degrees(self.half_angle):.4g} deg."
+                    "a robot sensor needs a positive max_range and up to 180 deg to a side, found "
+                    f"{self.max_range} m and {math.degrees(self.half_angle):.4g} deg."
                 )
             )
         if not (0.0 <= self.range_noise < math.inf and 0.0 <= self.bearing_noise < math.inf and self.height > 0.0):
@@ -168,7 +168,7 @@ class RobotSensorParameters:
     @property
     def size(self) -> int:
         """Number of values of a reading."""
-        return 3 * self.slots
+        return 3 * self.max_peers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -225,15 +225,15 @@ class GyroParameters:
     """Gyro: mean yaw rate since the previous reading [rad/s], left positive.
 
     Attributes:
-        bias: Standard deviation from which the constant bias is sampled [rad/s].
+        bias_noise: Standard deviation from which the constant bias is sampled [rad/s].
     """
 
     size: ClassVar[int] = 1
-    bias: RadiansPerSecond = 0.0
+    bias_noise: RadiansPerSecond = 0.0
 
     def __post_init__(self) -> None:
-        if not 0.0 <= self.bias < math.inf:
-            raise InputError(Fault(f"bias must be 0 or more and finite, found {self.bias} rad/s."))
+        if not 0.0 <= self.bias_noise < math.inf:
+            raise InputError(Fault(f"bias_noise must be 0 or more and finite, found {self.bias_noise} rad/s."))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -90,12 +90,12 @@ class RobotModel(Model):
     def twist(self, t: float | None = None) -> Twist2:
         """Body-frame twist from `speed` and `turn_rate`, including the sideways skid in a turn."""
         turn = self.turn_rate(t)
-        return Twist2(self.speed(t), turn, -self.pivot * turn)
+        return Twist2(self.speed(t), turn, -self.icr_offset * turn)
 
     @property
-    def pivot(self) -> float:
+    def icr_offset(self) -> float:
         """Forward distance from the base to the point that never moves sideways [m]; 0 without a drive."""
-        return 0.0 if self._drive is None else self._drive.pivot
+        return 0.0 if self._drive is None else self._drive.icr_offset
 
     def inverse(self, twist: Twist2) -> Array:
         """Linear speeds of the wheels that produce a twist [m/s], shape (wheels,)."""

@@ -20,14 +20,14 @@ class MessageMonitor(Monitor):
     """Writes `messages`, the number of received messages, and adds a `message` node for each.
 
     Args:
-        remembered: Number of the newest messages that Knowledge keeps.
+        max_messages: Number of the newest messages that Knowledge keeps.
     """
 
-    def __init__(self, *args: Any, remembered: int = 32, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, max_messages: int = 32, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        if remembered < 1:
-            raise InputError(Fault(f"remembered of monitor '{self.name}' must be at least 1, found {remembered}."))
-        self._remembered = remembered
+        if max_messages < 1:
+            raise InputError(Fault(f"max_messages of monitor '{self.name}' must be at least 1, found {max_messages}."))
+        self._max_messages = max_messages
         self._count = 0
         self._nodes: deque[str] = deque()
 
@@ -45,5 +45,5 @@ class MessageMonitor(Monitor):
         graph, node = self.knowledge.graph, f"message {self._count}"
         graph.add(node, "message", sender=letter.sender, text=letter.text, number=self._count)
         self._nodes.append(node)
-        if len(self._nodes) > self._remembered and graph.has(old := self._nodes.popleft()):
+        if len(self._nodes) > self._max_messages and graph.has(old := self._nodes.popleft()):
             graph.remove(old)

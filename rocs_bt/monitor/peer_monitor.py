@@ -24,20 +24,20 @@ class PeerMonitor(Monitor):
     tag of each robot is the attribute `tag` of its `peer` node in Knowledge.
 
     Args:
-        slots: Maximum number of robots that the sensor reports at once.
+        max_peers: Maximum number of robots that the sensor reports at once.
 
     Raises:
-        InputError: slots is below 1.
+        InputError: max_peers is below 1.
     """
 
-    def __init__(self, *args: Any, slots: int, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, max_peers: int, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._slots = int(slots)
-        if self._slots < 1:
-            raise InputError(Fault(f"slots of monitor '{self.name}' must be at least 1, found {slots}."))
+        self._max_peers = int(max_peers)
+        if self._max_peers < 1:
+            raise InputError(Fault(f"max_peers of monitor '{self.name}' must be at least 1, found {max_peers}."))
 
     def signals(self) -> Sequence[Signal]:
-        size, age = self._slots, self.max_age
+        size, age = self._max_peers, self.max_age
         return [
             Signal("peer_tag", size, (NONE,), (0.0, TAGS), age, "Tag of the robot in each slot; 0 if empty."),
             Signal("peer_range", size, (LENGTH,), (0.0, math.inf), age, "Range of the robot; +inf if empty."),
@@ -45,7 +45,7 @@ class PeerMonitor(Monitor):
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.monitored[0].sensor.name: 3 * self._slots}
+        return {self.monitored[0].sensor.name: 3 * self._max_peers}
 
     def varies(self, sensor: str) -> bool:
         """Whether a robot is in view and a wheel turns; an empty view may repeat."""

@@ -48,8 +48,8 @@ class RangeMonitor(Monitor):
 
     Args:
         beams: Number of beams of the sensor.
-        vanish: Range below which an echo cannot vanish from all beams between two readings [m]; 0 disables the check.
-            A ring without any echo after such an echo counts as broken until it has an echo again.
+        min_vanish_range: Range below which an echo cannot vanish from all beams between two readings [m]; 0 disables
+            the check. A ring without any echo after such an echo counts as broken until it has an echo again.
         group: Groups by name: `beams` (indices into the sensor's values) and `weights` (default 1), or `blind = true`.
 
     Attributes:
@@ -65,11 +65,11 @@ class RangeMonitor(Monitor):
         *args: Any,
         beams: int,
         group: Mapping[str, Mapping[str, Any]] | None = None,
-        vanish: float = 0.0,
+        min_vanish_range: float = 0.0,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        self._vanish = vanish
+        self._min_vanish_range = min_vanish_range
         self._nearest = math.inf
         self.beams = int(beams)
         if not 1 <= self.beams <= MOST_BEAMS:
@@ -98,7 +98,7 @@ class RangeMonitor(Monitor):
         if any(map(math.isnan, values)):
             values = [v for v in values if not math.isnan(v)]
         nearest = min(values, default=math.nan)
-        if nearest == math.inf and self._nearest < self._vanish:
+        if nearest == math.inf and self._nearest < self._min_vanish_range:
             return f"silent: the echo at {self._nearest:.2f} m vanished from all beams at once"
         if not math.isnan(nearest):
             self._nearest = nearest

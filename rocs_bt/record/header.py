@@ -190,7 +190,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         content_hash: SHA-256 of all content used.
         rates: Rates of `physics`, `control`, `plan` ... [Hz].
         agents: Agents, in the scenario's order.
-        bodies: Moving bodies of agents and movers.
+        bodies: Moving bodies of agents and actors.
         outlines: Outlines of the obstacles in the world.
         places: Goals and other named places.
         requirements: Requirements of the scenario.

@@ -10,7 +10,6 @@ from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .hardware import drive_robots
 from .judge_panel import EpisodeAgent
 from .metrics import Metrics
-from .mover import MOVERS, Mover, make_mover
 from .options import MODES, Build, LiveView, RunChanges, RunOptions
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
@@ -21,6 +20,7 @@ from .requirements import RequirementWatch, check_recorded, requirement_faults, 
 from .run_files import RECORDING, REPORT, SUMMARY
 from .run_result import RunResult
 from .scripted_objects import SCRIPTED_OBJECTS, ScriptedObject, make_scripted_object
+from .scripted_robots import SCRIPTED_ROBOTS, ScriptedRobot, make_scripted_robot
 from .simulate import simulate
 from .simulated_world import SimulatedWorld, build_world, compose_scenario
 from .sink_thread import SinkThread
@@ -29,12 +29,12 @@ from .summary import summary_of
 
 __all__ = [
     "MODES",
-    "MOVERS",
     "OUTCOMES",
     "POSES_TRIED",
     "RECORDING",
     "REPORT",
     "SCRIPTED_OBJECTS",
+    "SCRIPTED_ROBOTS",
     "SUMMARY",
     "Build",
     "Driver",
@@ -47,7 +47,6 @@ __all__ = [
     "Judge",
     "LiveView",
     "Metrics",
-    "Mover",
     "PhysicsThread",
     "RequirementWatch",
     "Result",
@@ -55,6 +54,7 @@ __all__ = [
     "RunOptions",
     "RunResult",
     "ScriptedObject",
+    "ScriptedRobot",
     "SimulatedWorld",
     "SinkThread",
     "StopSignals",
@@ -65,8 +65,8 @@ __all__ = [
     "drive_robots",
     "free_goal_poses",
     "hardware_driver",
-    "make_mover",
     "make_scripted_object",
+    "make_scripted_robot",
     "mujoco_driver",
     "place_all",
     "replay",

@@ -80,7 +80,7 @@ class Episode:
         self._agents = agents
         self._judges = simulated.judges
         self._panel = JudgePanel(agents, simulated.judges, sink)
-        self._movers = (*simulated.movers, *facts)
+        self._actors = (*simulated.actors, *facts)
         self._wheels = simulated.wheels
         self._goals = simulated.goals
         self._control = control
@@ -106,8 +106,8 @@ class Episode:
                 for agent in self._agents:
                     if not self._judges[agent.name].decided:
                         agent.step(count)
-                for mover in self._movers:
-                    mover.step(self._world.clock.now())
+                for actor in self._actors:
+                    actor.step(self._world.clock.now())
                 self._world.advance(self._control.every)
                 count += 1
         except BaseException as error:  # raised again, after the robots stopped
@@ -141,8 +141,8 @@ class Episode:
                     t = clock.now()
                     if self._observe(t):
                         break
-                    for mover in self._movers:
-                        mover.step(t)
+                    for actor in self._actors:
+                        actor.step(t)
                     count = max(count + 1, int(t / period) + 1)
             physics.raise_failure()
         except BaseException as error:  # raised again, after the robots stopped

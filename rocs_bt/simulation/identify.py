@@ -1,8 +1,8 @@
 """System identification of a robot's drive on an infinite plane, for its robot.toml.
 
-A skid-steer robot is described by an ideal differential drive that turns as the robot does. The effective track is the
-wheel separation of this drive, and the pivot is the position of its axle (Mandow et al., Experimental kinematics for
-wheeled skid-steer mobile robots, IROS 2007).
+A skid-steer robot is described by an ideal differential drive that turns as the robot does. The effective wheel
+separation is that of this drive. The ICR offset is the position of its axle, on which the instantaneous centre of
+rotation is (Mandow et al., Experimental kinematics for wheeled skid-steer mobile robots, IROS 2007).
 """
 
 from __future__ import annotations
@@ -62,13 +62,13 @@ class Identified:
 
     Attributes:
         robot: Name of the robot.
-        effective_track: Effective track, from true wheel linear speeds [m].
-        track_error: Maximum error of the turn rate that the effective track predicts for a single turn, relative to
-            that turn rate.
+        effective_wheel_separation: Effective wheel separation, from true wheel linear speeds [m].
+        wheel_separation_error: Maximum error of the turn rate that the effective wheel separation predicts for a
+            single turn, relative to that turn rate.
         slowest_turn: Minimum ratio of the wheels' speed difference in a turn to the commanded one; load causes the
             loss.
-        pivot: Distance ahead of the base at which the robot does not skid sideways in a forward curve [m]. The distance
-            is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
+        icr_offset: Distance ahead of the base at which the robot does not skid sideways in a forward curve [m]. The
+            distance is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
         wheel_lag: Total delay and lag of the wheels, on a ramp at the drive's maximum acceleration [s].
         top_speed: Forward speed with all wheels at their maximum speed [m/s].
         brake_delay: Delay of the braking model: stopping distance = v * delay + v^2 / (2 deceleration) [s].
@@ -78,10 +78,10 @@ class Identified:
     """
 
     robot: str
-    effective_track: float
-    track_error: float
+    effective_wheel_separation: float
+    wheel_separation_error: float
     slowest_turn: float
-    pivot: float
+    icr_offset: float
     wheel_lag: float
     top_speed: float
     brake_delay: float
@@ -102,7 +102,7 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     """
     drive = robot_drive(robot.drive)
     if drive.twist_from_q.shape[1] != 2:
-        message = f"a '{drive.name}' drive has no effective track."
+        message = f"a '{drive.name}' drive has no effective wheel separation."
         raise InputError(
             Fault(message, robot.file, hint="Only drives that turn by the speed difference of two sides have one.")
         )
@@ -110,12 +110,12 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     def rig() -> _TestRig:
         return _TestRig(robot, drive, catalog)
 
-    track, error, share = _turns(rig, drive)
+    separation, error, share = _turns(rig, drive)
     top = rig().steady(drive.max_wheel_speed)
     braking = tuple(_brake(rig(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
     delay, deceleration, misfit = _fit(braking)
-    pivot, lag = _pivot(rig, drive), _lag(rig(), drive)
-    return Identified(robot.name, track, error, share, pivot, lag, top, delay, deceleration, misfit, braking)
+    icr_offset, lag = _icr_offset(rig, drive), _lag(rig(), drive)
+    return Identified(robot.name, separation, error, share, icr_offset, lag, top, delay, deceleration, misfit, braking)
 
 
 class _TestRig:
@@ -134,7 +134,7 @@ class _TestRig:
             rate=rate,
             places=(),
             agents=(agent,),
-            movers=(),
+            actors=(),
         )
         simulated = build_world(scenario, catalog, 1, NullSink())
         self.world = simulated.world
@@ -184,7 +184,7 @@ class _TestRig:
 
 
 def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, float]:
-    """Measure turns: effective track [m], `track_error` and `slowest_turn` of `Identified`."""
+    """Measure turns: effective wheel separation [m], `wheel_separation_error` and `slowest_turn` of `Identified`."""
     differences, rates, shares = [], [], []
     for left, right in np.array(_TURNS) * drive.max_wheel_speed:
         robot = rig()
@@ -196,11 +196,11 @@ def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, flo
         rates.append(robot.turned / _WATCH)
         shares.append(differences[-1] / (right - left))
     wide, fast = np.array(differences), np.array(rates)
-    track = float(wide @ fast / (fast @ fast))
-    return track, float(np.max(np.abs(wide / track / fast - 1.0))), float(min(shares))
+    separation = float(wide @ fast / (fast @ fast))
+    return separation, float(np.max(np.abs(wide / separation / fast - 1.0))), float(min(shares))
 
 
-def _pivot(rig: Callable[[], _TestRig], drive: Drive) -> float:
+def _icr_offset(rig: Callable[[], _TestRig], drive: Drive) -> float:
     """Distance ahead of the base at which the lateral speed in steady curves is smallest [m], by least squares."""
     turns, skids = [], []
     for left, right in np.array(_CURVES) * drive.max_wheel_speed:

@@ -17,7 +17,7 @@ _SAMPLES = 20  # number of sampled poses, all in collision, after which a start 
 
 
 class Start(Protocol):
-    """Start pose of an agent or mover, with its position in the scenario file."""
+    """Start pose of an agent or actor, with its position in the scenario file."""
 
     @property
     def name(self) -> str:

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..actions import action_table
-from ..catalog import KINDS, AgentSpec, Catalog, Entry, MoverSpec, ScenarioSpec, content_hash
+from ..catalog import KINDS, ActorSpec, AgentSpec, Catalog, Entry, ScenarioSpec, content_hash
 from ..event import NullSink
 from .build_agents import load_controller
 from .provenance import package_of, used_classes
@@ -18,7 +18,7 @@ from .ready_run import simulated_agents
 from .settings import Setting, settings
 from .simulated_world import build_world
 
-Robot = AgentSpec | MoverSpec
+Robot = AgentSpec | ActorSpec
 
 
 @dataclass(frozen=True)
@@ -120,7 +120,7 @@ def diff(first: ScenarioSpec, second: ScenarioSpec, catalog: Catalog) -> Reuse:
     pieces = [tuple(map(_piece, catalog.content_of(s))) for s in (first, second)]
     used = [_code(s, catalog) for s in (first, second)]
     classes = [{cls for of_agent in agents.values() for cls in of_agent} for agents in used]
-    pairs = [*_pairs(first.agents, second.agents), *_pairs(first.movers, second.movers)]
+    pairs = [*_pairs(first.agents, second.agents), *_pairs(first.actors, second.actors)]
     kinds = [k for k in KINDS if any(p.kind == k for p in (*pieces[0], *pieces[1]))]
     hashes = [{k: {p.name: p.content_hash for p in of if p.kind == k} for k in kinds} for of in pieces]
     return Reuse(

@@ -70,26 +70,30 @@ class SlideParameters:
 
     Attributes:
         to_x, to_y: Target position [m], world frame.
-        at: Start time [s].
-        lasts: Duration of the motion [s].
-        back_at: Start time of the return [s]; never by default.
-        yields: The object stops while a robot is nearer to the target position than this distance [m], like a door with
+        depart_at: Start time [s].
+        duration: Duration of the motion [s].
+        return_at: Start time of the return [s]; never by default.
+        wait_distance: Distance from a robot to the target position below which the object waits [m], like a door with
             a sensor.
     """
 
     to_x: Metres
     to_y: Metres
-    at: Seconds
-    lasts: Seconds = 1.0
-    back_at: Seconds = math.inf
-    yields: Metres = 0.0
+    depart_at: Seconds
+    duration: Seconds = 1.0
+    return_at: Seconds = math.inf
+    wait_distance: Metres = 0.0
 
     def __post_init__(self) -> None:
-        if not (self.at >= 0.0 and 0.0 < self.lasts < math.inf and self.back_at >= self.at + self.lasts):
+        if not (
+            self.depart_at >= 0.0
+            and 0.0 < self.duration < math.inf
+            and self.return_at >= self.depart_at + self.duration
+        ):
             raise InputError(
                 Fault(
-                    "a slide needs at >= 0 s, lasts > 0 s and back_at >= at + lasts; found at = "
-                    f"{self.at:g} s, lasts = {self.lasts:g} s, back_at = {self.back_at:g} s."
+                    "a slide needs depart_at >= 0 s, duration > 0 s and return_at >= depart_at + duration; found "
+                    f"{self.depart_at:g} s, {self.duration:g} s and {self.return_at:g} s."
                 )
             )
 
@@ -106,15 +110,15 @@ class Slide(ScriptedObject):
 
     def velocity(self, t: float, at: Vector) -> Vector:
         p, then, x, y = self._p, t + self.period, self.start.x, self.start.y
-        back = then > p.back_at
-        target, since = ((x, y), p.back_at) if back else ((p.to_x, p.to_y), p.at)
-        if then > since and all(math.dist(target, pose[:2]) >= p.yields for pose in self._robots()):
-            step = min(self.period, then - since) / p.lasts
+        back = then > p.return_at
+        target, since = ((x, y), p.return_at) if back else ((p.to_x, p.to_y), p.depart_at)
+        if then > since and all(math.dist(target, pose[:2]) >= p.wait_distance for pose in self._robots()):
+            step = min(self.period, then - since) / p.duration
             self._share = max(self._share - step, 0.0) if back else min(self._share + step, 1.0)
         return self.towards(at, (x + self._share * (p.to_x - x), y + self._share * (p.to_y - y)))
 
     def _robots(self) -> list[Pose2]:
-        return [self.world.pose(name) for name in self.world.robots] if self._p.yields else []
+        return [self.world.pose(name) for name in self.world.robots] if self._p.wait_distance else []
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,22 +128,22 @@ class PolynomialParameters:
     Attributes:
         to_x, to_y: Second end of the path [m], world frame.
         speed: Speed along the path [m/s].
-        bend: Maximum lateral deviation of the path from the straight line [m].
+        deviation: Maximum lateral deviation of the path from the straight line [m].
         order: Order of the random polynomial.
     """
 
     to_x: Metres
     to_y: Metres
     speed: MetresPerSecond = 1.0
-    bend: Metres = 0.0
+    deviation: Metres = 0.0
     order: int = 3
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.speed < math.inf and 0.0 <= self.bend < math.inf and 1 <= self.order <= 9):
+        if not (0.0 < self.speed < math.inf and 0.0 <= self.deviation < math.inf and 1 <= self.order <= 9):
             raise InputError(
                 Fault(
-                    "speed must be positive, bend 0 or more, and order 1 to 9, found "
-                    f"{self.speed:g} m/s, {self.bend:g} m and {self.order}."
+                    "speed must be positive, deviation 0 or more, and order 1 to 9, found "
+                    f"{self.speed:g} m/s, {self.deviation:g} m and {self.order}."
                 )
             )
 
@@ -160,7 +164,7 @@ class Polynomial(ScriptedObject):
         along = np.linspace(0.0, 1.0, self._KNOTS + 1)
         stray = np.polynomial.Polynomial(self.rng.uniform(-1.0, 1.0, p.order + 1))(2.0 * along - 1.0)
         stray *= along * (1.0 - along)
-        aside = p.bend * self.rng.uniform(0.5, 1.0) * stray / max(float(np.abs(stray).max()), 1e-12)
+        aside = p.deviation * self.rng.uniform(0.5, 1.0) * stray / max(float(np.abs(stray).max()), 1e-12)
         dx, dy = p.to_x - self.start.x, p.to_y - self.start.y
         length = max(math.hypot(dx, dy), 1e-9)
         self._points = np.stack(
@@ -190,21 +194,21 @@ class SocialForceParameters:
         to_x, to_y: Second end of the walk [m], world frame; the first end is the start position.
         speed: Mean preferred walking speed [m/s].
         radius: Radius of the body [m].
-        sees_robots: Whether the pedestrian avoids robots like people: 0 or 1.
+        avoids_robots: Whether the pedestrian avoids robots like people: 0 or 1.
     """
 
     to_x: Metres
     to_y: Metres
     speed: MetresPerSecond = 1.3
     radius: Metres = 0.25
-    sees_robots: int = 1
+    avoids_robots: int = 1
 
     def __post_init__(self) -> None:
-        if not (0.0 < self.speed < math.inf and 0.0 < self.radius < math.inf and self.sees_robots in (0, 1)):
+        if not (0.0 < self.speed < math.inf and 0.0 < self.radius < math.inf and self.avoids_robots in (0, 1)):
             raise InputError(
                 Fault(
-                    "speed and radius must be positive and sees_robots 0 or 1, found "
-                    f"{self.speed:g} m/s, {self.radius:g} m and {self.sees_robots}."
+                    "speed and radius must be positive and avoids_robots 0 or 1, found "
+                    f"{self.speed:g} m/s, {self.radius:g} m and {self.avoids_robots}."
                 )
             )
 
@@ -251,7 +255,7 @@ class SocialForce(ScriptedObject):
     def _others(self, here: Any, ahead: Any) -> Any:
         world = self.world
         poses = [world.object_pose(name) for name in world.objects if name != self.name]
-        poses += [world.pose(name) for name in world.robots] if self._p.sees_robots else []
+        poses += [world.pose(name) for name in world.robots] if self._p.avoids_robots else []
         push = np.zeros(2)
         for pose in poses:
             away = here - (pose.x, pose.y)

@@ -7,12 +7,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from ..catalog import AgentSpec, FactSpec, MoverSpec
+from ..catalog import ActorSpec, AgentSpec, FactSpec
 from ..document import Table
 from ..drivers import parameters_of_driver
 from ..geometry import Pose2
-from .mover import MOVERS
 from .scripted_objects import SCRIPTED_OBJECTS
+from .scripted_robots import SCRIPTED_ROBOTS
 
 OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position")
 """Fields that are no settings: documentation, names, and positions in files."""
@@ -20,7 +20,7 @@ OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position"
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
     **dict.fromkeys(("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics"), "s"),
-    **dict.fromkeys(("shortest", "tolerance"), "m"),
+    **dict.fromkeys(("shortest_path", "tolerance"), "m"),
 }
 """Units of numeric fields."""
 
@@ -58,7 +58,7 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
     places are in SI units, without unit symbols.
 
     Args:
-        first: A scenario, agent or mover; None if there is none.
+        first: A scenario, agent or actor; None if there is none.
         second: Its counterpart; None if there is none.
     """
     texts = [[{} if spec is None else _rows(spec, show) for spec in (first, second)] for show in (_plain, _exact, repr)]
@@ -71,7 +71,7 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
 
 def _rows(spec: Any, show: Formatter) -> dict[str, str]:
     rows: dict[str, str] = {}
-    robot = isinstance(spec, (AgentSpec, MoverSpec))
+    robot = isinstance(spec, (AgentSpec, ActorSpec))
     for name in (field.name for field in fields(spec) if field.name not in OMITTED):
         value = _UNSET.get(name) if getattr(spec, name) is None else getattr(spec, name)
         what = "start" if robot and name == "pose" else name.replace("_", " ")
@@ -88,11 +88,11 @@ def _rows(spec: Any, show: Formatter) -> dict[str, str]:
     return rows
 
 
-def _parameters(robot: AgentSpec | MoverSpec, show: Formatter) -> dict[str, str]:
+def _parameters(robot: AgentSpec | ActorSpec, show: Formatter) -> dict[str, str]:
     """Parameters of a mission as in the file; parameters of a script in SI units with the declared unit."""
     if isinstance(robot, AgentSpec):
         return {f"mission's {name}": _text(value, show) for name, value in robot.parameters.items()}
-    script = MOVERS.get(robot.script) or SCRIPTED_OBJECTS.get(robot.script)
+    script = SCRIPTED_ROBOTS.get(robot.script) or SCRIPTED_OBJECTS.get(robot.script)
     declared = parameters_of_driver(script.Parameters) if script else {}
     units = {name: str(of.dimension) for name, of in declared.items() if of.dimension and str(of.dimension) != "1"}
     return {f"script's {name}": _text(value, show, units.get(name, "")) for name, value in robot.parameters.items()}
@@ -100,7 +100,7 @@ def _parameters(robot: AgentSpec | MoverSpec, show: Formatter) -> dict[str, str]
 
 def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:
     """Settings of a field with several places, facts or requirements, one for each; of robots only their names."""
-    if isinstance(specs[0], (AgentSpec, MoverSpec)):
+    if isinstance(specs[0], (AgentSpec, ActorSpec)):
         return {what: _text([robot.name for robot in specs], show)}
     rows: dict[str, str] = {}
     for spec in specs:

@@ -15,11 +15,11 @@ from ..event import EventSink
 from ..geometry import Pose2
 from ..safety import SafetyGate
 from .devices import mujoco_driver
-from .mover import Mover, make_mover
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .random_streams import START, noise_of, stream
 from .scripted_objects import ScriptedObject, make_scripted_object
+from .scripted_robots import ScriptedRobot, make_scripted_robot
 
 
 @dataclass(frozen=True)
@@ -29,11 +29,11 @@ class SimulatedWorld:
     Attributes:
         world: MuJoCo world.
         clock: Clock of the world.
-        robots: Specifications of the robots, by agent or mover.
+        robots: Specifications of the robots, by agent or actor.
         sensors: Sensors by agent, then by name.
         actuators: Safety gates of the actuators, by agent, then by name.
         sensor_rates: Rates of the sensors in control periods, by agent, then by name.
-        movers: Scripted actors and objects.
+        actors: Scripted actors and objects.
         wheels: Functions that return the true wheel linear speeds [m/s], by robot.
         judges: Judges by agent.
         goals: Goals that an agent may enter, by agent.
@@ -46,7 +46,7 @@ class SimulatedWorld:
     sensors: Mapping[str, dict[str, Sensor]]
     actuators: Mapping[str, dict[str, SafetyGate]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
-    movers: Sequence[Mover | ScriptedObject]
+    actors: Sequence[ScriptedRobot | ScriptedObject]
     wheels: Mapping[str, Callable[[], list[float]]]
     judges: Mapping[str, Judge]
     goals: Mapping[str, list[Goal]]
@@ -77,7 +77,7 @@ def build_world(
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
     with located_at(scenario.file):
-        starts = place_all(world, [*scenario.agents, *(m for m in scenario.movers if m.robot)], scenario.name, seed)
+        starts = place_all(world, [*scenario.agents, *(m for m in scenario.actors if m.robot)], scenario.name, seed)
     wheels: dict[str, Callable[[], list[float]]] = {}
     sensors, actuators = {}, {}
     for name in (agent.name for agent in scenario.agents):
@@ -98,7 +98,7 @@ def build_world(
             a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
             for a in scenario.agents
         },
-        movers=[*objects, *_movers(world, catalog, scenario, robots, seed, wheels)],
+        actors=[*objects, *_actors(world, catalog, scenario, robots, seed, wheels)],
         wheels=wheels,
         judges={a.name: _judge(scenario, a) for a in scenario.agents},
         goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
@@ -143,7 +143,7 @@ def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | No
 def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
     robots = {a.name: specs[a.robot] for a in scenario.agents}
-    robots |= {m.name: specs[m.robot] for m in scenario.movers if m.robot}
+    robots |= {m.name: specs[m.robot] for m in scenario.actors if m.robot}
     agents = {agent.name for agent in scenario.agents}
     placed = []
     for name, spec in robots.items():
@@ -186,46 +186,46 @@ def _actuator(
     return gate
 
 
-def _movers(
+def _actors(
     world: MujocoWorld,
     catalog: Catalog,
     scenario: ScenarioSpec,
     robots: Mapping[str, RobotSpec],
     seed: int,
     wheels: dict[str, Callable[[], list[float]]],
-) -> list[Mover]:
-    movers = []
-    for mover in (m for m in scenario.movers if m.robot):
-        robot = robots[mover.name]
+) -> list[ScriptedRobot]:
+    actors = []
+    for actor in (m for m in scenario.actors if m.robot):
+        robot = robots[actor.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
-        gate = _actuator(world, catalog, mover.name, robot, spec, scenario, None, wheels)
-        with located_at(scenario.file, mover.line):
-            made = make_mover(
-                mover.script,
-                mover.parameters,
-                name=mover.name,
+        gate = _actuator(world, catalog, actor.name, robot, spec, scenario, None, wheels)
+        with located_at(scenario.file, actor.line):
+            made = make_scripted_robot(
+                actor.script,
+                actor.parameters,
+                name=actor.name,
                 world=world,
                 drive=robot_drive(robot.drive),
                 wheels=gate,
-                rng=stream(scenario.name, seed, mover.name, mover.script),
+                rng=stream(scenario.name, seed, actor.name, actor.script),
             )
-        movers.append(made)
-    return movers
+        actors.append(made)
+    return actors
 
 
 def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
     made = []
-    for mover in (m for m in scenario.movers if not m.robot):
-        rng = stream(scenario.name, seed, mover.name, START)
-        with located_at(scenario.file, mover.line):
+    for actor in (m for m in scenario.actors if not m.robot):
+        rng = stream(scenario.name, seed, actor.name, START)
+        with located_at(scenario.file, actor.line):
             made.append(
                 make_scripted_object(
-                    mover.script,
-                    mover.parameters,
-                    name=mover.name,
+                    actor.script,
+                    actor.parameters,
+                    name=actor.name,
                     world=world,
-                    start=jittered(mover.pose, mover.jitter, rng),
-                    rng=stream(scenario.name, seed, mover.name, mover.script),
+                    start=jittered(actor.pose, actor.jitter, rng),
+                    rng=stream(scenario.name, seed, actor.name, actor.script),
                     period=scenario.rate.control_rate.period,
                 )
             )

@@ -44,13 +44,13 @@ class Crowd(Family):
             (self.long - 1.0, float(rng.uniform(1.2, self.wide - 1.2))),
         )
         walks = [self.walk(rng, ground, i, start) for i in range(self.people)]
-        ground.movers += [Post(str(w["name"]), float(x), float(y), RADIUS, HEIGHT) for w, (x, y) in walks]
+        ground.actors += [Post(str(w["name"]), float(x), float(y), RADIUS, HEIGHT) for w, (x, y) in walks]
         path = ground.grid(0.1).shortest(start, goal, 0.32)
         if path is None:
             raise InputError(f"a hall of {self.long} x {self.wide} m is too small.")
         name, doc = self.scene_name(index), f"Through a hall in which {self.people} people walk about."
         scenario = goal_scenario(self, name, doc, Pose2(*start, 0.0), goal, tolerance=0.5, duration=90.0)
-        scenario |= {"mover": [walk for walk, _ in walks]}
+        scenario |= {"actor": [walk for walk, _ in walks]}
         difficulty = {
             "people": float(self.people),
             "density": self.people / (self.long * self.wide),
@@ -70,7 +70,7 @@ class Crowd(Family):
     def walk(
         self, rng: np.random.Generator, ground: Ground, index: int, start: tuple[float, float]
     ) -> tuple[dict[str, object], tuple[float, float]]:
-        """Sample a person's walk across the hall, away from robot and pillars: mover table and start position [m]."""
+        """Sample a person's walk across the hall, away from robot and pillars: actor table and start position [m]."""
         pillars = [(obstacle.x, obstacle.y) for obstacle in ground.obstacles if isinstance(obstacle, Post)]
         script = self.motion if self.motion != "mixed" else ("social_force", "polynomial")[index % 2]
         while True:
@@ -88,9 +88,9 @@ class Crowd(Family):
             "speed": quantity(self.speed * float(rng.uniform(0.7, 1.3)), "m/s"),
         }
         own = (
-            {"radius": quantity(RADIUS, "m"), "sees_robots": self.polite}
+            {"radius": quantity(RADIUS, "m"), "avoids_robots": self.polite}
             if script == "social_force"
-            else {"bend": "0.6 m"}
+            else {"deviation": "0.6 m"}
         )
         return {**table, **own}, (x, y)
 

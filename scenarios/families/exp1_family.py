@@ -53,7 +53,7 @@ class Exp1Family(Family):
         scenario = goal_scenario(self, name, doc, pose, (goal[0], goal[1]), tolerance=0.1, duration=60.0)
         scenario |= {
             "end_on_collision": False,
-            "mover": [self.wanderer(i, point, rng) for i, point in enumerate(others)],
+            "actor": [self.wanderer(i, point, rng) for i, point in enumerate(others)],
         }
         difficulty = {
             "length": path.length,
@@ -88,7 +88,7 @@ class Exp1Family(Family):
         return [(x, y) for x, y in others]
 
     def wanderer(self, index: int, point: tuple[float, float], rng: np.random.Generator) -> dict[str, object]:
-        """Mover table of a robot that walks at random and yields to no other robot."""
+        """Actor table of a robot that walks at random and yields to no other robot."""
         return {
             "name": f"W{index + 1}",
             "robot": "pioneer_p3dx",

@@ -65,7 +65,7 @@ class Exp2Family(Family):
                 "parameters": {"goal": "goal", "hold": True, "facing": facing},
             },
         )
-        scenario |= {"end_on_collision": False, "mover": wanderers}
+        scenario |= {"end_on_collision": False, "actor": wanderers}
         length = dist(start, goal)
         difficulty = {"length": length, "wanderers": float(self.wanderers), "density": self.wanderers / self.side**2}
         path = ((start[0], start[1]), (goal[0], goal[1]))

@@ -51,7 +51,7 @@ class Exp3Family(Family):
             for a, b, c in zip(path, path[1:], path[2:], strict=False)
         ]
         difficulty = {"length": length_of(path), "turning": sum(turns)}
-        root = {"format": "scenario/1", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
+        root = {"format": "scenario/2", "doc": doc, "world": name, "duration": "90 s", "end_on_collision": False}
         scenario = root | self.tables(path, follower, wanderer, float(rng.uniform(-pi, pi)))
         return Scene(scenario, ground, difficulty, path)
 
@@ -62,7 +62,7 @@ class Exp3Family(Family):
         wanderer: tuple[float, float],
         heading: float,
     ) -> dict[str, Any]:
-        """Scenario tables of places, agents and movers.
+        """Scenario tables of places, agents and actors.
 
         Args:
             path: Start of the visiting robot and its four places [m].
@@ -102,4 +102,4 @@ class Exp3Family(Family):
             **position(wanderer, heading),
             "jitter": jitter,
         }
-        return {"place": places, "agent": [visitor, behind], "mover": [wanders]}
+        return {"place": places, "agent": [visitor, behind], "actor": [wanders]}

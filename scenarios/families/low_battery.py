@@ -17,7 +17,7 @@ class LowBattery(TaskFamily):
     then the goal. The reference path leads from the start over the charger to the goal.
 
     Difficulty: `length` of the reference path [m]; `detour`: length of this path divided by that of the shortest path
-    from start to goal; `told`: time at which the agent receives the task [s]; `lasts`: remaining battery time then [s].
+    from start to goal; `report`: time at which the agent receives the task [s]; `remaining`: battery time then [s].
     """
 
     mission: str = "errands"
@@ -33,8 +33,8 @@ class LowBattery(TaskFamily):
             # The report comes before even a robot of 2 m/s can reach the goal.
             if direct.length > 2.0 * self.side - 0.1:
                 break
-        lasts = self.spare * (there.length + 2.0 * reported) / self.pace
-        by = quantity(reported + lasts, "s")
+        remaining = self.spare * (there.length + 2.0 * reported) / self.pace
+        by = quantity(reported + remaining, "s")
         path = building.path(there.rooms) + building.path(on.rooms)[1:]
         task = {"node": "charge", "kind": "task", "at": quantity(reported, "s"), "priority": 9, "serves": ["charger"]}
         place = {"name": "charger", **position(building.middle(charger)), "tolerance": "0.5 m"}
@@ -44,5 +44,5 @@ class LowBattery(TaskFamily):
         scenario["place"].append(place)
         scenario["fact"] = [*building.facts(), {**task, "deadline": by}]
         length = length_of(path)
-        difficulty = {"length": length, "detour": length / direct.length, "told": reported, "lasts": lasts}
+        difficulty = {"length": length, "detour": length / direct.length, "report": reported, "remaining": remaining}
         return Scene(scenario, building.ground(), difficulty, path)

@@ -17,9 +17,9 @@ class Priorities(TaskFamily):
     the speed `pace`. At the end the robot drives home. Success requires all errands, and the urgent one in time. The
     reference path is the shortest tour over all rooms.
 
-    Difficulty: `length` of the reference path [m]; number of `errands`, including the urgent one; `told`: time at which
-    the agent receives the urgent errand [s]; `slack`: time until its deadline, divided by the shortest travel time from
-    the start at 2 m/s.
+    Difficulty: `length` of the reference path [m]; number of `errands`, including the urgent one; `report`: time at
+    which the agent receives the urgent errand [s]; `slack`: time until its deadline, divided by the shortest travel
+    time from the start at 2 m/s.
     """
 
     mission: str = "errands"
@@ -53,7 +53,7 @@ class Priorities(TaskFamily):
         success = {"goal": "goal", "after": after}
         scenario = self.task(index, doc, path, ahead=building.middle(spots[0]), agent={"success": success})
         scenario |= {"duration": "180 s", "place": [*scenario["place"], *places], "fact": facts}
-        difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "told": reported, "slack": slack}
+        difficulty = {"length": length_of(path), "errands": float(self.errands + 1), "report": reported, "slack": slack}
         return Scene(scenario, building.ground(), difficulty, path)
 
 

@@ -14,7 +14,7 @@ from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
 
 SCENARIO = """
-format = "scenario/1"
+format = "scenario/2"
 doc = "Two robots talk."
 world = "arena"
 duration = "6 s"

@@ -35,7 +35,9 @@ class Folder:
         self.common.write_text(COMMON)
         self.file.write_text(RULES.format(angle=60))
         knowledge = Knowledge("R1", SimulatedClock(0.05), NullSink())
-        knowledge.robot.drive = make_drive("differential", track=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+        knowledge.robot.drive = make_drive(
+            "differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0
+        )
         own = {k: Override(v) for k, v in overrides.items()}
         self.rules = RuleFile(self.file, ENVIRONMENT, ACTIONS, own, knowledge)
         self.sink = ListSink()

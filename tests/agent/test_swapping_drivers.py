@@ -101,10 +101,10 @@ def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_p
     folder = tmp_path / "robots" / "real_p3dx"
     folder.mkdir(parents=True)
     (folder / "own.py").write_text(DRIVER)
-    (folder / "robot.toml").write_text('format = "robot/1"\nbase = "pioneer_p3dx"\n' + "".join(tables))
+    (folder / "robot.toml").write_text('format = "robot/2"\nbase = "pioneer_p3dx"\n' + "".join(tables))
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "real.toml").write_text(
-        'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "real_p3dx"\n'
+        'format = "scenario/2"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "real_p3dx"\n'
     )
     catalog = Catalog(tmp_path)
     spec, own = catalog.load_scenario("real"), catalog.load_robot("real_p3dx")

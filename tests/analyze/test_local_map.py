@@ -143,12 +143,12 @@ def test_contact_is_told_by_how_the_wheels_turn():
 def test_contact_comes_sooner_where_a_turn_skids_towards_it():
     beside = Pose2(WALL - 0.25, 0.0, 0.5 * math.pi)
     bench, skidding = Bench(), Bench()
-    limits = {"effective_track": 0.5, "max_wheel_speed": 2.0, "max_wheel_acceleration": 2.0}
-    skidding.knowledge.robot.drive = skid_drive(pivot=0.3, **limits)
+    limits = {"effective_wheel_separation": 0.5, "max_wheel_speed": 2.0, "max_wheel_acceleration": 2.0}
+    skidding.knowledge.robot.drive = skid_drive(icr_offset=0.3, **limits)
     rolls, skids = (each.look(beside, speed=1.0, turn=0.5) for each in (bench, skidding))
     assert skids < rolls
 
 
 def test_what_cannot_be_is_refused():
     with pytest.raises(InputError, match="cell, side of 'map' must be finite and above 0"):
-        Bench(cell=0.0, side=-1.0)
+        Bench(cell_size=0.0, map_size=-1.0)

@@ -14,7 +14,7 @@ from rocs_bt.event import ListSink, SignalsWritten
 from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import Knowledge
 
-DRIVE = make_drive("differential", track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_drive("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 PERIOD = 0.05
 
 
@@ -76,7 +76,7 @@ def test_between_fixes_it_goes_on_by_the_wheels_over_the_seam_at_pi():
 
 @pytest.mark.parametrize("first", ["wheels", "fix"])
 def test_a_fix_meets_the_pose_of_its_own_time_whichever_monitor_spoke_first(first):
-    bench = begun(along=0.0, aside=0.0, turning=0.0, drift=0.0)
+    bench = begun(travel_noise=0.0, slip_noise=0.0, turn_noise=0.0, drift_noise=0.0)
     ahead = along_arc(Pose2(1.0, 2.0, 3.1), Twist2(0.5), 1.0)
     rolled, fix = bench.roll(0.5, 0.5), {"fix": [ahead.x, ahead.y], "compass": [3.1]}
     samples = (rolled, fix) if first == "wheels" else (fix, rolled)
@@ -155,7 +155,9 @@ def test_others_read_what_it_wrote_from_knowledge():
     assert [(s.value.kind, s.value.subject) for s in bench.plan.inbox.drain()] == [("arrived", "dock")]
 
 
-@pytest.mark.parametrize("wrong", [{"position": 0.0}, {"along": -1.0}, {"max_age": 0.0}, {"gyro": math.inf}])
+@pytest.mark.parametrize(
+    "wrong", [{"fix_position_noise": 0.0}, {"travel_noise": -1.0}, {"max_age": 0.0}, {"gyro_noise": math.inf}]
+)
 def test_parameters_that_make_no_sense_are_refused(wrong):
     with pytest.raises(InputError, match=f"{next(iter(wrong))} of 'localise'"):
         Bench(**wrong)

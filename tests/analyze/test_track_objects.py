@@ -26,7 +26,7 @@ class World:
         look = {"rays": beams, "span": FIELD, "mount": Pose2(0.0, 0.0, 0.0)} if scanner else {}
         self.knowledge.graph.add("lidar", "sensor", signal="scan", **look)
         self.knowledge.graph.relate("R2", "has_sensor", "lidar")
-        given = {"ranges": "scan", "half_angle": math.radians(0.5), "reach": 6.0} | parameters
+        given = {"ranges": "scan", "half_angle": math.radians(0.5), "max_range": 6.0} | parameters
         self.analyze = ANALYZERS["TrackObjects"]("seen", self.knowledge, ListSink(), **given)
         self.pose, self.things, self.beams, self.changes = Pose2(0.0, 0.0, 0.0), list(things), beams, []
 
@@ -116,7 +116,7 @@ def test_somebody_else_may_remove_an_object_and_it_comes_back_while_it_is_seen()
 
 def test_a_ring_of_sonars_does_as_well():
     mounts = [[0.2 * math.cos(a), 0.2 * math.sin(a), a] for a in (math.radians(22.5 * i) for i in range(16))]
-    world = World((0.9, 0.2, 0.1), mounts=mounts, half_angle=math.radians(12.0), ranges="sonar", reach=1.5)
+    world = World((0.9, 0.2, 0.1), mounts=mounts, half_angle=math.radians(12.0), ranges="sonar", max_range=1.5)
     for _ in range(12):
         world.clock.advance()
         cones = [[bearing + d for d in (-0.2, -0.1, 0.0, 0.1, 0.2)] for _, _, bearing in mounts]
@@ -129,7 +129,7 @@ def test_a_ring_of_sonars_does_as_well():
     assert known["pose"].distance(Pose2(0.9, 0.2)) < 0.2
 
 
-@pytest.mark.parametrize("wrong", [{"scanner": False}, {"half_life": -1.0}, {"reach": 0.0}])
+@pytest.mark.parametrize("wrong", [{"scanner": False}, {"half_life": -1.0}, {"max_range": 0.0}])
 def test_what_makes_no_sense_is_refused(wrong):
     with pytest.raises(InputError):
         World(**wrong)

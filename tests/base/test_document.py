@@ -13,9 +13,9 @@ from rocs_bt.units import ANGLE, FREQUENCY, LENGTH
 
 FILE = Path("robot.toml")
 
-TEXT = '''format = "robot/1"
+TEXT = '''format = "robot/2"
 [drive]
-track = "0.3 s"     # wrong dimension
+wheel_separation = "0.3 s"     # wrong dimension
 
 [[sensor]]
 name = "sonar"
@@ -38,7 +38,7 @@ turn = """
 def read(text=TEXT):
     table = read_toml(FILE, text)
     table.text("format")
-    table.table("drive").quantity("track", LENGTH)
+    table.table("drive").quantity("wheel_separation", LENGTH)
     for sensor in table.tables("sensor"):
         sensor.text("name")
         sensor.quantity("rate", FREQUENCY)
@@ -54,7 +54,7 @@ def test_all_faults_are_found_at_once_and_placed():
         read().done()
     places = {(f.line, f.column): f.message for f in error.value.faults}
     assert set(places) == {(3, 1), (9, 1), (11, 1), (12, 1), (15, 1)}
-    assert "track must be in m" in places[3, 1]
+    assert "wheel_separation must be in m" in places[3, 1]
     assert "rate needs a unit" in places[9, 1]
     assert "sensor.1 has no 'name'" in places[11, 1]
     assert "unknown key 'nmae'" in places[12, 1]

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 ROBOT = """\
-format = "robot/1"
+format = "robot/2"
 doc = "A bot."
 model = "robot.xml"
 
 [drive]
 kind = "differential"
-track = "33.1 cm"
+wheel_separation = "33.1 cm"
 max_wheel_speed = "1.2 m/s"
 max_wheel_acceleration = "1.5 m/s2"
 
@@ -60,7 +60,7 @@ wheel_radius = "9.75 cm"
 """
 
 SCENARIO = """\
-format = "scenario/1"
+format = "scenario/2"
 doc = "A walk."
 world = "room"
 duration = "20 s"
@@ -89,7 +89,7 @@ success = { goal = "dock" }
 goal = "dock"
 cruise = "0.5 m/s"
 
-[[mover]]
+[[actor]]
 name = "R2"
 robot = "bot"
 script = "random_walk"

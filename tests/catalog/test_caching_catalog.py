@@ -35,7 +35,7 @@ def test_a_scene_that_a_program_made_hides_one_of_the_project_and_the_rest_stays
 
 
 def test_what_is_wrong_in_a_scene_that_a_program_made_is_an_input_error():
-    made = Catalog().with_scene("odd", {"format": "scenario/1", "world": "odd", "duration": "7 m"}, "<mujoco/>")
+    made = Catalog().with_scene("odd", {"format": "scenario/2", "world": "odd", "duration": "7 m"}, "<mujoco/>")
     with pytest.raises(InputError, match="the scenario has no agent") as caught:
         made.load_scenario("odd")
     assert {str(fault.file) for fault in caught.value.faults} == {"odd.toml"}

@@ -32,7 +32,7 @@ def scenario_file(project):
 def test_a_robot_is_read_in_si_units(robot_file):
     robot = load_robot(robot_file)
     assert (robot.name, robot.length, robot.width) == ("bot", 0.4, 0.4)
-    assert robot.drive.parameters == {"track": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
+    assert robot.drive.parameters == {"wheel_separation": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
     sonar, position = robot.sensors
     assert sonar.parameters == {
         "sites": ["sonar0", "sonar1"],
@@ -57,7 +57,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('format = "robot/1"', 'format = "robot/9"', r":1:1: invalid value 'robot/9' for 'format'"),
+        ('format = "robot/2"', 'format = "robot/9"', r":1:1: invalid value 'robot/9' for 'format'"),
         ('model = "robot.xml"', 'model = "rbot.xml"', r":3:1: there is no model file 'rbot\.xml'"),
         ('"33.1 cm"', '"33.1 parsec"', r":7:1: 'parsec' is not a unit"),
         ('length = "0.4 m"', 'length = "0.4 s"', r":12:1: length must be in m, found '0\.4 s'"),
@@ -135,7 +135,7 @@ def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_f
         'wheel_radius = "9.75 cm"\nmax_change = "4 m/s2"\nmax_acceleration = "3 m/s2"',
     )
     robot = load_robot(robot_file)
-    assert robot.drive.parameters == {"track": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 3.0}
+    assert robot.drive.parameters == {"wheel_separation": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 3.0}
     assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
 
 
@@ -163,7 +163,7 @@ def test_a_scenario_is_read_in_si_units(project):
         20.0,
         False,
     )
-    (place,), (agent,), (mover,) = scenario.places, scenario.agents, scenario.movers
+    (place,), (agent,), (actor,) = scenario.places, scenario.agents, scenario.actors
     assert (place.kind, place.tolerance, place.agents) == ("goal", 0.05, ("R1",))
     assert place.pose[:2] == (0.0, -0.1)
     assert math.isnan(place.pose.yaw)
@@ -172,7 +172,7 @@ def test_a_scenario_is_read_in_si_units(project):
     assert agent.pose == (1.0, 2.0, math.pi)
     assert agent.jitter == (0.05, 0.0, pytest.approx(math.radians(10)))
     assert agent.parameters == {"goal": "dock", "cruise": "0.5 m/s"}
-    assert (mover.script, mover.parameters) == ("random_walk", {"max_speed": 0.3})
+    assert (actor.script, actor.parameters) == ("random_walk", {"max_speed": 0.3})
 
 
 def test_the_default_rates_are_those_of_the_conventions(project):

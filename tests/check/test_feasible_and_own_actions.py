@@ -36,7 +36,7 @@ def build(mission: Mission):
     return mission.act("Whirl", rate="30 deg/s")
 '''
 
-SCENARIO = """format = "scenario/1"
+SCENARIO = """format = "scenario/2"
 doc = "Whirl."
 world = "arena_box"
 duration = "5 s"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-SHORT = """format = "scenario/1"
+SHORT = """format = "scenario/2"
 base = "exp1"
 duration = "0.5 s"
 """

@@ -50,7 +50,7 @@ def test_as_markdown_it_has_what_differs_and_names_what_does_not(rocs_bt):
 
 def test_a_bar_in_a_setting_ends_no_cell_of_markdown(rocs_bt, tmp_path):
     requirement = '\n[[requirement]]\nname = "a|b"\nrequire = "always speed < 1 m/s"\n'
-    (tmp_path / "mine.toml").write_text('format = "scenario/1"\nbase = "exp1"\n' + requirement)
+    (tmp_path / "mine.toml").write_text('format = "scenario/2"\nbase = "exp1"\n' + requirement)
     told = rocs_bt("diff", "exp1", tmp_path / "mine.toml", "--markdown")
     assert r"| requirement a\|b | – | require: always speed < 1 m/s; agents: R2 | differs |" in told.out, told.err
 
@@ -58,7 +58,7 @@ def test_a_bar_in_a_setting_ends_no_cell_of_markdown(rocs_bt, tmp_path):
 def test_what_a_file_says_is_no_markup_and_breaks_no_table(rocs_bt, tmp_path, monkeypatch):
     monkeypatch.setenv("COLUMNS", "160")
     requirement = '\n[[requirement]]\nname = "a[/b] [bold]"\nrequire = """\nalways speed\n  < 1 m/s"""\n'
-    (tmp_path / "mine.toml").write_text('format = "scenario/1"\nbase = "exp1"\n' + requirement)
+    (tmp_path / "mine.toml").write_text('format = "scenario/2"\nbase = "exp1"\n' + requirement)
     plain = rocs_bt("diff", "exp1", tmp_path / "mine.toml")
     assert plain.code == 0, plain.err
     assert "requirement a[/b] [bold]" in plain.out

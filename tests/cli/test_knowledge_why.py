@@ -42,7 +42,7 @@ def played(tmp_path_factory):
     (project / "planners" / "missions" / "errand.xml").write_text(MISSION, "utf-8")
     scenario = (ROOT / "scenarios" / "exp1.toml").read_text("utf-8")
     head, _, rest = scenario.partition("[[agent]]")
-    agent = rest.partition("[[mover]]")[0]
+    agent = rest.partition("[[actor]]")[0]
     agent = agent.partition("[agent.parameters]")[0].replace('mission = "go_to"', 'mission = "errand"')
     assert "errand" in agent
     (project / "scenarios" / "errand.toml").write_text(f"{head}{FACTS}\n[[agent]]{agent}", "utf-8")

@@ -60,7 +60,7 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="Navigate">
   </BehaviorTree>
 </root>
 """
-SCENARIO = """format = "scenario/1"
+SCENARIO = """format = "scenario/2"
 base = "exp1"
 duration = "{duration}"
 nodes = "{nodes}"

@@ -106,7 +106,7 @@ def hostile(project: Path) -> None:
     escaped = "".join(f"\\u{ord(c):04x}" for c in EVIL)
     scenario.write_text(scenario.read_text().replace('doc = "', f'doc = "{escaped}'))
     bad = scenario.with_name("bad.toml")
-    bad.write_text(f'format = "scenario/1"\n"{escaped}" = 1\nworld = "{escaped}"\nduration = "{escaped}"\n')
+    bad.write_text(f'format = "scenario/2"\n"{escaped}" = 1\nworld = "{escaped}"\nduration = "{escaped}"\n')
     (project / "rules" / f"calm{EVIL}.toml").write_text(f'format = "{escaped}"\n')
     (project / "planners" / "missions" / "loud.py").write_text(
         f'"""{EVIL!r}"""\n\n\ndef build(mission):\n    raise ValueError({EVIL!r})\n'

@@ -11,7 +11,7 @@ BODY, MISSION = "robots/rover/robot.xml", "planners/missions/patrol.py"
 RANGE = 'class = "RangeMonitor"\n'
 GROUPS = 'monitors = ["range"]\ngroups = ["front", "rear"]'
 MOTORS = 'driver = "velocity"\nmotors = ["left_motor", "right_motor"]'
-MOVER = '[[mover]]\nname = "R2"\nrobot = "rover"\nscript = "random_walk"\nx = "1.5 m"\ny = "-1 m"\n'
+ACTOR = '[[actor]]\nname = "R2"\nrobot = "rover"\nscript = "random_walk"\nx = "1.5 m"\ny = "-1 m"\n'
 LAST = "    return tree\n"
 
 
@@ -83,12 +83,18 @@ WRONG = [
     ),
     (
         ROBOT,
-        'vanish = "0.7 m"',
-        'vanish = "x"',
+        'min_vanish_range = "0.7 m"',
+        'min_vanish_range = "x"',
         '[[monitor]]\nname = "range"',
-        "vanish of RangeMonitor 'range' must be",
+        "min_vanish_range of RangeMonitor 'range' must be",
     ),
-    (ROBOT, 'vanish = "0.7 m"', "vanish = nan", '[[monitor]]\nname = "range"', "must be a number, found nan"),
+    (
+        ROBOT,
+        'min_vanish_range = "0.7 m"',
+        "min_vanish_range = nan",
+        '[[monitor]]\nname = "range"',
+        "must be a number, found nan",
+    ),
     (ROBOT, "beams = 16\n", "beams = 0\n", f'[[monitor]]\nname = "range"\n{RANGE}', "must be at least 1, found 0"),
     (
         ROBOT,
@@ -114,7 +120,13 @@ WRONG = [
     (ROBOT, GROUPS, GROUPS.replace("range", "pose"), "[[analyze]]", "no signal is named 'front'. The input of"),
     (ROBOT, 'near = "0.6 m"', 'near = "6 m"', "[[analyze]]", "near must be above 0 m and below clear, found 6 m"),
     (ROBOT, 'noise = "0 m"', 'noise = "inf m"', "noise", "noise must be finite, found 'inf m'"),
-    (ROBOT, 'track = "0.331 m"', 'track = "0 m"', "[drive]", "track of a 'differential' drive must be a positive"),
+    (
+        ROBOT,
+        'wheel_separation = "0.331 m"',
+        'wheel_separation = "0 m"',
+        "[drive]",
+        "wheel_separation of a 'differential' drive must be a positive",
+    ),
     (
         ROBOT,
         'max_command_age = "0.2 s"',
@@ -132,11 +144,11 @@ WRONG = [
     (
         SCENARIO,
         "[[agent]]",
-        f'{MOVER}max_leg = "inf s"\n[[agent]]',
-        "[[mover]]",
-        "max_leg must be finite and at least",
+        f'{ACTOR}max_leg_duration = "inf s"\n[[agent]]',
+        "[[actor]]",
+        "max_leg_duration must be finite and at least",
     ),
-    (SCENARIO, "[[agent]]", f'{MOVER}margin = "-1 m"\n[[agent]]', "[[mover]]", "margin must be finite and at least"),
+    (SCENARIO, "[[agent]]", f'{ACTOR}margin = "-1 m"\n[[agent]]', "[[actor]]", "margin must be finite and at least"),
     (
         SCENARIO,
         '[[place]]\nname = "gate"',
@@ -222,7 +234,7 @@ def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_b
 def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, rocs_bt):
     file = tmp_path / "lonely.toml"
     file.write_text(
-        'format = "scenario/1"\nbase = "exp3"\ndoc = "Nobody to follow."\n'
+        'format = "scenario/2"\nbase = "exp3"\ndoc = "Nobody to follow."\n'
         '[[agent]]\nname = "R3"\n[agent.parameters]\nleader = "R9"\n'
     )
     told = rocs_bt("check", file)
@@ -329,7 +341,7 @@ def test_what_is_outside_of_the_world_is_doubtful(project, rocs_bt, old, new, at
     ("old", "new", "at", "what"),
     [
         ('x = "-1.5 m"', 'x = "-1500 m"', "[[agent]]", "the start of R1 at x = -1500 m, y = -0.5 m is outside of"),
-        ("[[agent]]", MOVER.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[mover]]", "the start of R2 at x = 7 m"),
+        ("[[agent]]", ACTOR.replace('"1.5 m"', '"7 m"') + "[[agent]]", "[[actor]]", "the start of R2 at x = 7 m"),
     ],
 )
 def test_a_start_outside_of_the_world_is_refused_by_check_and_run(project, rocs_bt, old, new, at, what):
@@ -350,9 +362,9 @@ def test_a_world_without_an_end_has_no_outside(project, rocs_bt, size):
     assert "outside" not in told.text
 
 
-def test_movers_have_their_robots_own_drivers(project, rocs_bt):
+def test_scripted_robots_have_their_robots_own_drivers(project, rocs_bt):
     edit(project, ROBOT, 'driver = "velocity"', 'driver = "own.py:Loud"')
-    edit(project, SCENARIO, "[[agent]]", MOVER + "[[agent]]")
+    edit(project, SCENARIO, "[[agent]]", ACTOR + "[[agent]]")
     (project / "robots" / "rover" / "own.py").write_text(
         "from rocs_bt.drivers.mujoco import ACTUATORS\n\n\n"
         "class Loud(ACTUATORS['velocity']):\n"

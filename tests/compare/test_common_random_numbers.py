@@ -1,4 +1,4 @@
-"""Another planner changes nothing but what it decides: starts, noise and movers of a scenario and a seed stay."""
+"""Another planner changes nothing but what it decides: starts, noise and actors of a scenario and a seed stay."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def way(found, body):
     return [(e.t, e.x, e.y, e.yaw) for e in found if isinstance(e, BodyMoved) and e.body == body]
 
 
-def test_starts_and_movers_are_the_same_for_every_planner_and_others_for_another_seed():
+def test_starts_and_scripted_actors_are_the_same_for_every_planner_and_others_for_another_seed():
     tree, none, random = (events(planner) for planner in (TREE, NONE, RANDOM))
     assert starts(tree) == starts(none) == starts(random)
     assert way(tree, "R1") == way(none, "R1") == way(random, "R1")  # nobody touches it in this time

@@ -78,7 +78,7 @@ def test_a_planner_takes_the_place_of_mission_rules_parameters_and_latency_of_on
     assert after["R2"] == dataclasses.replace(
         before["R2"], mission="go_to", rules=(), parameters={"cruise": "0.1 m/s"}, latency=None
     )
-    assert (changed.file, changed.movers, changed.world) == (scenario.file, scenario.movers, scenario.world)
+    assert (changed.file, changed.actors, changed.world) == (scenario.file, scenario.actors, scenario.world)
 
 
 def test_a_python_planner_drives_and_says_when_it_has_arrived(project, catalog, planner):

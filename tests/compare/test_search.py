@@ -87,10 +87,10 @@ def sought(yard, planner="tree_no_reflexes", fixed=None, executor=None, store=No
     return search(who, space, wanted, catalog=catalog, store=store, executor=executor or Here())
 
 
-def scene_of(obstacles, start=(-2.0, 0.0), goal=(2.0, 0.0), movers=()):
+def scene_of(obstacles, start=(-2.0, 0.0), goal=(2.0, 0.0), actors=()):
     driver = load_family(Catalog(), "exp1_family")
     scenario = goal_scenario(driver, "made", "Made.", Pose2(*start, 0.1234), goal, tolerance=0.1, duration=5.0)
-    return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(movers)))
+    return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(actors)))
 
 
 class Judged(Player):
@@ -175,11 +175,11 @@ def test_the_budget_bounds_what_is_played_and_the_smallest_so_far_is_kept():
     assert 1 < len(left.obstacles) < 16
 
 
-def test_nobody_ends_in_a_thing_and_no_mover_begins_on_the_start():
+def test_nobody_ends_in_a_thing_and_no_scripted_actor_begins_on_the_start():
     post, walker = Post("post", 1.0, 0.7, 0.3), Post("walker", 0.5, -1.2, 0.25)
-    mover = {"name": "walker", "script": "slide", "x": "0.5 m", "y": "-1.2 m", "to_x": "0 m", "to_y": "0 m"}
-    scene = scene_of([post], movers=[walker])
-    draft = Draft.of(replace(scene, scenario=scene.scenario | {"mover": [mover]}), "small", "Small.")
+    actor = {"name": "walker", "script": "slide", "x": "0.5 m", "y": "-1.2 m", "to_x": "0 m", "to_y": "0 m"}
+    scene = scene_of([post], actors=[walker])
+    draft = Draft.of(replace(scene, scenario=scene.scenario | {"actor": [actor]}), "small", "Small.")
     left, player = shrunk(draft, lambda d: len(d.obstacles) == 2)
     fair = Fairness.of(draft, BODY)
     for each in (left, *player.tried):

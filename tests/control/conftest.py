@@ -6,8 +6,8 @@ from rocs_bt.control.drive import Drive, differential_drive, mecanum_drive, skid
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 DRIVES = {
-    "differential": differential_drive(track=0.33, **LIMITS),
-    "skid": skid_drive(effective_track=1.0, **LIMITS),
+    "differential": differential_drive(wheel_separation=0.33, **LIMITS),
+    "skid": skid_drive(effective_wheel_separation=1.0, **LIMITS),
     "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
 }
 

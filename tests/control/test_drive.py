@@ -11,8 +11,8 @@ from rocs_bt.geometry import Twist2
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 NUMBERS = {
-    "differential": {"track": 0.33, **LIMITS},
-    "skid": {"effective_track": 1.0, **LIMITS},
+    "differential": {"wheel_separation": 0.33, **LIMITS},
+    "skid": {"effective_wheel_separation": 1.0, **LIMITS},
     "mecanum": {"half_length": 0.22, "half_width": 0.2, **LIMITS},
 }
 drives = st.sampled_from(sorted(NUMBERS)).map(lambda kind: make_drive(kind, **NUMBERS[kind]))
@@ -63,13 +63,13 @@ def test_a_left_turn_runs_the_right_wheels_forward() -> None:
 
 @given(st.floats(-0.2, 0.2), speeds, speeds)
 def test_about_its_pivot_a_skid_drive_turns_and_what_is_asked_for_is_made(
-    pivot: float, forward: float, turn: float
+    icr_offset: float, forward: float, turn: float
 ) -> None:
-    drive = skid_drive(effective_track=1.0, pivot=pivot, **LIMITS)
+    drive = skid_drive(effective_wheel_separation=1.0, icr_offset=icr_offset, **LIMITS)
     made = drive.twist(drive.wheel_speeds(Twist2(forward, turn)))
     assert made.forward == pytest.approx(forward, abs=1e-9)
     assert made.turn == pytest.approx(turn, abs=1e-9)
-    assert made.left + pivot * made.turn == pytest.approx(0.0, abs=1e-9)  # the pivot's own way sideways
+    assert made.left + icr_offset * made.turn == pytest.approx(0.0, abs=1e-9)  # at the ICR
 
 
 def test_a_mecanum_drive_goes_left_on_crossed_wheels() -> None:
@@ -78,7 +78,7 @@ def test_a_mecanum_drive_goes_left_on_crossed_wheels() -> None:
 
 
 def test_limits_of_the_body_follow_from_those_of_the_wheels() -> None:
-    drive = differential_drive(track=0.4, **LIMITS)
+    drive = differential_drive(wheel_separation=0.4, **LIMITS)
     assert drive.speed_limit == pytest.approx(1.2)
     assert drive.turn_limit == pytest.approx(6.0)
     assert drive.arm == pytest.approx(0.2)
@@ -86,22 +86,24 @@ def test_limits_of_the_body_follow_from_those_of_the_wheels() -> None:
 
 def test_an_unknown_kind_lists_what_exists() -> None:
     with pytest.raises(UnknownName, match="mecanum") as caught:
-        make_drive("mecanun", track=0.3)
+        make_drive("mecanun", wheel_separation=0.3)
     assert "differential" in str(caught.value)
     assert "skid" in str(caught.value)
 
 
 def test_wrong_numbers_are_named() -> None:
-    with pytest.raises(InputError, match=r"takes track, .*found effective_track"):
-        make_drive("differential", effective_track=0.3, **LIMITS)
-    with pytest.raises(InputError, match=r"takes track, .*found .*pivot"):
-        make_drive("differential", track=0.3, pivot=0.1, **LIMITS)
-    with pytest.raises(InputError, match="pivot of a 'skid' drive must be a number, found inf"):
-        skid_drive(effective_track=1.0, pivot=float("inf"), **LIMITS)
-    with pytest.raises(InputError, match="track of a 'differential' drive must be a positive number, found 0"):
-        differential_drive(track=0.0, **LIMITS)
+    with pytest.raises(InputError, match=r"takes wheel_separation, .*found effective_wheel_separation"):
+        make_drive("differential", effective_wheel_separation=0.3, **LIMITS)
+    with pytest.raises(InputError, match=r"takes wheel_separation, .*found .*icr_offset"):
+        make_drive("differential", wheel_separation=0.3, icr_offset=0.1, **LIMITS)
+    with pytest.raises(InputError, match="icr_offset of a 'skid' drive must be a number, found inf"):
+        skid_drive(effective_wheel_separation=1.0, icr_offset=float("inf"), **LIMITS)
+    with pytest.raises(
+        InputError, match="wheel_separation of a 'differential' drive must be a positive number, found 0"
+    ):
+        differential_drive(wheel_separation=0.0, **LIMITS)
     with pytest.raises(InputError, match="max_wheel_speed"):
-        skid_drive(effective_track=1.0, max_wheel_speed=float("nan"), max_wheel_acceleration=1.0)
+        skid_drive(effective_wheel_separation=1.0, max_wheel_speed=float("nan"), max_wheel_acceleration=1.0)
 
 
 def test_matrices_that_do_not_fit_are_refused() -> None:

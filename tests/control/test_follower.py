@@ -118,8 +118,8 @@ def test_a_turn_on_the_spot_stays_on_the_spot(any_drive: Drive) -> None:
 
 
 def test_a_drive_whose_pivot_is_known_stays_on_a_curve_that_it_skids_in() -> None:
-    numbers = {"effective_track": 0.5, **LIMITS}
-    skidding = make_drive("skid", pivot=0.15, **numbers)
+    numbers = {"effective_wheel_separation": 0.5, **LIMITS}
+    skidding = make_drive("skid", icr_offset=0.15, **numbers)
     strays = []
     for believed in (skidding, make_drive("skid", **numbers)):
         plant = Plant(skidding, Pose2(0.0, 0.0))
@@ -131,8 +131,8 @@ def test_a_drive_whose_pivot_is_known_stays_on_a_curve_that_it_skids_in() -> Non
 
 
 def test_backward_it_believes_in_no_pivot() -> None:
-    numbers = {"effective_track": 0.5, **LIMITS}
-    follower, plain = Follower(make_drive("skid", pivot=0.15, **numbers)), make_drive("skid", **numbers)
+    numbers = {"effective_wheel_separation": 0.5, **LIMITS}
+    follower, plain = Follower(make_drive("skid", icr_offset=0.15, **numbers)), make_drive("skid", **numbers)
     assert follower.backward.drive.twist_from_q == pytest.approx(plain.twist_from_q)
     assert follower.backward is follower.backward
     strays = []
@@ -181,7 +181,7 @@ def test_declaring_the_true_lag_does_not_make_following_worse(lag: float, better
     loop = 1.25 * np.column_stack([np.sin(t), np.sin(t) * np.cos(t)])
     onward, left = np.array([1.0, 1.0]) / math.sqrt(2.0), np.array([-1.0, 1.0]) / math.sqrt(2.0)
     path = Path(np.vstack([loop, loop[-1] + 3.0 * onward, loop[-1] + 3.0 * onward + 5.0 * left]))
-    drive = make_drive("differential", track=0.33, **LIMITS)
+    drive = make_drive("differential", wheel_separation=0.33, **LIMITS)
 
     def error(settings: FollowerSettings) -> float:
         plant, reference, offs, s = Plant(drive, Pose2(0.0, 0.0, math.pi / 4), lag), along(drive, path, 0.7), [], 0.0
@@ -427,6 +427,6 @@ def test_misuse_is_named(drive: Drive, wrong: Callable[[Follower, Reference], ob
 
 
 FOLLOWERS = {
-    "differential": Follower(make_drive("differential", track=0.33, **LIMITS)),
+    "differential": Follower(make_drive("differential", wheel_separation=0.33, **LIMITS)),
     "mecanum": Follower(make_drive("mecanum", half_length=0.22, half_width=0.2, **LIMITS)),
 }

@@ -16,7 +16,7 @@ EXACT = PoseNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3)
 
 def test_the_linear_case_is_least_squares_over_everything():
     # A robot that drives straight on and knows its heading: all is linear, so the filter must be the exact estimate.
-    noise = PoseNoise(along=0.1, aside=0.05, turning=0.0, drift=0.02, position=0.3, heading=1e-9)
+    noise = PoseNoise(travel=0.1, slip=0.05, turn=0.0, drift=0.02, fix_position=0.3, fix_heading=1e-9)
     rng, yaw, steps, dt = np.random.default_rng(1), 0.7, 40, 0.1
     c, s = math.cos(yaw), math.sin(yaw)
     ways, fixes = rng.uniform(0.0, 0.2, steps), {int(i): rng.normal(0.0, 1.0, 2) for i in (0, 3, 4, 11, 25, 38)}
@@ -90,27 +90,27 @@ def test_the_covariance_is_carried_by_the_slopes_of_the_prediction(motion, yaw, 
 
 def drive(rng, noise, gyro, steps=200):
     """The filter's normalised squared errors along one drive whose noise is what the filter takes for granted."""
-    true, bias, dt = Pose2(1.0, -1.0, rng.uniform(-3.1, 3.1)), noise.bias * rng.normal(), 0.05
+    true, bias, dt = Pose2(1.0, -1.0, rng.uniform(-3.1, 3.1)), noise.gyro_bias * rng.normal(), 0.05
     made = PoseFilter(
         Pose2(
-            true.x + noise.position * rng.normal(),
-            true.y + noise.position * rng.normal(),
-            wrap_angle(true.yaw + noise.heading * rng.normal()),
+            true.x + noise.fix_position * rng.normal(),
+            true.y + noise.fix_position * rng.normal(),
+            wrap_angle(true.yaw + noise.fix_heading * rng.normal()),
         ),
         noise,
     )
     found = []
     for i in range(1, steps + 1):
         way, turn = 0.025, 0.05 * math.sin(0.02 * i)
-        true = along_arc(true, Twist2(way + noise.along * math.sqrt(way) * rng.normal(), turn), 1.0)
-        x, y = true.transform(0.0, noise.aside * math.sqrt(way) * rng.normal())
+        true = along_arc(true, Twist2(way + noise.travel * math.sqrt(way) * rng.normal(), turn), 1.0)
+        x, y = true.transform(0.0, noise.slip * math.sqrt(way) * rng.normal())
         east, north = noise.drift * math.sqrt(dt) * rng.normal(size=2)
         true = Pose2(x + east, y + north, true.yaw)
-        told = turn + noise.turning * math.sqrt(abs(turn) + way) * rng.normal()
+        told = turn + noise.turn * math.sqrt(abs(turn) + way) * rng.normal()
         made.predict(way, 0.0, told, dt, turn / dt + bias + noise.gyro * rng.normal() if gyro else math.nan)
         if i % 10 == 0:
-            made.fix_position(true.x + noise.position * rng.normal(), true.y + noise.position * rng.normal())
-            made.fix_heading(wrap_angle(true.yaw + noise.heading * rng.normal()))
+            made.fix_position(true.x + noise.fix_position * rng.normal(), true.y + noise.fix_position * rng.normal())
+            made.fix_heading(wrap_angle(true.yaw + noise.fix_heading * rng.normal()))
             error = np.array([made.pose.x - true.x, made.pose.y - true.y, wrap_angle(made.pose.yaw - true.yaw)])
             found.append(error @ np.linalg.solve(made.covariance[:3, :3], error))
     return found, made.state[3] - bias, made.covariance[3, 3]
@@ -129,13 +129,13 @@ def test_its_errors_are_of_the_size_that_it_says(gyro):
     if gyro:
         errors = [run[1] / math.sqrt(run[2]) for run in runs]
         assert np.std(errors) == pytest.approx(1.0, abs=0.35)
-        assert max(run[2] for run in runs) < (0.5 * noise.bias) ** 2, "the bias is learned"
+        assert max(run[2] for run in runs) < (0.5 * noise.gyro_bias) ** 2, "the bias is learned"
 
 
 @settings(max_examples=40, deadline=None)
 @given(yaw=st.floats(-math.pi, math.pi), away=st.floats(-1.0, 1.0))
 def test_headings_are_corrected_the_short_way_round(yaw, away):
-    made = PoseFilter(Pose2(0.0, 0.0, yaw), PoseNoise(heading=0.1))
+    made = PoseFilter(Pose2(0.0, 0.0, yaw), PoseNoise(fix_heading=0.1))
     made.fix_heading(wrap_angle(yaw + away))
     assert wrap_angle(made.pose.yaw - yaw) == pytest.approx(0.5 * away, abs=1e-9)
     assert -math.pi < made.pose.yaw <= math.pi

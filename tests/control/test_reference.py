@@ -140,15 +140,17 @@ def test_half_way_round_a_turn_goes_on_in_its_direction() -> None:
 
 
 def test_a_turn_on_the_spot_leaves_the_pivot_where_it_is_and_asks_for_what_the_drive_then_does() -> None:
-    pivot, pose = 0.2, Pose2(1.0, 2.0, 0.5)
-    skidding = skid_drive(effective_track=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.0, pivot=pivot)
+    icr_offset, pose = 0.2, Pose2(1.0, 2.0, 0.5)
+    skidding = skid_drive(
+        effective_wheel_separation=0.5, max_wheel_speed=2.0, max_wheel_acceleration=2.0, icr_offset=icr_offset
+    )
     back = Path.line((1.0, 2.0), (1.0 - math.cos(0.5), 2.0 - math.sin(0.5)))
-    along = PathReference(back, speed_profile(back, skidding, cruise=0.5), pivot=pivot)
-    for reference in (along, TurnReference(-2.0, 1.0, 2.0, pivot=pivot)):
+    along = PathReference(back, speed_profile(back, skidding, cruise=0.5), icr_offset=icr_offset)
+    for reference in (along, TurnReference(-2.0, 1.0, 2.0, icr_offset=icr_offset)):
         stages = reference.sample(pose, Twist2(0.0), TIMES, 0.0).stages
         assert abs(stages[-1, 2] - 0.5) > 2.0
-        places = stages[:, :2] + pivot * np.column_stack([np.cos(stages[:, 2]), np.sin(stages[:, 2])])
-        assert places == pytest.approx(np.full_like(places, pose.transform(pivot, 0.0)))
+        places = stages[:, :2] + icr_offset * np.column_stack([np.cos(stages[:, 2]), np.sin(stages[:, 2])])
+        assert places == pytest.approx(np.full_like(places, pose.transform(icr_offset, 0.0)))
         for forward, left, turn in stages[:, 3:]:
             made = skidding.twist(skidding.wheel_speeds(Twist2(forward, turn, left)))
             assert made == pytest.approx(Twist2(forward, turn, left), abs=1e-9)
@@ -163,7 +165,7 @@ def test_a_profile_of_another_path_is_refused(drive: Drive) -> None:
 def _drive() -> Drive:
     from rocs_bt.control.drive import differential_drive
 
-    return differential_drive(track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+    return differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 @given(st.lists(st.floats(-1.5, 1.5), min_size=2, max_size=8), st.floats(-3.0, 3.0))

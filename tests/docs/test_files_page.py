@@ -19,14 +19,14 @@ from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor
 from rocs_bt.reactive import load_rules
 from rocs_bt.signal import Signal
-from rocs_bt.simulation import MOVERS, SCRIPTED_OBJECTS
+from rocs_bt.simulation import SCRIPTED_OBJECTS, SCRIPTED_ROBOTS
 from rocs_bt.units import LENGTH
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("utf-8")
 
 # One file of each kind with every key; `# zzz TABLE` marks where an unknown key would stand in that table.
 ROBOT = """
-format = "robot/1"
+format = "robot/2"
 base = "nothing"
 doc = "All keys."
 model = "robot.xml"
@@ -34,7 +34,7 @@ model = "robot.xml"
 [drive]
 kind = "differential"
 actuator = "wheels"
-track = "0.3 m"
+wheel_separation = "0.3 m"
 max_wheel_speed = "1 m/s"
 max_wheel_acceleration = "1 m/s2"
 wheel_radius = "0.1 m"
@@ -83,7 +83,7 @@ near = "0.5 m"
 """
 
 SCENARIO = """
-format = "scenario/1"
+format = "scenario/2"
 base = "nothing"
 doc = "All keys."
 world = "yard"
@@ -120,7 +120,7 @@ latency = "0.05 s"
 # zzz scenario.agent
 [agent.parameters]
 first = "gate"
-[[mover]]
+[[actor]]
 name = "R2"
 robot = "rover"
 script = "random_walk"
@@ -252,7 +252,7 @@ def load(kind, text, folder):
 
 
 OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
-    "robot.drive": {"effective_track", "pivot", "half_length", "half_width"},
+    "robot.drive": {"effective_wheel_separation", "icr_offset", "half_length", "half_width"},
     "planner": {"python"},
 }
 FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}
@@ -314,9 +314,10 @@ def test_every_blocks_parameters_are_documented():
     assert found == {name: names for name, names in wanted.items() if names}
 
 
-def test_every_movers_parameters_are_documented():
+def test_every_scripts_parameters_are_documented():
     wanted = {
-        name: set(inspect.signature(cls.Parameters).parameters) for name, cls in {**MOVERS, **SCRIPTED_OBJECTS}.items()
+        name: set(inspect.signature(cls.Parameters).parameters)
+        for name, cls in {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}.items()
     }
     assert by_owner("Scripts of scripted actors") == wanted
 

@@ -21,7 +21,7 @@ from rocs_bt.event import SensorFailed, SensorRead, pack
 from rocs_bt.geometry import Pose2, Twist2
 from rocs_bt.safety import Limits, SafetyGate
 
-DRIVE = differential_drive(track=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
+DRIVE = differential_drive(wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)
 WHEELS = {"motors": ["l", "r"], "wheel_radius": 0.1}
 speeds = st.floats(-1.0, 1.0)
 

@@ -21,7 +21,7 @@ from rocs_bt.geometry import Pose2
 MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
 ODOMETER = {**MOTORS, "counts": 1000}
 COUNT = math.tau * 0.0975 / 1000
-DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_drive("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 def test_travel_is_in_whole_counts_and_grows_without_end() -> None:
@@ -83,7 +83,7 @@ def test_a_gyro_has_one_bias_for_life_and_noise_of_its_own(make_world: Callable[
     world, biases, spreads = make_world(), [], []
     for seed in range(40):
         rng = np.random.default_rng(seed)
-        gyro = make_sensor(world, "R2", "g", "gyro", {"bias": 0.1}, noise=0.02, rng=rng)
+        gyro = make_sensor(world, "R2", "g", "gyro", {"bias_noise": 0.1}, noise=0.02, rng=rng)
         said = []
         for _ in range(30):
             said.append(gyro.read().values[0])

@@ -21,7 +21,7 @@ from rocs_bt.geometry import Pose2
 
 MakeWorld = Callable[..., MujocoWorld]
 NOBODY = [0.0, math.inf, 0.0]
-DRIVE = make_drive("differential", track=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_drive("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 @pytest.fixture
@@ -35,7 +35,7 @@ def world(make_world: MakeWorld) -> MujocoWorld:
 
 
 def read(world: MujocoWorld, **parameters: float) -> list[list[float]]:
-    sensor = make_sensor(world, "R2", "eye", "robot_sensor", {"reach": 5.0, "slots": 2, **parameters})
+    sensor = make_sensor(world, "R2", "eye", "robot_sensor", {"max_range": 5.0, "max_peers": 2, **parameters})
     values = list(sensor.read().values)
     return [values[i : i + 3] for i in range(0, len(values), 3)]
 
@@ -47,7 +47,7 @@ def test_tells_tag_range_and_bearing_of_each_the_nearest_first(world: MujocoWorl
         [3.0, pytest.approx(math.sqrt(2.0)), pytest.approx(math.radians(-75.0))],
         [2.0, pytest.approx(2.0), pytest.approx(math.radians(60.0))],
     ]
-    assert [slot[0] for slot in read(world, slots=1)] == [3.0]
+    assert [slot[0] for slot in read(world, max_peers=1)] == [3.0]
 
 
 def test_an_empty_slot_is_valid_and_says_nobody(world: MujocoWorld) -> None:
@@ -90,7 +90,7 @@ def test_another_robot_hides_and_what_is_only_drawn_does_not(make_world: MakeWor
 
 def test_noise_is_as_told_and_the_same_within_one_instant(world: MujocoWorld) -> None:
     world.place("R1", Pose2(0.0, 2.0))
-    given = {"reach": 5.0, "slots": 1, "range_noise": 0.05, "bearing_noise": 0.02}
+    given = {"max_range": 5.0, "max_peers": 1, "range_noise": 0.05, "bearing_noise": 0.02}
     sensor = make_sensor(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1))
     found = []
     for _ in range(400):
@@ -103,7 +103,7 @@ def test_noise_is_as_told_and_the_same_within_one_instant(world: MujocoWorld) ->
 
 
 def test_who_else_is_in_view_changes_nothing_in_what_is_said_of_one(world: MujocoWorld) -> None:
-    given = {"reach": 5.0, "range_noise": 0.05}
+    given = {"max_range": 5.0, "range_noise": 0.05}
     world.place("R1", Pose2(0.0, 2.0))
     alone = make_sensor(world, "R2", "eye", "robot_sensor", given, rng=np.random.default_rng(1)).read().values[:3]
     world.place("R3", Pose2(0.0, -3.0))
@@ -114,17 +114,17 @@ def test_who_else_is_in_view_changes_nothing_in_what_is_said_of_one(world: Mujoc
 
 def test_one_noise_for_tag_range_and_bearing_is_refused(world: MujocoWorld) -> None:
     with pytest.raises(InputError, match="range_noise and bearing_noise"):
-        make_sensor(world, "R2", "eye", "robot_sensor", {"reach": 5.0}, noise=0.1)
+        make_sensor(world, "R2", "eye", "robot_sensor", {"max_range": 5.0}, noise=0.1)
 
 
 @pytest.mark.parametrize(
     "wrong",
     [
-        {"reach": 0.0},
-        {"reach": 1.0, "slots": 0},
-        {"reach": 1.0, "slots": 1001},
-        {"reach": 1.0, "half_angle": 4.0},
-        {"reach": 1.0, "height": 0.0},
+        {"max_range": 0.0},
+        {"max_range": 1.0, "max_peers": 0},
+        {"max_range": 1.0, "max_peers": 1001},
+        {"max_range": 1.0, "half_angle": 4.0},
+        {"max_range": 1.0, "height": 0.0},
     ],
 )
 def test_parameters_that_make_no_sense_are_refused(world: MujocoWorld, wrong: dict[str, float]) -> None:
@@ -144,7 +144,7 @@ def test_the_mock_sees_what_mujoco_sees(wall: MujocoWorld, x: float, y: float, y
     mock = MockWorld(SimulatedClock(0.05), segments=[((1.0, -1.0), (1.0, 1.0))])
     robot = MockRobot(mock, DRIVE, Pose2(0.0, 0.0, yaw))
     MockRobot(mock, DRIVE, Pose2(x, y))
-    given = {"reach": 5.0, "slots": 1, "half_angle": 2.0}
+    given = {"max_range": 5.0, "max_peers": 1, "half_angle": 2.0}
     seen = make_mock_sensor(robot, "eye", "robot_sensor", given).read().values
     assert list(make_sensor(wall, "R2", "eye", "robot_sensor", given).read().values) == pytest.approx(list(seen))
 

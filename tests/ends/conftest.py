@@ -13,7 +13,7 @@ import pytest
 
 from rocs_bt.cli.main import call
 
-LONG = """format = "scenario/1"
+LONG = """format = "scenario/2"
 base = "rounds"
 duration = "3600 s"
 [[agent]]

@@ -22,7 +22,7 @@ from rocs_bt.record.header import AgentInfo
 from rocs_bt.simulation import OUTCOMES, summary_of
 
 UNRECORDED = ("wall_time", "real_time_factor", "trajectory_hash", "knowledge")
-REQUIRED = """format = "scenario/1"
+REQUIRED = """format = "scenario/2"
 base = "exp1"
 [[requirement]]
 name = "clear"

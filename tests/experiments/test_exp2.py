@@ -63,7 +63,7 @@ def test_it_is_the_robot_and_not_the_mind_that_differs_from_exp1() -> None:
     (one,), (other,) = CATALOG.load_scenario("exp1").agents, EXP2.agents
     assert one.rules == other.rules
     assert one.robot != other.robot
-    assert [m.script for m in EXP2.movers] == [m.script for m in CATALOG.load_scenario("exp1").movers]
+    assert [m.script for m in EXP2.actors] == [m.script for m in CATALOG.load_scenario("exp1").actors]
 
 
 def test_a_run_that_is_cut_short_before_it_arrived_is_no_success() -> None:

@@ -90,7 +90,7 @@ def test_agents_share_on_wall_time_too(tmp_path):
     for listen in ("", 'listen = "127.0.0.1:0"\n'):
         if listen:
             pytest.importorskip("zenoh", reason="needs the extra 'share'")
-        text = f'format = "scenario/1"\nbase = "exp3_shortsighted"\n[share]\n{listen}'
+        text = f'format = "scenario/2"\nbase = "exp3_shortsighted"\n[share]\n{listen}'
         (tmp_path / "scenarios" / "wall.toml").write_text(text, "utf-8")
         sink = ListSink()
         run("wall", Catalog(tmp_path), mode="threaded", duration=4.0, sinks=[sink], report=False)

@@ -37,8 +37,8 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
     for own, other in zip(spec.agents, base.agents, strict=True):
         same = {"robot": "", "line": 0, "parameters_line": 0}
         assert replace(own, **same) == replace(other, **same)
-    assert [(m.name, m.robot, m.parameters) for m in spec.movers] == [
-        (m.name, m.robot, m.parameters) for m in base.movers
+    assert [(m.name, m.robot, m.parameters) for m in spec.actors] == [
+        (m.name, m.robot, m.parameters) for m in base.actors
     ]
     assert (spec.world, spec.duration) == (base.world, base.duration)
     for name in {a.robot for a in spec.agents}:

@@ -52,7 +52,7 @@ def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:
 
 
 def test_a_door_slides_at_its_time_and_back(world: MujocoWorld) -> None:
-    door = carried(world, "slide", to_x=3.0, to_y=4.0, at=1.0, lasts=0.5, back_at=3.0)
+    door = carried(world, "slide", to_x=3.0, to_y=4.0, depart_at=1.0, duration=0.5, return_at=3.0)
     way = track(world, door, seconds=4.0)[:, 0]
     times = PERIOD * np.arange(1, len(way) + 1)
     wanted = 2.0 + np.clip((times - 1.0) / 0.5, 0.0, 1.0) - np.clip((times - 3.0) / 0.5, 0.0, 1.0)
@@ -61,7 +61,7 @@ def test_a_door_slides_at_its_time_and_back(world: MujocoWorld) -> None:
 
 
 def test_a_polynomial_is_as_fast_everywhere_and_stays_within_its_bend(world: MujocoWorld) -> None:
-    walk = carried(world, "polynomial", to_x=2.0, to_y=1.0, speed=0.8, bend=0.5, order=4)
+    walk = carried(world, "polynomial", to_x=2.0, to_y=1.0, speed=0.8, deviation=0.5, order=4)
     way = track(world, walk, seconds=20.0)[:, 0]
     speeds = np.hypot(*np.diff(way, axis=0).T) / PERIOD
     assert np.median(speeds) == pytest.approx(0.8, rel=0.01)
@@ -69,7 +69,7 @@ def test_a_polynomial_is_as_fast_everywhere_and_stays_within_its_bend(world: Muj
     assert np.abs(way[:, 0] - 2.0).max() <= 0.5 + 1e-6
     assert way[:, 1].min() == pytest.approx(1.0, abs=0.05)
     assert way[:, 1].max() == pytest.approx(4.0, abs=0.05)
-    other = carried(world, "polynomial", seed=2, to_x=2.0, to_y=1.0, speed=0.8, bend=0.5, order=4)
+    other = carried(world, "polynomial", seed=2, to_x=2.0, to_y=1.0, speed=0.8, deviation=0.5, order=4)
     assert not np.allclose(track(world, other, seconds=1.0), way[:20, None])
 
 
@@ -99,8 +99,8 @@ def test_a_step_goes_no_farther_in_one_jump_than_a_physics_step(world: MujocoWor
     ("script", "parameters", "message"),
     [
         ("dance", {}, "no object script is named 'dance'"),
-        ("slide", {"to_x": 1.0}, "needs to_y, at"),
-        ("slide", {"to_x": 1.0, "to_y": 1.0, "at": 1.0, "back_at": 1.5}, "back_at >= at"),
+        ("slide", {"to_x": 1.0}, "needs to_y, depart_at"),
+        ("slide", {"to_x": 1.0, "to_y": 1.0, "depart_at": 1.0, "return_at": 1.5}, "return_at >= depart_at"),
         ("polynomial", {"to_x": 1.0, "to_y": 1.0, "order": 12}, "order 1 to 9"),
         ("social_force", {"to_x": 1.0, "to_y": 1.0, "radius": 0.0}, "must be positive"),
     ],
@@ -115,19 +115,19 @@ def test_a_thing_must_be_in_the_world(world: MujocoWorld) -> None:
         world.place_object("P9", Pose2(0.0, 0.0))
 
 
-def hall(tmp_path: Path, *movers: dict[str, object], x: str = "1 m") -> Catalog:
+def hall(tmp_path: Path, *actors: dict[str, object], x: str = "1 m") -> Catalog:
     folder = tmp_path / "scenarios"
     (folder / "worlds").mkdir(parents=True)
     (folder / "worlds" / "hall.xml").write_text(GROUND.world("hall", "A hall for a test of carried things."))
-    root = {"format": "scenario/1", "doc": "A test.", "world": "hall", "duration": "8 s", "end_on_collision": False}
+    root = {"format": "scenario/2", "doc": "A test.", "world": "hall", "duration": "8 s", "end_on_collision": False}
     agent = {"name": "R", "robot": "jackal", "mission": "go_to", "x": x, "y": "2 m", "parameters": {"goal": "goal"}}
     goal = {"name": "goal", "x": "8 m", "y": "2 m"}
-    (folder / "hall.toml").write_text(as_toml(root | {"place": [goal], "agent": [agent], "mover": [*movers]}))
+    (folder / "hall.toml").write_text(as_toml(root | {"place": [goal], "agent": [agent], "actor": [*actors]}))
     return Catalog(tmp_path)
 
 
 def test_a_robot_sees_a_thing_come_and_is_told_to_have_run_into_it(tmp_path: Path) -> None:
-    box = {"name": "P1", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "at": "1 s"}
+    box = {"name": "P1", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "depart_at": "1 s"}
     catalog = hall(tmp_path, box)
     assert not check_content([tmp_path]).has_errors
     summary, again = (run("hall", catalog, seed=1, report=False).summary for _ in range(2))
@@ -138,7 +138,8 @@ def test_a_robot_sees_a_thing_come_and_is_told_to_have_run_into_it(tmp_path: Pat
 
 def test_a_thing_that_the_world_lacks_is_a_fault_of_the_scenario(tmp_path: Path) -> None:
     catalog = hall(
-        tmp_path, {"name": "P7", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "at": "1 s"}
+        tmp_path,
+        {"name": "P7", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "depart_at": "1 s"},
     )
     with pytest.raises(InputError, match="no mocap body is named 'P7'") as caught:
         run("hall", catalog, seed=1, report=False)

@@ -12,7 +12,7 @@ from rocs_bt.compare import Ground
 from rocs_bt.errors import InputError
 from rocs_bt.toml_text import as_toml
 
-ROOT = {"format": "scenario/1", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
+ROOT = {"format": "scenario/2", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
 AGENT = {
     "name": "R",
     "robot": "jackal",

@@ -116,19 +116,19 @@ def test_doors_really_shut_and_a_thinking_mission_goes_round(tmp_path: Path) -> 
     """The roads are all that `astar` knows: without the news it drives into a shut door."""
     wanted = {**SMALL, "doors": 1, "until": "0.5 s"}
     assert play(tmp_path, "blocked_doors", 0, **wanted).agents["R"].outcome == "success"
-    untold = play(tmp_path / "b", "blocked_doors", 0, told=0, **wanted).agents["R"]
+    untold = play(tmp_path / "b", "blocked_doors", 0, report_doors=0, **wanted).agents["R"]
     assert untold.outcome != "success"
     assert "door_" in untold.reason or untold.min_clearance < 0.1
     scene = load_family(Catalog(), "blocked_doors", wanted).scene(0)
     told = scene.scenario
     world = compose_world(tmp_path / "scenarios" / "worlds" / f"{scene.name}.xml", [])
-    assert set(world.objects) == {mover["name"] for mover in told["mover"]}
+    assert set(world.objects) == {actor["name"] for actor in told["actor"]}
     news = {fact["node"]: fact["at"] for fact in told["fact"] if fact.get("at")}
-    assert news == {mover["name"]: mover["at"] for mover in told["mover"]}
+    assert news == {actor["name"]: actor["depart_at"] for actor in told["actor"]}
 
 
 def test_whether_one_is_told_changes_neither_building_nor_doors() -> None:
-    told, untold = (load_family(Catalog(), "blocked_doors", {"told": n}).scene(5) for n in (1, 0))
+    told, untold = (load_family(Catalog(), "blocked_doors", {"report_doors": n}).scene(5) for n in (1, 0))
     assert told.world == untold.world
     assert told.reference == untold.reference
 

@@ -135,7 +135,7 @@ def ranges_of(beams, pose, things, cone=9):
                 gap = radius**2 - float(to @ to) + along**2
                 if along > 0.0 and gap >= 0.0:
                     nearest = min(nearest, along - math.sqrt(gap))
-        told.append(nearest if nearest <= beams.reach else math.inf)
+        told.append(nearest if nearest <= beams.max_range else math.inf)
     return told
 
 

@@ -53,7 +53,7 @@ class Robot:
         self.sink = ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
         self.knowledge.robot.drive = make_drive(
-            "differential", track=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5
+            "differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5
         )
         self.monitors = []
 
@@ -349,7 +349,7 @@ def test_fixes_are_slow_and_stay_valid_for_three_of_their_periods(robot, fixes):
 @pytest.fixture
 def peers(robot, wheels):
     sensor = robot.sensor("robots", 6)
-    robot.watch(PeerMonitor, sensor, slots=2)
+    robot.watch(PeerMonitor, sensor, max_peers=2)
     robot.begin()
     return sensor
 
@@ -379,5 +379,5 @@ def test_a_peer_that_cannot_be_is_nan_and_told(robot, peers):
 
 
 def test_a_robot_sensor_needs_a_slot(robot):
-    with pytest.raises(InputError, match="slots of monitor 'robots monitor' must be at least 1"):
-        robot.watch(PeerMonitor, robot.sensor("robots", 6), slots=0)
+    with pytest.raises(InputError, match="max_peers of monitor 'robots monitor' must be at least 1"):
+        robot.watch(PeerMonitor, robot.sensor("robots", 6), max_peers=0)

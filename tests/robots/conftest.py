@@ -28,9 +28,9 @@ GIVEN = {
     "group": GROUPS,
     "mounts": [(0.3, 0.1, 0.6), (0.3, 0.0, 0.0), (0.3, -0.1, -0.6)],
     "half_angle": 0.26,
-    "reach": 1.0,
-    "memory": 10.0,
-    "ground": 10.0,
+    "max_range": 1.0,
+    "max_echo_age": 10.0,
+    "max_free_ground_age": 10.0,
     "peer_radius": 0.25,
     "reaction": 0.1,
     "deceleration": 2.0,
@@ -55,7 +55,7 @@ class Rig:
         self.clock = SimulatedClock(0.05)
         self.knowledge = Knowledge("R3", self.clock, ListSink())
         self.knowledge.robot.drive = make_drive(
-            "differential", track=0.6, max_wheel_speed=2.0, max_wheel_acceleration=1.5
+            "differential", wheel_separation=0.6, max_wheel_speed=2.0, max_wheel_acceleration=1.5
         )
         self.knowledge.graph.set("R3", length=0.7, width=0.6)
         self.sensor, self.count = Ranges(self.clock), 0

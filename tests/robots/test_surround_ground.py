@@ -9,7 +9,7 @@ from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 
 def test_what_a_reflex_drives_over_was_seen_lately(surround):
-    rig = surround(ground=60.0, memory=1.0)
+    rig = surround(max_free_ground_age=60.0, max_echo_age=1.0)
     rig.look_round(Pose2(0.0, 0.0, 0.0))
 
     def rear():
@@ -59,7 +59,7 @@ def test_it_turns_on_the_spot_only_where_all_that_its_corners_sweep_is_known_to_
 
 
 def test_it_tells_how_far_it_may_turn_before_a_corner_comes_to_what_it_saw(surround):
-    rig = surround(ground=20.0, memory=5.0)
+    rig = surround(max_free_ground_age=20.0, max_echo_age=5.0)
     rig.groups()
     assert rig.room("free_turn") == [pytest.approx(math.pi)] * 2
     rig.at(Pose2(0.1, 0.0, 0.0))  # it looks again where it has moved
@@ -94,7 +94,7 @@ def test_from_a_peer_it_goes_back_on_the_bend_on_which_it_came_where_straight_ba
 
 
 def test_free_ground_is_forgotten_in_its_time(surround):
-    rig = surround(ground=3.0, memory=1.0)
+    rig = surround(max_free_ground_age=3.0, max_echo_age=1.0)
     rig.look_round(Pose2(0.0, 0.0, 0.0))
     rig.groups()
     assert rig.room("room_behind")[2] > 0.4
@@ -134,7 +134,7 @@ def test_an_echo_is_remembered_beside_and_behind_until_it_is_seen_to_be_gone_or_
 
 
 def test_an_old_echo_is_forgotten(surround):
-    rig = surround(memory=1.0)
+    rig = surround(max_echo_age=1.0)
     rig.groups([math.inf, 0.5, math.inf])
     for _ in range(25):
         rig.clock.advance()

@@ -161,8 +161,8 @@ def test_without_its_pose_or_its_robot_sensor_nothing_is_known(rig):
 @pytest.mark.parametrize(
     ("given", "told"),
     [
-        ({"memory": 0.0}, "must be above 0"),
-        ({"ground": 5.0}, "at least as long as memory, found 5 s and 10 s"),
+        ({"max_echo_age": 0.0}, "must be above 0"),
+        ({"max_free_ground_age": 5.0}, "at least max_echo_age, found 5 s and 10 s"),
         ({"mounts": [(0.0, 0.0, 0.0)]}, "x, y and yaw of 3 beams"),
         ({"group": {"front": {"beams": [0]}}}, "left_gap"),
     ],

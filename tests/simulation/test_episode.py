@@ -51,7 +51,7 @@ def test_the_same_seed_is_the_same_run_in_another_process(exp1: ScenarioSpec, ca
         "from rocs_bt.catalog import Catalog\nfrom rocs_bt.simulation import build_world\n"
         "from rocs_bt.event import NullSink\nimport hashlib\nc = Catalog()\n"
         "s = build_world(c.load_scenario('exp1'), c, 7, NullSink())\nh = hashlib.sha256()\n"
-        "for k in range(60):\n    s.world.digest(h)\n    [m.step(s.clock.now()) for m in s.movers]\n"
+        "for k in range(60):\n    s.world.digest(h)\n    [m.step(s.clock.now()) for m in s.actors]\n"
         "    s.world.advance(10)\nprint(h.hexdigest())"
     )
     runs = {subprocess.run([sys.executable, "-c", code], capture_output=True, check=True).stdout for _ in range(2)}
@@ -75,8 +75,8 @@ def test_a_scenario_may_end_on_collision(exp1: ScenarioSpec, play: Play) -> None
 
 
 def test_being_run_into_while_standing_is_struck(exp1: ScenarioSpec, play: Play) -> None:
-    mover = dataclasses.replace(exp1.movers[0], pose=Pose2(1.6, -1.0, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
-    scenario = dataclasses.replace(at(exp1, 1.0, -1.0, 0.0), movers=(mover,))
+    actor = dataclasses.replace(exp1.actors[0], pose=Pose2(1.6, -1.0, 0.0), jitter=Pose2(0.0, 0.0, 0.0))
+    scenario = dataclasses.replace(at(exp1, 1.0, -1.0, 0.0), actors=(actor,))
     for seed in range(1, 12):  # until the walk leads into R2
         sink = ListSink()
         result = play(scenario, lambda t: (0.0, 0.0), sink, seed=seed, duration=12.0)[0]
@@ -122,7 +122,7 @@ def test_who_closes_the_viewer_interrupts_the_run(exp1: ScenarioSpec, play: Play
 
 def test_a_mind_that_falls_silent_stops_and_it_is_told(exp1: ScenarioSpec, play: Play) -> None:
     sink = ListSink()
-    scenario = dataclasses.replace(at(exp1, 0.0, 0.0, -1.5), movers=())
+    scenario = dataclasses.replace(at(exp1, 0.0, 0.0, -1.5), actors=())
     play(scenario, lambda t: (0.3, 0.3) if t < 1.0 else None, sink, duration=2.5)
     expired = [e.t for e in sink.events if isinstance(e, CommandExpired)]
     assert len(expired) == 1
@@ -198,7 +198,7 @@ def test_fifty_hertz_works(exp1: ScenarioSpec, play: Play) -> None:
 def at_the_goal(catalog: Catalog, name: str) -> list[FreePose]:
     scenario = catalog.load_scenario(name)
     goal = scenario.places[0]
-    stage = build_world(dataclasses.replace(scenario, movers=()), catalog, 1, NullSink())
+    stage = build_world(dataclasses.replace(scenario, actors=()), catalog, 1, NullSink())
     return free_goal_poses(stage.world, "R2", goal.pose, goal.tolerance, stage.sensors["R2"])
 
 

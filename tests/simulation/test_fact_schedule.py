@@ -19,7 +19,7 @@ MISSION = """<root BTCPP_format="4">
   </BehaviorTree>
 </root>
 """
-SCENARIO = """format = "scenario/1"
+SCENARIO = """format = "scenario/2"
 base = "exp1"
 duration = "20 s"
 [[place]]

@@ -114,11 +114,11 @@ def real(tmp_path: Path) -> Callable[[str], Catalog]:
         names = ("sonar", "position", "orientation", "encoders")
         tables = [f'[[sensor]]\nname = "{name}"\ndriver = "own.py:Part"\n' for name in names]
         tables.append('[[actuator]]\nname = "wheels"\ndriver = "own.py:Wheels"\n')
-        head = 'format = "robot/1"\nbase = "pioneer_p3dx"\n'
+        head = 'format = "robot/2"\nbase = "pioneer_p3dx"\n'
         (folder / "robot.toml").write_text(head + "".join(tables))
         (tmp_path / "scenarios").mkdir()
         (tmp_path / "scenarios" / "real.toml").write_text(
-            'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "own"\n'
+            'format = "scenario/2"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "own"\n'
         )
         return Catalog(tmp_path)
 

@@ -23,12 +23,12 @@ def found(robot: str) -> Identified:
 
 
 def test_a_differential_drives_track_is_where_its_wheels_are() -> None:
-    assert found("pioneer_p3dx").effective_track == pytest.approx(2 * 0.1655, rel=0.003)
+    assert found("pioneer_p3dx").effective_wheel_separation == pytest.approx(2 * 0.1655, rel=0.003)
     assert found("pioneer_p3dx").slowest_turn == pytest.approx(1.0, abs=0.002)
 
 
-def test_a_skid_drives_effective_track_is_far_wider_than_built_and_near_the_vendors() -> None:
-    track = found("summit_xl").effective_track
+def test_a_skid_drives_effective_wheel_separation_is_far_wider_than_built_and_near_the_vendors() -> None:
+    track = found("summit_xl").effective_wheel_separation
     assert track == pytest.approx(0.408 * (1.0 + (0.446 / 0.408) ** 2), rel=0.01)  # Coulomb friction
     assert track == pytest.approx(1.0, rel=0.15)
 
@@ -37,10 +37,10 @@ def test_a_skid_drives_effective_track_is_far_wider_than_built_and_near_the_vend
 def test_what_robot_toml_says_is_what_is_found(robot: str) -> None:
     spec, measured = CATALOG.load_robot(robot), found(robot)
     numbers = spec.drive.parameters
-    track = numbers.get("effective_track", numbers.get("track"))
-    assert track == pytest.approx(measured.effective_track, rel=0.005)
-    if "pivot" in numbers:
-        assert numbers["pivot"] == pytest.approx(measured.pivot, abs=0.002)
+    track = numbers.get("effective_wheel_separation", numbers.get("wheel_separation"))
+    assert track == pytest.approx(measured.effective_wheel_separation, rel=0.005)
+    if "icr_offset" in numbers:
+        assert numbers["icr_offset"] == pytest.approx(measured.icr_offset, abs=0.002)
     if "wheel_lag" in numbers:
         late = numbers.get("wheel_delay", 0.0) + numbers["wheel_lag"]
         assert late == pytest.approx(measured.wheel_lag, abs=0.002)
@@ -60,8 +60,8 @@ def test_the_stop_distance_of_robot_toml_is_what_braking_takes(robot: str) -> No
 
 
 def test_a_differential_drive_turns_about_its_axle_and_a_skid_drive_about_a_place_ahead() -> None:
-    assert found("pioneer_p3dx").pivot == pytest.approx(0.0, abs=0.01)
-    assert found("jackal").pivot > 0.04
+    assert found("pioneer_p3dx").icr_offset == pytest.approx(0.0, abs=0.01)
+    assert found("jackal").icr_offset > 0.04
 
 
 def test_the_same_model_gives_the_same_numbers() -> None:
@@ -72,7 +72,7 @@ def test_a_drive_without_sides_is_refused() -> None:
     spec = CATALOG.load_robot("summit_xl")
     numbers = {"half_length": 0.2, "half_width": 0.2, "max_wheel_speed": 1.0, "max_wheel_acceleration": 1.0}
     mecanum = dataclasses.replace(spec, drive=DriveSpec("mecanum", "wheels", numbers))
-    with pytest.raises(InputError, match="'mecanum' drive has no effective track"):
+    with pytest.raises(InputError, match="'mecanum' drive has no effective wheel separation"):
         identify(mecanum, CATALOG)
 
 
@@ -81,5 +81,5 @@ def test_the_command_tells_people_and_programs_the_same(capsys: pytest.CaptureFi
     told = json.loads(capsys.readouterr().out)
     assert told == json.loads(json.dumps(dataclasses.asdict(found("summit_xl"))))
     assert call(["identify", "summit_xl"]) == 0
-    assert f"effective track  {told['effective_track']:.3f} m" in capsys.readouterr().out
+    assert f"effective_wheel_separation  {told['effective_wheel_separation']:.3f} m" in capsys.readouterr().out
     assert call(["identify", "nobody"]) == 2

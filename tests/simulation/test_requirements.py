@@ -18,7 +18,7 @@ from rocs_bt.units import LENGTH, SPEED
 SIGNALS = tuple(SignalInfo.of(Signal(n, 1, (d,), max_age=0.15)) for n, d in (("front", LENGTH), ("speed", SPEED)))
 R1 = AgentInfo(name="R1", robot="rover", mission="m", signals=SIGNALS)
 SCENARIO = """
-format = "scenario/1"
+format = "scenario/2"
 base = "exp1"
 doc = "EXP1 with requirements."
 [[requirement]]

@@ -45,11 +45,11 @@ def test_exp1_to_exp2_changes_the_robot_and_the_scenario_and_no_mission_no_rules
     assert {kind for kind, share in content.items() if not share.same} == {"scenario", "world", "robot"}
     assert content["mission"].both == ("go_to",)
     assert content["rules"].both == ("avoid_collision",)
-    (mind, mover) = found.robots
+    (mind, actor) = found.robots
     assert (mind.first, mind.second) == ("R2", "R3")
     assert {"mission", "rules", "mission's goal", "mission's cruise"}.isdisjoint(mind.differing())
     assert "robot" in mind.differing()
-    assert (mover.first, mover.second, mover.differing()) == ("R1", "R1", ())
+    assert (actor.first, actor.second, actor.differing()) == ("R1", "R1", ())
 
 
 def test_exp1_to_exp2_changes_these_settings_and_no_other():

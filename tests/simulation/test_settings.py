@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from rocs_bt.catalog import (
+    ActorSpec,
     AgentSpec,
     FactSpec,
-    MoverSpec,
     PlaceSpec,
     RateSpec,
     RequirementSpec,
@@ -26,11 +26,11 @@ from rocs_bt.simulation.reuse import _pairs
 from rocs_bt.simulation.settings import OMITTED, UNITS, settings
 
 HERE = Pose2(1.0, -2.0, 0.5)
-SPECS = (ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, MoverSpec, RequirementSpec, FactSpec, ShareSpec)
+SPECS = (ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, ActorSpec, RequirementSpec, FactSpec, ShareSpec)
 LEFT_OUT = {
     *(f"ScenarioSpec.{name}" for name in ("name", "file", "doc", "bases")),
     *(f"RequirementSpec.{name}" for name in ("doc", "position")),
-    *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Mover", "Requirement", "Share")),
+    *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share")),
     "AgentSpec.parameters_line",
 }
 """Words for people, and where things stand in which file."""
@@ -56,9 +56,9 @@ FULL = ScenarioSpec(
         AgentSpec(name, "pioneer_p3dx", "go_to", ("a", "b"), HERE, HERE, "goal", False, {"box": 5.0}, 3.0, 0.1, told)
         for name, told in (("R1", {"goal": "goal", "hold": True}), ("R2", {"cruise": "0.5 m/s", "ways": [1, 2.5]}))
     ),
-    movers=(
-        MoverSpec("M1", "pioneer_p3dx", "random_walk", HERE, HERE, {"max_speed": 0.3}),
-        MoverSpec("door", "", "slide", HERE, HERE, {"by": [1.0, 0.0]}),
+    actors=(
+        ActorSpec("M1", "pioneer_p3dx", "random_walk", HERE, HERE, {"max_speed": 0.3}),
+        ActorSpec("door", "", "slide", HERE, HERE, {"by": [1.0, 0.0]}),
     ),
     requirements=(RequirementSpec("clear", "always min_clearance > 0.05 m", ("R1",), "Keeps clear.", 1, (1, 1)),),
     facts=(
@@ -117,7 +117,7 @@ CHANGES = list(changed(FULL))
 
 def differing(first: ScenarioSpec, second: ScenarioSpec) -> set[str]:
     """What a diff lists as different: of the scenarios, and of the robots that take each other's part."""
-    pairs = [(first, second), *_pairs(first.agents, second.agents), *_pairs(first.movers, second.movers)]
+    pairs = [(first, second), *_pairs(first.agents, second.agents), *_pairs(first.actors, second.actors)]
     return {row.what for pair in pairs for row in settings(*pair) if not row.same}
 
 
@@ -146,13 +146,13 @@ def test_words_for_people_and_places_in_files_are_no_settings(where: str) -> Non
 
 def test_what_is_left_out_is_no_more_than_that():
     every = [(spec.__name__, field.name) for spec in SPECS for field in fields(spec)]
-    called = {f"{spec}.name" for spec in ("PlaceSpec", "AgentSpec", "MoverSpec", "RequirementSpec")}  # in the rows
+    called = {f"{spec}.name" for spec in ("PlaceSpec", "AgentSpec", "ActorSpec", "RequirementSpec")}  # in the rows
     assert {f"{spec}.{name}" for spec, name in every if name in OMITTED} == LEFT_OUT | called
 
 
 def test_what_is_not_set_on_one_side_differs():
-    bare = replace(FULL, agents=tuple(replace(a, success=None, shortest=None, latency=None) for a in FULL.agents))
-    assert differing(FULL, bare) == {"success", "shortest", "latency"}
+    bare = replace(FULL, agents=tuple(replace(a, success=None, shortest_path=None, latency=None) for a in FULL.agents))
+    assert differing(FULL, bare) == {"success", "shortest path", "latency"}
     assert "share's rate" in differing(FULL, replace(FULL, share=None))
 
 
@@ -165,16 +165,16 @@ def test_every_number_has_its_unit():
 
 
 def test_texts_are_for_people_and_numbers_in_full_where_rounding_would_hide_a_difference():
-    agent, mover = FULL.agents[1], FULL.movers[0]
+    agent, actor = FULL.agents[1], FULL.actors[0]
     rows = {row.what: (row.first, row.second) for row in settings(agent, replace(agent, pose=Pose2(1.0, -2.0, 0.5001)))}
     assert rows["start"] == ("1.0 m, -2.0 m, 0.5 rad", "1.0 m, -2.0 m, 0.5001 rad")
     assert rows["jitter"][0] == "1 m, -2 m, 0.5 rad"
     assert rows["after"][0] == "box 5 s"
     assert rows["mission's ways"][0] == "1, 2.5"
-    rows = {row.what: (row.first, row.second) for row in settings(None, mover)}
+    rows = {row.what: (row.first, row.second) for row in settings(None, actor)}
     assert rows["script's max_speed"] == ("", "0.3 m/s")
     rows = {row.what: (row.first, row.second) for row in settings(FULL, None)}
     assert rows["duration"] == ("60 s", "")
     assert rows["place goal"][0] == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2"
     assert rows["fact hall #2"][0] == "node: hall; agents: R2; at: 5 s; table: width 3 m"
-    assert (rows["rate's control"][0], rows["movers"][0]) == ("20 Hz", "M1, door")
+    assert (rows["rate's control"][0], rows["actors"][0]) == ("20 Hz", "M1, door")

@@ -24,7 +24,7 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="{name}"><BehaviorTree 
 {leaf}
 </BehaviorTree></root>"""
 
-ROBOT = """format = "robot/1"
+ROBOT = """format = "robot/2"
 base = "pioneer_p3dx"
 doc = "A Pioneer that only stands when something is near, ahead and behind."
 """
@@ -32,7 +32,7 @@ doc = "A Pioneer that only stands when something is near, ahead and behind."
 RULES = Catalog().find("rules", "avoid_collision").path.read_text(encoding="utf-8")
 ONLY = 'creep = "0 m/s"\nclearance = "1 m"'  # stands where it would creep or turn out
 
-SCENARIO = """format = "scenario/1"
+SCENARIO = """format = "scenario/2"
 world = "{world}"
 duration = "8 s"
 end_on_collision = false

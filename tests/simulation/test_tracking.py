@@ -9,7 +9,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge.history import History
 
-SCENARIO = 'format = "scenario/1"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "pioneer_p3dx_tracking"\n'
+SCENARIO = 'format = "scenario/2"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "pioneer_p3dx_tracking"\n'
 
 
 def away(x: float, y: float) -> float:

@@ -16,7 +16,7 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="turn"><BehaviorTree ID
 <TurnAngle angle="90 deg" rate="2.5 rad/s"/><Stop/><TurnAngle angle="-60 deg" rate="2.5 rad/s"/><Stop/>
 </Sequence></BehaviorTree></root>"""
 
-SCENARIO = """format = "scenario/1"
+SCENARIO = """format = "scenario/2"
 world = "plane"
 duration = "10 s"
 [[agent]]

@@ -75,7 +75,7 @@ def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
     length = length_of(reference)
     difficulty = {"cylinders": float(len(posts)), "length": length, "clearance": ground.clearance(reference)}
     doc = f"World {number} of BARN: a field of cylinders, without a map."
-    success = {"goal": "goal", "shortest": quantity(length, "m")}
+    success = {"goal": "goal", "shortest_path": quantity(length, "m")}
     scenario = goal_scenario(
         setup, name, doc, START, GOAL, tolerance=TOLERANCE, duration=DURATION, agent={"success": success}
     )

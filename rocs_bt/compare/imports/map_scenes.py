@@ -74,7 +74,7 @@ def scene_between(
         goal,
         tolerance=0.4,
         duration=min(duration, 3600.0),
-        agent={"success": {"goal": "goal", "shortest": quantity(path.length, "m")}},
+        agent={"success": {"goal": "goal", "shortest_path": quantity(path.length, "m")}},
     )
     measured = {"length": path.length, "clearance": path.clearance, "detour": path.length / math.dist(start, goal)}
     return Scene(scenario, ground, {**measured, **difficulty}, path.points)

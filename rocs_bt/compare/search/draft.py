@@ -40,7 +40,7 @@ class Draft:
             doc: One-sentence description.
         """
         scenario = copy.deepcopy({**scene.scenario, "world": name, "doc": doc})
-        for table in (*scenario["agent"], *scenario.get("mover", [])):
+        for table in (*scenario["agent"], *scenario.get("actor", [])):
             table.pop("jitter", None)
         return Draft(Scene(scenario, scene.ground))
 
@@ -62,11 +62,11 @@ class Draft:
 
     @cached_property
     def obstacles(self) -> Mapping[str, Point]:
-        """Position of each obstacle, and start position of each mover (door, person, robot) [m], by name."""
+        """Position of each obstacle, and start position of each actor (door, person, robot) [m], by name."""
         found = {
-            obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.movers)
+            obstacle.name: (obstacle.x, obstacle.y) for obstacle in (*self._ground.obstacles, *self._ground.actors)
         }
-        return found | {mover["name"]: _point(mover) for mover in self._scenario.get("mover", [])}
+        return found | {actor["name"]: _point(actor) for actor in self._scenario.get("actor", [])}
 
     @property
     def start(self) -> Point:
@@ -90,7 +90,7 @@ class Draft:
 
     @cached_property
     def ground(self) -> Ground:
-        """Static obstacles on a floor that extends 2 m beyond everything; without movers."""
+        """Static obstacles on a floor that extends 2 m beyond everything; without actors."""
         points = [*self.obstacles.values(), self.start, self.goal]
         low, high = (tuple(f(p[axis] for p in points) + d for axis in (0, 1)) for f, d in ((min, -2.0), (max, 2.0)))
         return Ground((low[0], low[1]), (high[0], high[1]), self._ground.obstacles)
@@ -100,14 +100,14 @@ class Draft:
         return self.ground.grid(CELL).shortest(self.start, self.goal, radius)
 
     def without(self, names: Collection[str]) -> Draft:
-        """Draft without some obstacles or movers."""
-        movers = [mover for mover in self._scenario.get("mover", []) if mover["name"] not in names]
+        """Draft without some obstacles or actors."""
+        actors = [actor for actor in self._scenario.get("actor", []) if actor["name"] not in names]
         obstacles, bodies = (
             [obstacle for obstacle in each if obstacle.name not in names]
-            for each in (self._ground.obstacles, self._ground.movers)
+            for each in (self._ground.obstacles, self._ground.actors)
         )
-        ground = replace(self._ground, obstacles=obstacles, movers=bodies)
-        return Draft(Scene({**self._scenario, "mover": movers}, ground))
+        ground = replace(self._ground, obstacles=obstacles, actors=bodies)
+        return Draft(Scene({**self._scenario, "actor": actors}, ground))
 
     def between(self, start: Point, goal: Point) -> Draft:
         """Draft with another start and goal [m]."""
@@ -122,18 +122,18 @@ class Draft:
         Args:
             step: Step of all quantities except angles [m, m/s, s]; sizes stay above 0.
             degrees: Step of angles [deg].
-            names: Obstacles and movers to round; the name "" means start and goal.
+            names: Obstacles and actors to round; the name "" means start and goal.
         """
         scenario = copy.deepcopy(dict(self._scenario))
-        tables = [mover for mover in scenario.get("mover", []) if mover["name"] in names]
+        tables = [actor for actor in scenario.get("actor", []) if actor["name"] in names]
         tables += [scenario["agent"][0], _goal(scenario)] if "" in names and self.movable else []
         for table in tables:
             table |= {key: _simpler(value, step, degrees) for key, value in table.items() if key != "tolerance"}
         obstacles, bodies = (
             [_simpler_obstacle(obstacle, step, degrees) if obstacle.name in names else obstacle for obstacle in each]
-            for each in (self._ground.obstacles, self._ground.movers)
+            for each in (self._ground.obstacles, self._ground.actors)
         )
-        return Draft(Scene(scenario, replace(self._ground, obstacles=obstacles, movers=bodies)))
+        return Draft(Scene(scenario, replace(self._ground, obstacles=obstacles, actors=bodies)))
 
     @property
     def _scenario(self) -> Mapping[str, Any]:

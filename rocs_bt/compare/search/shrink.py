@@ -29,7 +29,7 @@ STEPS = ((1.0, 90.0), (0.5, 45.0), (0.1, 15.0), (0.05, 5.0), (0.01, 1.0))
 SHARES = (0.5, 0.75, 0.9)
 """Shares of the path from start to goal that remain when the path is shortened, in the order tried."""
 
-_APART = 1.0  # [m] distance from the robot at which a mover may start in any simplified scene
+_APART = 1.0  # [m] distance from the robot at which an actor may start in any simplified scene
 _NEAREST = 1.0  # [m] distance from start to goal to which any simplified scene may be shortened
 
 
@@ -41,7 +41,7 @@ class Fairness:
         radius: Radius of a disc for which there is a path [m]; 0 if even the original scene has no path for the robot.
         start: Minimum clearance around the robot's centre at the start [m].
         goal: Minimum clearance around the goal [m].
-        apart: Minimum distance from the robot's start to the start of any mover [m].
+        apart: Minimum distance from the robot's start to the start of any actor [m].
         distance: Minimum distance from start to goal [m].
     """
 

@@ -30,26 +30,26 @@ class Beams:
         mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; in the order of the
             bearings.
         half_angle: Half opening angle of each beam's cone [rad].
-        reach: Maximum range [m].
+        max_range: Maximum range [m].
         noise: Standard deviation of a range [m].
-        largest: Maximum extent of an object; anything larger is a wall [m].
+        max_object_size: Maximum extent of an object; anything larger is a wall [m].
     """
 
     mounts: Sequence[tuple[float, float, float]]
     half_angle: float
-    reach: float
+    max_range: float
     noise: float = 0.02
-    largest: float = 0.8
+    max_object_size: float = 0.8
 
     def __post_init__(self) -> None:
         if not self.mounts or any(len(mount) != 3 for mount in self.mounts):
             raise InputError("beams need a mount of x, y and bearing each.")
-        sizes = (self.half_angle, self.reach, self.noise, self.largest)
+        sizes = (self.half_angle, self.max_range, self.noise, self.max_object_size)
         if not all(0.0 < size < math.inf for size in sizes):
             raise InputError(f"half_angle, reach, noise and largest must be above 0, found {sizes}.")
 
     def sightings(self, pose: Pose2, ranges: Sequence[float]) -> list[Sighting]:
-        """Detect the objects in one scan; whatever is larger than `largest` is left out as a wall.
+        """Detect the objects in one scan; whatever is larger than `max_object_size` is left out as a wall.
 
         Args:
             pose: Pose of the robot, world frame.
@@ -57,7 +57,7 @@ class Beams:
         """
         origins, bearings = self._rays(pose)
         found = np.asarray(ranges, float)
-        hits = np.flatnonzero(found <= self.reach)  # false for NaN too
+        hits = np.flatnonzero(found <= self.max_range)  # false for NaN too
         points = origins[hits] + found[hits, None] * np.column_stack([np.cos(bearings[hits]), np.sin(bearings[hits])])
         groups = self._groups(hits.tolist(), points, bearings[hits], found[hits])
         sightings = [self._sighting(pose, points[group], found[hits][group]) for group in groups]
@@ -70,7 +70,7 @@ class Beams:
         away = np.hypot(*to.T)
         off = np.abs(np.mod(np.arctan2(to[:, 1], to[:, 0]) - bearings + math.pi, math.tau) - math.pi)
         nearest = away - track.radius
-        shown = (off <= self.half_angle) & (nearest <= self.reach - OCCLUSION)
+        shown = (off <= self.half_angle) & (nearest <= self.max_range - OCCLUSION)
         clear = np.asarray(ranges, float) >= nearest - OCCLUSION  # false for NaN: an invalid beam shows nothing
         return bool((shown & clear).any())
 
@@ -105,7 +105,7 @@ class Beams:
 
     def _sighting(self, pose: Pose2, points: Array, found: Array) -> Sighting | None:
         extent = float(np.hypot(*(points[-1] - points[0])))
-        if extent > self.largest:
+        if extent > self.max_object_size:
             return None
         middle, radius = points.mean(axis=0), max(0.5 * extent, MIN_RADIUS)
         to = middle - (pose.x, pose.y)

@@ -1,4 +1,4 @@
-"""Movers: scripted actors, which are robots without an agent. They do not yield to other robots."""
+"""Scripted robots: scripted actors with a robot's body and no agent. They do not yield to other robots."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ..safety import SafetyGate
 from ..units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
 
 
-class Mover(ABC):
+class ScriptedRobot(ABC):
     """Script that drives one robot.
 
     Args:
@@ -61,40 +61,40 @@ class Mover(ABC):
 
 @dataclass(frozen=True, kw_only=True)
 class RandomWalkParameters:
-    """Parameters of the mover `random_walk`, which drives legs of constant speed and curvature.
+    """Parameters of the script `random_walk`, which drives legs of constant speed and curvature.
 
     Attributes:
         max_speed: Maximum speed of a leg [m/s].
         min_speed: Minimum speed of a leg [m/s].
-        turn_rate: Maximum turn rate in place, between legs [rad/s].
-        max_bend: Maximum turn rate along a leg, to either side [rad/s].
-        min_leg, max_leg: Minimum and maximum duration of a leg [s].
+        in_place_turn_rate: Maximum turn rate in place, between legs [rad/s].
+        max_leg_turn_rate: Maximum turn rate along a leg, to either side [rad/s].
+        min_leg_duration, max_leg_duration: Minimum and maximum duration of a leg [s].
         margin: Minimum distance of the centre of the drive axle to walls [m].
     """
 
     max_speed: MetresPerSecond = 0.3
     min_speed: MetresPerSecond = 0.1
-    turn_rate: RadiansPerSecond = 1.0
-    max_bend: RadiansPerSecond = 0.3
-    min_leg: Seconds = 1.5
-    max_leg: Seconds = 5.0
+    in_place_turn_rate: RadiansPerSecond = 1.0
+    max_leg_turn_rate: RadiansPerSecond = 0.3
+    min_leg_duration: Seconds = 1.5
+    max_leg_duration: Seconds = 5.0
     margin: Metres = 0.33
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not 0.0 <= value < math.inf:
                 raise InputError(Fault(f"{name} must be finite and at least 0, found {value:g}."))
-        if not self.min_speed <= self.max_speed or not 0.0 < self.min_leg <= self.max_leg:
+        if not self.min_speed <= self.max_speed or not 0.0 < self.min_leg_duration <= self.max_leg_duration:
             raise InputError(
                 Fault(
                     f"the minimum speed and leg must not exceed the maximum, and legs must be positive; found "
                     f"{self.min_speed} to "
-                    f"{self.max_speed} m/s and {self.min_leg} to {self.max_leg} s."
+                    f"{self.max_speed} m/s and {self.min_leg_duration} to {self.max_leg_duration} s."
                 )
             )
 
 
-class RandomWalk(Mover):
+class RandomWalk(ScriptedRobot):
     """Random walk: legs of random speed, curvature and duration, with turns in place between legs and before walls.
 
     It does not avoid robots.
@@ -120,12 +120,12 @@ class RandomWalk(Mover):
             return self._leg
         error = wrap_angle(self._heading - pose.yaw)
         if abs(error) > 0.08:
-            rate = min(max(2.0 * error, -self._p.turn_rate), self._p.turn_rate)
+            rate = min(max(2.0 * error, -self._p.in_place_turn_rate), self._p.in_place_turn_rate)
             return Twist2(0.0, rate)
         self._heading = math.nan
         self._look_at = t
-        self._until = t + self.rng.uniform(self._p.min_leg, self._p.max_leg)
-        bend = self.rng.uniform(-self._p.max_bend, self._p.max_bend)
+        self._until = t + self.rng.uniform(self._p.min_leg_duration, self._p.max_leg_duration)
+        bend = self.rng.uniform(-self._p.max_leg_turn_rate, self._p.max_leg_turn_rate)
         self._leg = Twist2(self.rng.uniform(self._p.min_speed, self._p.max_speed), bend)
         return self._leg
 
@@ -133,7 +133,7 @@ class RandomWalk(Mover):
         if t < self._look_at:
             return False
         spare = self._room(pose, pose.yaw, self._AHEAD) - self._p.margin
-        self._look_at = t + spare / (self._p.max_speed + self._AHEAD * self._p.max_bend)
+        self._look_at = t + spare / (self._p.max_speed + self._AHEAD * self._p.max_leg_turn_rate)
         return spare < 0.0
 
     def _choose(self, pose: Pose2) -> float:
@@ -149,10 +149,10 @@ class RandomWalk(Mover):
         return self.world.room(pose.x + ahead * math.cos(heading), pose.y + ahead * math.sin(heading))
 
 
-MOVERS: Mapping[str, type[RandomWalk]] = {"random_walk": RandomWalk}
+SCRIPTED_ROBOTS: Mapping[str, type[RandomWalk]] = {"random_walk": RandomWalk}
 
 
-def make_mover(
+def make_scripted_robot(
     script: str,
     parameters: Mapping[str, Any],
     *,
@@ -161,11 +161,11 @@ def make_mover(
     drive: Drive,
     wheels: SafetyGate,
     rng: np.random.Generator,
-) -> Mover:
-    """Construct a mover by the name of its script.
+) -> ScriptedRobot:
+    """Construct a scripted robot by the name of its script.
 
     Args:
-        script: Name of the script, a key of `MOVERS`.
+        script: Name of the script, a key of `SCRIPTED_ROBOTS`.
         parameters: Parameters of the script, SI units.
         name: Name of the robot in the world.
         world: World of the robot.
@@ -176,8 +176,8 @@ def make_mover(
     Raises:
         InputError: Unknown script, or wrong parameters; lists every fault.
     """
-    if script not in MOVERS:
-        raise UnknownName(unknown("mover script", script, MOVERS))
-    cls = MOVERS[script]
+    if script not in SCRIPTED_ROBOTS:
+        raise UnknownName(unknown("robot script", script, SCRIPTED_ROBOTS))
+    cls = SCRIPTED_ROBOTS[script]
     wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
     return cls(name, world, drive, wheels, rng, parameters=wanted)

@@ -1,0 +1,219 @@
+"""Upgrade of content files of old formats: the format line and renamed keys, and nothing else."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..document import Table
+from ..errors import Fault, InputError
+from ..toml_text import Key, comment_starts, key_parts, parse_toml
+from .catalog import Catalog
+from .entry import find_project, kind_of
+from .inherit import FindBase, merged_data
+from .renamed_keys import FORMATS, Format, foreign_keys, old_keys
+
+_FORMAT = re.compile(rf"""^\s*format\s*=\s*["']({"|".join(FORMATS)})["']""", re.MULTILINE)
+_BASE = re.compile(r"^\s*base\s*=", re.MULTILINE)
+_SKIPPED = ("__pycache__", "node_modules", "site-packages")
+
+
+@dataclass(frozen=True)
+class KeyChange:
+    """Changed key or format in one line.
+
+    Attributes:
+        line: 1-based line.
+        old: Old key or format.
+        new: New key or format.
+    """
+
+    line: int
+    old: str
+    new: str
+
+
+@dataclass(frozen=True)
+class Upgrade:
+    """Upgrade of one file.
+
+    Attributes:
+        file: The file.
+        changes: Changes, in the order of the file; empty if it is up to date or cannot be upgraded.
+        text: New text; empty without changes.
+        notes: Warnings about keys of the project's own classes, which stay as they are.
+        error: Reason why the file cannot be upgraded; None if it can.
+    """
+
+    file: Path
+    changes: tuple[KeyChange, ...] = ()
+    text: str = ""
+    notes: tuple[Fault, ...] = ()
+    error: InputError | None = None
+
+
+def upgrades(path: Path) -> Iterator[Upgrade]:
+    """Upgrades of a file, or of all robots and scenarios in a folder; writes nothing.
+
+    Args:
+        path: File or folder.
+
+    Raises:
+        InputError: There is no such file or folder.
+    """
+    if not path.exists():
+        raise InputError(Fault(f"there is no file or folder '{path}'."))
+    project = find_project(path if path.is_dir() else path.parent)
+    catalog = Catalog(project)
+    for file in _content_in(path) if path.is_dir() else [path]:
+        try:
+            yield _upgrade(file, file.read_bytes().decode("utf-8"), catalog)
+        except UnicodeDecodeError as error:
+            yield Upgrade(file, error=InputError(Fault(f"the file is not UTF-8 text: {error.reason}.", file)))
+        except OSError as error:
+            yield Upgrade(file, error=InputError(Fault(f"cannot read the file: {error.strerror}.", file)))
+        except InputError as error:
+            yield Upgrade(file, error=error.at(file))
+
+
+def upgraded(text: str, file: Path, find: FindBase) -> Upgrade:
+    """Upgrade the text of a robot.toml or a scenario.
+
+    Args:
+        text: Text of the file.
+        file: The file.
+        find: Finds the file of a `base` by its name.
+
+    Raises:
+        InputError: The file cannot be upgraded: it is not valid TOML or of another format, its base does not exist,
+            or a table has both the old and the new name of a key.
+    """
+    data, positions = parse_toml(text, file)
+    own = Table(file, data, (), positions)
+    form, bases, base = _inherited(own, find, ())
+    if form is None:
+        known = ", ".join(f"'{name}'" for name in FORMATS)
+        raise InputError(Fault("the file has no format that can be upgraded.", file, hint=f"Formats: {known}."))
+    renamed = dict(old_keys(data, form, (file, *bases), base))
+    _refuse_both(renamed, own)
+    edits = [
+        _Edit(part.start, part.end, str(part.key[-1]), renamed[part.key])
+        for part in key_parts(text)
+        if part.key in renamed
+    ]
+    if (found := data.get("format")) in form.old:
+        end = next(part.end for part in key_parts(text) if part.key == ("format",))
+        start = text.index(found, end)
+        edits.append(_Edit(start, start + len(found), found, form.name))
+    edits.sort()
+    new, expected = _edited(text, edits), _renamed(data, renamed, ())
+    if "format" in expected:
+        expected["format"] = form.name
+    if parse_toml(new, file)[0] != expected:
+        raise InputError(Fault("the file cannot be rewritten by names alone.", file, hint="Rename its keys by hand."))
+    changes = tuple(KeyChange(text.count("\n", 0, edit.start) + 1, edit.old, edit.new) for edit in edits)
+    notes = tuple(
+        Fault(f"'{key[-1]}' belongs to your own '{owner}' and stays.", file, *own.position_of(key), warning=True)
+        for key, owner in foreign_keys(data, form, (file, *bases))
+    )
+    return Upgrade(file, changes, new if changes else "", notes)
+
+
+def _upgrade(file: Path, text: str, catalog: Catalog) -> Upgrade:
+    def find(base: str) -> Path:
+        kind = "robot" if file.name == "robot.toml" else "scenario"
+        return catalog.find(kind, base, named_in=file).path
+
+    return upgraded(text, file, find)
+
+
+def _content_in(folder: Path) -> Iterator[Path]:
+    """TOML files in a folder with a format of `FORMATS`; hidden folders and links out of the folder are skipped."""
+    root = folder.resolve()
+    for file in sorted(folder.rglob("*.toml")):
+        parts = file.relative_to(folder).parts
+        if any(part.startswith(".") or part in _SKIPPED for part in parts):
+            continue
+        if file.is_file() and file.resolve().is_relative_to(root):
+            text = file.read_text(encoding="utf-8", errors="replace")
+            inherits = _BASE.search(text) is not None and kind_of(file) in ("robot", "scenario")
+            if _FORMAT.search(text) or inherits:  # a format may be inherited
+                yield file
+
+
+def _inherited(
+    own: Table, find: FindBase, readers: tuple[Path, ...]
+) -> tuple[Format | None, tuple[Path, ...], dict[str, Any]]:
+    """Format of a document, the files of its bases, and their merged content with present names."""
+    form, name = FORMATS.get(str(own.data.get("format"))), own.data.get("base")
+    if not isinstance(name, str):
+        return form, (), {}
+    try:
+        path = find(name)
+        if path.resolve() in (*readers, own.file.resolve()):
+            raise InputError(f"cyclic inheritance: '{name}' is itself based on this file. Remove one 'base'.")
+        data, positions = parse_toml(path.read_text(encoding="utf-8"), path)
+        base = Table(path, data, (), positions)
+        inherited, bases, further = _inherited(base, find, (*readers, own.file.resolve()))
+    except InputError as error:
+        raise error.at(own.file, *own.position("base")) from error
+    if inherited is not None:
+        data = _renamed(data, dict(old_keys(data, inherited, (path, *bases), further)), ())
+    return form or inherited, (path, *bases), merged_data(data, further)
+
+
+def _refuse_both(renamed: Mapping[Key, str], own: Table) -> None:
+    faults = []
+    for key, new in renamed.items():
+        row: Any = own.data
+        for part in key[:-1]:
+            row = row[part]
+        if new in row:
+            message = f"'{key[-1]}' is the old name of '{new}', and the table has both."
+            faults.append(Fault(message, own.file, *own.position_of(key), hint="Remove one of them."))
+    if faults:
+        raise InputError(*faults)
+
+
+def _renamed(value: Any, renamed: Mapping[Key, str], key: Key) -> Any:
+    """Copy of a document with present names."""
+    if isinstance(value, dict):
+        return {renamed.get((*key, name), name): _renamed(each, renamed, (*key, name)) for name, each in value.items()}
+    return [_renamed(each, renamed, (*key, i)) for i, each in enumerate(value)] if isinstance(value, list) else value
+
+
+class _Edit(NamedTuple):
+    """Replacement of a span of the text."""
+
+    start: int
+    end: int
+    old: str
+    new: str
+
+    @property
+    def growth(self) -> int:
+        return len(self.new) - (self.end - self.start)
+
+
+def _edited(text: str, edits: Sequence[_Edit]) -> str:
+    """Replace spans of a text; a comment at the end of a line keeps its column where there is room."""
+    pieces, at, starts = list[str](), 0, comment_starts(text)
+    grown = 0  # growth of the line so far
+    for i, edit in enumerate(edits):
+        pieces += [text[at : edit.start], edit.new]
+        at, grown = edit.end, grown + edit.growth
+        line_end = text.find("\n", at)
+        line_end = len(text) if line_end < 0 else line_end
+        following = edits[i + 1].start if i + 1 < len(edits) else len(text)
+        if following < line_end:
+            continue
+        if comment := next((start for start in starts if at <= start < line_end), 0):
+            body = text[at:comment].rstrip(" ")
+            spaces = comment - at - len(body)
+            pieces.append(body + " " * max(spaces - grown, min(spaces, 2)))
+            at = comment
+        grown = 0
+    return "".join([*pieces, text[at:]])
