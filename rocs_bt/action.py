@@ -139,7 +139,7 @@ class Body(Protocol):
         ...
 
     def note(self, event: type[Event], **values: Any) -> None:
-        """Emit an event, as in `body.note(Followed, cross_track=0.01, ...)`; its time and agent are added."""
+        """Emit an event, as in `body.note(FollowerStepped, cross_track=0.01, ...)`; its time and agent are added."""
         ...
 
 

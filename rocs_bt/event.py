@@ -228,7 +228,7 @@ class ActuatorCommanded(Event, frozen=True, kw_only=True):
         return unpack(self.data)
 
 
-class Followed(Event, frozen=True, kw_only=True):
+class FollowerStepped(Event, frozen=True, kw_only=True):
     """The trajectory follower computed one command. `solve_time` is wall time [s]; zero if not measured."""
 
     cross_track: float  # [m], left of the path positive
@@ -285,7 +285,7 @@ class AgentStopped(Event, frozen=True, kw_only=True):
     by: str
 
 
-class PeerCame(Event, frozen=True, kw_only=True):
+class PeerAppeared(Event, frozen=True, kw_only=True):
     """An agent that shares its knowledge appeared or reappeared; `start` identifies its process start."""
 
     peer: str
@@ -322,14 +322,14 @@ class BodyMoved(Event, frozen=True, kw_only=True):
     wheels: bytes = b""  # [m/s]
 
 
-class Touched(Event, frozen=True, kw_only=True):
+class ContactBegan(Event, frozen=True, kw_only=True):
     """A contact of an agent's robot began in simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 
     other: str
     kind: str
 
 
-class Approached(Event, frozen=True, kw_only=True):
+class MinClearanceLowered(Event, frozen=True, kw_only=True):
     """An agent's hull has its smallest clearance of the run so far: `distance` [m], negative if penetrating."""
 
     other: str
@@ -389,7 +389,7 @@ class Stuck(Event, frozen=True, kw_only=True):
     rule: str = ""
 
 
-class Judged(Event, frozen=True, kw_only=True):
+class OutcomeDecided(Event, frozen=True, kw_only=True):
     """An agent got its outcome, with a reason; docs/architecture.md lists the outcomes."""
 
     outcome: str

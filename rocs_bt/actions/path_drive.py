@@ -11,7 +11,7 @@ from ..control.drive import Array
 from ..control.path import Path
 from ..control.profile import speed_profile
 from ..control.reference import PathReference, Reference
-from ..event import Followed
+from ..event import FollowerStepped
 from ..geometry import Pose2, Twist2, wrap_angle
 from .pose import PoseWatch
 from .set_wheel_speed import SetWheelSpeed
@@ -144,7 +144,7 @@ class PathDrive:
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
             body.note(
-                Followed,
+                FollowerStepped,
                 cross_track=command.cross_track,
                 heading_error=command.heading_error,
                 rung=command.rung,

@@ -10,19 +10,26 @@ from itertools import zip_longest
 import msgspec
 
 from ..event import (
-    Approached,
     BodyMoved,
+    ContactBegan,
     Event,
-    Followed,
+    FollowerStepped,
     GoalEntered,
-    Judged,
+    MinClearanceLowered,
+    OutcomeDecided,
     RequirementViolated,
-    Touched,
     unpack,
 )
 
 #: Events of the simulated world; a replay has no world and so emits none of these.
-WORLD_EVENTS: tuple[type[Event], ...] = (BodyMoved, Touched, Approached, GoalEntered, RequirementViolated, Judged)
+WORLD_EVENTS: tuple[type[Event], ...] = (
+    BodyMoved,
+    ContactBegan,
+    MinClearanceLowered,
+    GoalEntered,
+    RequirementViolated,
+    OutcomeDecided,
+)
 
 _BYTES = msgspec.msgpack.Encoder(order="deterministic").encode  # encodes NaN and infinities, unlike JSON
 
@@ -99,7 +106,7 @@ def compare(
 
 def timeless(event: Event) -> Event:
     """Copy of an event with its wall-clock fields set to zero."""
-    return msgspec.structs.replace(event, solve_time=0.0) if isinstance(event, Followed) else event
+    return msgspec.structs.replace(event, solve_time=0.0) if isinstance(event, FollowerStepped) else event
 
 
 def describe(event: Event | None) -> str:

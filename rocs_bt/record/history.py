@@ -16,11 +16,12 @@ from ..event import (
     BlockFailed,
     BodyMoved,
     CommandExpired,
+    ContactBegan,
     ContentRaised,
     Event,
-    Judged,
     KnowledgeChanged,
     NodeTicked,
+    OutcomeDecided,
     PeerFault,
     Replanned,
     RuleChanged,
@@ -29,7 +30,6 @@ from ..event import (
     Stuck,
     SubtreeSwapped,
     TicketChanged,
-    Touched,
     unpack,
 )
 from .header import AgentInfo, TreeNode, nodes_after
@@ -103,7 +103,7 @@ class Worst:
     margin: str
 
 
-FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Stuck | Touched
+FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Stuck | ContactBegan
 """Events that a report lists as faults of a run."""
 
 
@@ -122,7 +122,7 @@ class AgentHistory:
     knowledge: list[KnowledgeChanged] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
     routes: list[Span] = field(default_factory=list)
-    judged: Judged | None = None
+    judged: OutcomeDecided | None = None
     stopped: float | None = None  # [s]
     worst: list[Worst] = field(default_factory=list)
 
@@ -217,7 +217,7 @@ class History:
             agent.tickets.append(event)
         elif isinstance(event, AtomicStarted):
             agent.atomic.append(event)
-        elif isinstance(event, Judged):
+        elif isinstance(event, OutcomeDecided):
             agent.judged = event
         elif isinstance(event, AgentStopped):
             agent.stopped = event.t

@@ -24,6 +24,7 @@ from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
+from .renamed_events import RENAMED_EVENTS
 from .summary import Summary
 
 R = TypeVar("R")
@@ -111,21 +112,22 @@ class Recording:
         Raises:
             RecordingError: A message is damaged.
         """
-        decodable: dict[int, bool] = {}
+        kinds: dict[int, str] = {}
         schemas: dict[int, str] = {}
-        known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in codec.KINDS}
+        names = {kind.__name__ for kind in codec.KINDS} | RENAMED_EVENTS.keys()
+        known = {codec.SCHEMA_PREFIX + name: name for name in names}
         for chunk in self._chunks:
             for opcode, body in _records(_content(chunk)):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # Others are messages for viewers, and events of kinds that a user added.
-                    if decodable.get(_MESSAGE.unpack_from(body)[0]):
-                        yield codec.decode(body[_MESSAGE.size :])
+                    if kind := kinds.get(_MESSAGE.unpack_from(body)[0]):
+                        yield codec.decode(body[_MESSAGE.size :], kind)
                 elif opcode == Opcode.SCHEMA:
                     schema = _parsed(Schema, body, self.path)
                     schemas[schema.id] = schema.name
                 elif opcode == Opcode.CHANNEL:
                     channel = _parsed(Channel, body, self.path)
-                    decodable[channel.id] = schemas.get(channel.schema_id) in known
+                    kinds[channel.id] = known.get(schemas.get(channel.schema_id, ""), "")
 
 
 def _walk(data: bytes, file: Path) -> _Contents:

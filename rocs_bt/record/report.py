@@ -10,7 +10,16 @@ from typing import Any
 import msgspec
 
 from ..errors import RecordingError
-from ..event import BlockFailed, CommandExpired, ContentRaised, Judged, PeerFault, SensorFailed, Stuck, TicketChanged
+from ..event import (
+    BlockFailed,
+    CommandExpired,
+    ContentRaised,
+    OutcomeDecided,
+    PeerFault,
+    SensorFailed,
+    Stuck,
+    TicketChanged,
+)
 from ..raised import reported
 from .animation import animation
 from .atomic_file import write_whole
@@ -92,7 +101,7 @@ def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[st
     }
 
 
-def _verdict(name: str, judged: AgentResult | Judged | None) -> str:
+def _verdict(name: str, judged: AgentResult | OutcomeDecided | None) -> str:
     if judged is None:
         return f"The run ended without an outcome of {name}"
     verdict = _VERDICTS.get(judged.outcome, "{name}: " + judged.outcome).format(name=name)

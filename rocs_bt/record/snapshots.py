@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import RecordingError
-from ..event import AgentStopped, Approached, BodyMoved, Event, KnowledgeChanged, SignalsWritten, Touched
+from ..event import AgentStopped, BodyMoved, ContactBegan, Event, KnowledgeChanged, MinClearanceLowered, SignalsWritten
 from ..expression import Environment
 from ..knowledge.signals import SignalTable
 from ..signal import Signal
@@ -110,9 +110,9 @@ class Snapshots:
     def _apply(self, event: Event) -> None:
         if isinstance(event, BodyMoved):
             self._pose = event.x, event.y, event.yaw
-        elif isinstance(event, Approached):
+        elif isinstance(event, MinClearanceLowered):
             self._clearance = event.distance
-        elif isinstance(event, Touched):
+        elif isinstance(event, ContactBegan):
             self._touches[event.kind] += 1
         elif isinstance(event, KnowledgeChanged) and event.subject == self.name and event.name == "mode":
             self._wait_or_write(event, late=True)

@@ -15,7 +15,7 @@ from ..event import (
     CommandLimited,
     ContentRaised,
     Event,
-    Followed,
+    FollowerStepped,
     KnowledgeChanged,
     NodeTicked,
     RuleChanged,
@@ -34,7 +34,7 @@ _RAISED = 5  # maximum number of listed exceptions of content
 _LONG = 24  # maximum number of printed values of a signal; of longer signals only the minimum is printed
 _SLOW = 0.02  # speed above which the robot counts as driving [m/s]
 _TURNING = 0.1  # turn rate above which the robot counts as turning [rad/s]
-_STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, Followed)  # emitted every period, not listed
+_STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)  # every period, not listed
 
 
 @dataclass
@@ -71,7 +71,7 @@ class Why:
     atomic: AtomicStarted | None = None
     commands: dict[str, ActuatorCommanded] = field(default_factory=dict)
     limited: dict[str, CommandLimited] = field(default_factory=dict)
-    followed: Followed | None = None
+    followed: FollowerStepped | None = None
     bodies: dict[str, BodyMoved] = field(default_factory=dict)
     changes: dict[str, Change] = field(default_factory=dict)
     raised: list[ContentRaised] = field(default_factory=list)
@@ -138,7 +138,7 @@ def _take(why: Why, event: Event) -> None:
         why.commands[event.actuator] = event
     elif isinstance(event, CommandLimited):
         why.limited[event.actuator] = event
-    elif isinstance(event, Followed):
+    elif isinstance(event, FollowerStepped):
         why.followed = event
     elif isinstance(event, BodyMoved):
         why.bodies[event.body] = event
@@ -222,7 +222,7 @@ def _since(event: Event, t: float) -> str:
     return "" if age < 5e-4 else f", {age:.2f} s ago"
 
 
-def _follower(tick: Followed) -> str:
+def _follower(tick: FollowerStepped) -> str:
     return f"follower: {tick.cross_track * 100:+.1f} cm off, heading {tick.heading_error:+.3f} rad, {tick.rung}"
 
 

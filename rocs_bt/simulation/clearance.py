@@ -7,14 +7,14 @@ from collections.abc import Iterable
 
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.nearness import Among
-from ..event import Approached, EventSink
+from ..event import EventSink, MinClearanceLowered
 from ..geometry import Pose2, wrap_angle
 
 AMONG: tuple[Among, ...] = ("obstacles", "robots")
 
 
 class ClearanceWatch:
-    """Emits an Approached event whenever the clearance of an agent's hull reaches a new minimum.
+    """Emits an MinClearanceLowered event whenever the clearance of an agent's hull reaches a new minimum.
 
     Measuring is slow, so a lower bound of the clearance is kept. The clearance to a static obstacle decreases at most
     by the displacement of the robot, the clearance to another robot at most by the displacements of both robots. A
@@ -25,7 +25,7 @@ class ClearanceWatch:
     Args:
         world: World of the robots.
         agents: Names of the watched agents.
-        sink: Sink for Approached events.
+        sink: Sink for MinClearanceLowered events.
     """
 
     def __init__(self, world: MujocoWorld, agents: Iterable[str], sink: EventSink) -> None:
@@ -61,4 +61,4 @@ class ClearanceWatch:
         distance, other = min(found.values(), key=lambda near: near[0])
         if distance < self._nearest[name]:
             self._nearest[name] = distance
-            self._sink.emit(Approached(t=t, agent=name, other=other, distance=distance))
+            self._sink.emit(MinClearanceLowered(t=t, agent=name, other=other, distance=distance))

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ..clock import Rate, WallClock
 from ..drivers.mujoco import Contact
-from ..event import BodyMoved, EventSink, GoalEntered, Touched, pack
+from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
 from .clearance import ClearanceWatch
 from .fact_schedule import FactSchedule
 from .judge_panel import END, EpisodeAgent, JudgePanel, brake, wait_until
@@ -165,7 +165,7 @@ class Episode:
         for contact in contacts:
             kind = "collision" if contact.moving else "struck"
             if contact.robot in self._judges:
-                self._sink.emit(Touched(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
+                self._sink.emit(ContactBegan(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
         self._clearance.update(t)
         for agent in self._agents:
             self._judge(t, agent, contacts)

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Protocol
 
 from ..clock import WallClock
-from ..event import EventSink, Judged
+from ..event import EventSink, OutcomeDecided
 from ..raised import describe
 from .outcome import AgentState, Judge, Verdict
 
@@ -113,7 +113,7 @@ class JudgePanel:
             judge.check_failure(agent)
             verdict = verdicts[agent.name] = judge.verdict()
             self._sink.emit(
-                Judged(
+                OutcomeDecided(
                     t=t,
                     agent=agent.name,
                     outcome=verdict.outcome,

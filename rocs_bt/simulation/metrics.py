@@ -11,16 +11,17 @@ from typing import Any
 from ..errors import BlockError
 from ..event import (
     ActuatorCommanded,
-    Approached,
     BlockFailed,
     BodyMoved,
     CommandExpired,
     CommandLimited,
+    ContactBegan,
     ContentRaised,
     Event,
-    Followed,
+    FollowerStepped,
     GoalEntered,
-    Judged,
+    MinClearanceLowered,
+    OutcomeDecided,
     PeerFault,
     Replanned,
     RuleChanged,
@@ -28,7 +29,6 @@ from ..event import (
     SignalsWritten,
     Stuck,
     TicketChanged,
-    Touched,
     unpack,
 )
 from ..raised import reported
@@ -70,7 +70,7 @@ class _Tally:
     failure: str = ""  # first block failure
     failed_block: str | None = None
     failed_owner: str | None = None
-    judged: Judged | None = None
+    judged: OutcomeDecided | None = None
 
 
 class Metrics:
@@ -87,13 +87,13 @@ class Metrics:
         self._positions: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
             BodyMoved: self._moved,
-            Approached: _approached,
-            Touched: _touched,
+            MinClearanceLowered: _min_clearance_lowered,
+            ContactBegan: _contact_began,
             RuleChanged: _rule,
             ActuatorCommanded: _commanded,
             Replanned: _replanned,
             TicketChanged: _ticket,
-            Followed: _followed,
+            FollowerStepped: _follower_stepped,
             GoalEntered: _entered,
             SensorFailed: _sensor_failed,
             SignalsWritten: _wrote,
@@ -103,7 +103,7 @@ class Metrics:
             CommandLimited: _limited,
             PeerFault: _peer_fault,
             Stuck: _stuck,
-            Judged: _judged,
+            OutcomeDecided: _outcome_decided,
         }
 
     def emit(self, event: Event) -> None:
@@ -192,13 +192,13 @@ class Metrics:
         return None if tally is None or tally.judged is None else tally.judged.time_to_goal
 
 
-def _cut_off(tally: _Tally, end: float) -> Judged:
+def _cut_off(tally: _Tally, end: float) -> OutcomeDecided:
     """Outcome of an agent whose recording ends without one: a recorded failure or collision, else `interrupted`."""
     if tally.failure:
-        return Judged(t=end, outcome="error", reason=tally.failure)
+        return OutcomeDecided(t=end, outcome="error", reason=tally.failure)
     if tally.collision:
-        return Judged(t=end, outcome="collision", reason=tally.collision)
-    return Judged(t=end, outcome="interrupted", reason=f"the recording ends at {end:.2f} s without an outcome")
+        return OutcomeDecided(t=end, outcome="collision", reason=tally.collision)
+    return OutcomeDecided(t=end, outcome="interrupted", reason=f"the recording ends at {end:.2f} s without an outcome")
 
 
 def quantile(values: Iterable[float], share: float) -> float | None:
@@ -212,11 +212,11 @@ def quantile(values: Iterable[float], share: float) -> float | None:
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None
 
 
-def _approached(tally: _Tally, event: Approached) -> None:
+def _min_clearance_lowered(tally: _Tally, event: MinClearanceLowered) -> None:
     tally.min_clearance = event.distance
 
 
-def _touched(tally: _Tally, event: Touched) -> None:
+def _contact_began(tally: _Tally, event: ContactBegan) -> None:
     tally.touches[event.kind] += 1
     if event.kind == "collision" and not tally.collision:
         tally.collision = f"it ran into {event.other} at {event.t:.2f} s"
@@ -248,7 +248,7 @@ def _ticket(tally: _Tally, event: TicketChanged) -> None:
         tally.actions.setdefault(event.action, Counter())[event.state] += 1
 
 
-def _followed(tally: _Tally, event: Followed) -> None:
+def _follower_stepped(tally: _Tally, event: FollowerStepped) -> None:
     tally.cross.append(event.cross_track)
     if event.solve_time > 0.0:
         tally.solve.append(event.solve_time)
@@ -294,5 +294,5 @@ def _stuck(tally: _Tally, event: Stuck) -> None:
     tally.faults.append(f"{event.t:.2f} s: {event.reason}")
 
 
-def _judged(tally: _Tally, event: Judged) -> None:
+def _outcome_decided(tally: _Tally, event: OutcomeDecided) -> None:
     tally.judged = event

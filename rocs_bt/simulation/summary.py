@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 from msgspec import UNSET, UnsetType
 
-from ..event import Judged
+from ..event import OutcomeDecided
 from ..record import KnowledgeFile, Recording, RunHeader, Summary
 from .metrics import Metrics
 from .requirements import RequirementWatch
@@ -78,7 +78,7 @@ def summary_of(recording: Recording) -> Summary:
     for event in recording.events():
         metrics.emit(event)
         requirements.emit(event)
-        if isinstance(event, Judged):
+        if isinstance(event, OutcomeDecided):
             end, judged = event.t, True
         elif not judged:
             end = max(end, event.t)

@@ -14,7 +14,7 @@ from rocs_bt.actions import (
     GoTo,
     SetWheelSpeed,
 )
-from rocs_bt.event import ActuatorCommanded, Followed
+from rocs_bt.event import ActuatorCommanded, FollowerStepped
 from rocs_bt.geometry import Pose2
 from rocs_bt.pipeline import Priority, TicketState
 
@@ -33,7 +33,7 @@ class TestGoTo:
         assert ticket.state is SUCCEEDED
         assert rig.pose.distance(Pose2(0.5, -0.3)) <= 0.055
         slow = 0.05 + 1.5 * rig.body.period  # the last command counts from wheels that stand
-        assert max(map(abs, rig.of(ActuatorCommanded)[-2].values)) <= slow if rig.of(Followed) else True
+        assert max(map(abs, rig.of(ActuatorCommanded)[-2].values)) <= slow if rig.of(FollowerStepped) else True
 
     def test_stands_when_it_succeeds(self, rig):
         rig.knowledge.world.place("goal", Pose2(1.0, 0.0), kind="goal")
@@ -50,9 +50,9 @@ class TestGoTo:
         assert len({e.t for e in rig.of(ActuatorCommanded)}) == periods
         assert np.abs(np.diff(commands[:-1], axis=0)).max() <= 1.5 * 0.05 + 1e-9
         assert np.abs(commands).max() <= 1.2 + 1e-9
-        assert len(rig.of(Followed)) == periods - 1
-        assert max(abs(e.cross_track) for e in rig.of(Followed)) < 0.05
-        assert {e.rung for e in rig.of(Followed)} == {"solved"}
+        assert len(rig.of(FollowerStepped)) == periods - 1
+        assert max(abs(e.cross_track) for e in rig.of(FollowerStepped)) < 0.05
+        assert {e.rung for e in rig.of(FollowerStepped)} == {"solved"}
         assert periods * 0.05 < 7.0
 
     def test_turns_on_the_spot_first_when_it_looks_away(self, rig):
@@ -176,7 +176,7 @@ class TestFollowPath:
         rig.finish(ticket)
         assert ticket.state is SUCCEEDED
         assert rig.pose.distance(Pose2(1.0, 1.0)) <= 0.055
-        assert max(abs(e.cross_track) for e in rig.of(Followed)) < 0.05
+        assert max(abs(e.cross_track) for e in rig.of(FollowerStepped)) < 0.05
 
     def test_joins_from_aside(self, rig):
         rig.put(0.5, -0.8, 0.0)

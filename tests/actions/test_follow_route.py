@@ -6,7 +6,7 @@ import numpy as np
 
 from rocs_bt.action import Reason
 from rocs_bt.actions import FollowRoute
-from rocs_bt.event import ActuatorCommanded, Followed
+from rocs_bt.event import ActuatorCommanded, FollowerStepped
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.pipeline import TicketState
@@ -133,6 +133,6 @@ def test_a_lost_pose_stops_it_and_a_missing_goal_fails_it(rig):
 def test_it_tells_how_it_follows_and_what_remains(rig):
     ticket = begin(rig)
     rig.run(20)
-    assert max(abs(e.cross_track) for e in rig.of(Followed)) < 0.02
+    assert max(abs(e.cross_track) for e in rig.of(FollowerStepped)) < 0.02
     assert ticket.action.remaining(rig.knowledge) == rig.knowledge.robot.pose().distance(Pose2(3.0, 0.0))
     assert math.isnan(FollowRoute(points=STRAIGHT, goal="nowhere").remaining(rig.knowledge))

@@ -14,7 +14,7 @@ from rocs_bt.action import Action, AtomicAction, Body, MacroAction, Progress
 from rocs_bt.analyze import PassRange
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import DeviceError
-from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, Judged, ListSink, NodeTicked, TicketChanged
+from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, ListSink, NodeTicked, OutcomeDecided, TicketChanged
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
 
@@ -112,7 +112,7 @@ def check_ends(events):
     assert ended == Counter(begun)
     statuses = {e.node: e.status for e in events if isinstance(e, NodeTicked)}
     assert "RUNNING" not in statuses.values()
-    verdict = next(i for i, e in enumerate(events) if isinstance(e, Judged))
+    verdict = next(i for i, e in enumerate(events) if isinstance(e, OutcomeDecided))
     assert not [e for e in events[verdict:] if isinstance(e, (NodeTicked, TicketChanged))]
     return statuses
 

@@ -93,7 +93,7 @@ def scene_of(obstacles, start=(-2.0, 0.0), goal=(2.0, 0.0), actors=()):
     return Scene(scenario, Ground((-4.0, -4.0), (4.0, 4.0), list(obstacles), list(actors)))
 
 
-class Judged(Player):
+class OutcomeDecided(Player):
     """Plays nothing: fails where it is told to, and notes what was tried."""
 
     def __init__(self, fails, budget=10_000):
@@ -116,7 +116,7 @@ def episode(outcome):
 
 
 def shrunk(draft, fails, budget=10_000):
-    player = Judged(fails, budget)
+    player = OutcomeDecided(fails, budget)
     shrinking = Shrinking(player, draft, episode("collision"), BODY)
     shrinking.run()
     return shrinking.draft, player

@@ -66,7 +66,7 @@ def test_events_of_one_kind_have_the_fields_of_that_kind(names):
     (sonar,) = {len(e.values) for e in events if isinstance(e, SensorRead) and e.sensor == "sonar"}
     reads = result.events("SensorRead")["data"]
     assert {len(row) for row in reads} >= {sonar}
-    goals = result.events("Judged")["time_to_goal"]
+    goals = result.events("OutcomeDecided")["time_to_goal"]
     assert goals.dtype == np.float64
 
 

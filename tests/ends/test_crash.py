@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import BlockError
-from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, Judged
+from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, OutcomeDecided
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.record import Recording, report
 from rocs_bt.simulation import EndedAtOnce, SimulatedWorld, StopSignals
@@ -39,7 +39,7 @@ def written(folder: Path) -> dict:
     assert recording.complete
     assert json.loads(recording.summary.to_json()) == summary
     assert [e.agent for e in events if isinstance(e, AgentStopped)] == ["R2"]
-    assert len([e for e in events if isinstance(e, Judged)]) == 1
+    assert len([e for e in events if isinstance(e, OutcomeDecided)]) == 1
     assert [e.values for e in events if isinstance(e, ActuatorCommanded)][-1] == [0.0, 0.0]
     assert (folder / "report.html").read_text().rstrip().endswith("</html>")
     return summary

@@ -18,7 +18,7 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.event import AgentStopped, Judged
+from rocs_bt.event import AgentStopped, OutcomeDecided
 from rocs_bt.record import Recording
 
 from ..isolated import PATIENCE, WHEELS, Log, Robot, driven
@@ -66,8 +66,8 @@ def test_a_signal_is_neutral_first_then_all_files(tmp_path, request, number, iso
     recording = Recording.open(tmp_path / "out")
     assert recording.complete
     assert json.loads(recording.summary.to_json()) == summary
-    found = [e for e in recording.events() if isinstance(e, (AgentStopped, Judged))]
-    assert [(type(e), e.agent) for e in found] == [(AgentStopped, "R2"), (Judged, "R2")]
+    found = [e for e in recording.events() if isinstance(e, (AgentStopped, OutcomeDecided))]
+    assert [(type(e), e.agent) for e in found] == [(AgentStopped, "R2"), (OutcomeDecided, "R2")]
     page = (tmp_path / "out/report.html").read_text()
     assert "collisions" not in page
     assert page.rstrip().endswith("</html>")

@@ -16,7 +16,7 @@ import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.errors import RecordingError
-from rocs_bt.event import BlockFailed, Touched
+from rocs_bt.event import BlockFailed, ContactBegan
 from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo
 from rocs_bt.simulation import OUTCOMES, summary_of
@@ -107,8 +107,8 @@ def test_a_recording_that_was_cut_off_anywhere_gives_a_summary_or_says_why_not(s
 def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_path: Path) -> None:
     agents = tuple(AgentInfo(name=name, robot="r", mission="m") for name in ("R1", "R2", "R3"))
     recorder = Recorder(tmp_path / "run.mcap", RunHeader(scenario="one", seed=1, agents=agents))
-    recorder.emit(Touched(t=1.0, agent="R1", other="box", kind="struck"))
-    recorder.emit(Touched(t=1.0, agent="R2", other="box", kind="collision"))
+    recorder.emit(ContactBegan(t=1.0, agent="R1", other="box", kind="struck"))
+    recorder.emit(ContactBegan(t=1.0, agent="R2", other="box", kind="collision"))
     recorder.emit(BlockFailed(t=2.0, agent="R3", block="plan", kind="hung", detail="no end"))
     recorder.close()
     agents_found = summary_of(Recording.open(tmp_path / "run.mcap")).agents

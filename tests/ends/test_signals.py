@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.cli.main import call
-from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, Judged
+from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, OutcomeDecided
 from rocs_bt.record import Recording
 
 from .conftest import BEGUN, Process
@@ -81,7 +81,7 @@ def test_a_signal_ends_the_run_in_order(project, start, received, mode):
     events = list(recording.events())
     assert recording.complete
     assert json.loads(recording.summary.to_json()) == summary_in(project / "out")
-    assert [(e.outcome, e.reason) for e in events if isinstance(e, Judged)] == [("interrupted", reason)]
+    assert [(e.outcome, e.reason) for e in events if isinstance(e, OutcomeDecided)] == [("interrupted", reason)]
     assert [e.by for e in events if isinstance(e, AgentStopped)] == [reason]
     assert last_commands(events) == [[0.0, 0.0]]
     assert (project / "out/report.html").read_text().rstrip().endswith("</html>")
@@ -101,7 +101,7 @@ def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
     assert "ended at once by SIGTERM\n" in err
     assert "There is no summary.json and no report.html. To create both: rocs-bt report out\n" in err
     events = list(Recording.open(project / "out").events())
-    assert [e.outcome for e in events if isinstance(e, Judged)] == ["interrupted"]
+    assert [e.outcome for e in events if isinstance(e, OutcomeDecided)] == ["interrupted"]
     assert last_commands(events) == [[0.0, 0.0]]
     capsys.readouterr()
     assert call(["report", "out"]) == 0

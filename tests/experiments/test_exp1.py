@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RecordingError
-from rocs_bt.event import ListSink, SensorRead, Touched, pack
+from rocs_bt.event import ContactBegan, ListSink, SensorRead, pack
 from rocs_bt.record import AgentResult, Recorder, Recording, SolveTime, Summary
 from rocs_bt.simulation import replay
 
@@ -24,11 +24,11 @@ Variant = Callable[..., Catalog]
 
 
 @cache
-def episode(seed: int) -> tuple[Summary, list[Touched]]:
+def episode(seed: int) -> tuple[Summary, list[ContactBegan]]:
     """The summary of one shipped run without a recording, and its contacts."""
     sink = ListSink()
     summary = run("exp1", Catalog(), seed=seed, sinks=[sink]).summary
-    return summary, [e for e in sink.events if isinstance(e, Touched)]
+    return summary, [e for e in sink.events if isinstance(e, ContactBegan)]
 
 
 def robot(summary: Summary) -> AgentResult:
@@ -83,7 +83,7 @@ def test_fifty_hertz_control_works(variant: Variant, seed: int) -> None:
     sink = ListSink()
     found = robot(run("exp1", catalog, seed=seed, sinks=[sink]).summary)
     assert found.outcome == "success"
-    assert not [e for e in sink.events if isinstance(e, Touched)]
+    assert not [e for e in sink.events if isinstance(e, ContactBegan)]
     stamps = [e.t for e in sink.events if isinstance(e, SensorRead) and e.sensor == "sonar"]
     assert stamps[:3] == pytest.approx([0.0, 0.02, 0.04])
 

@@ -9,7 +9,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import BodyMoved, GoalEntered, ListSink, Touched
+from rocs_bt.event import BodyMoved, ContactBegan, GoalEntered, ListSink
 from rocs_bt.simulation import replay
 
 CATALOG = Catalog()
@@ -29,7 +29,7 @@ def test_it_reaches_its_place_and_runs_into_nothing(seed: int) -> None:
     summary, sink = episode(seed)
     entered = [e.t for e in sink.events if isinstance(e, GoalEntered) and e.agent == "R3"]
     assert 4.0 < entered[0] < 8.0
-    assert not [e for e in sink.events if isinstance(e, Touched) and e.agent == "R3" and e.kind == "collision"]
+    assert not [e for e in sink.events if isinstance(e, ContactBegan) and e.agent == "R3" and e.kind == "collision"]
     assert summary.outcome in ("success", "timeout")
 
 

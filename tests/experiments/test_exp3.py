@@ -12,7 +12,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import RobotSensor
-from rocs_bt.event import BodyMoved, Change, ListSink, TicketChanged, Touched
+from rocs_bt.event import BodyMoved, Change, ContactBegan, ListSink, TicketChanged
 from rocs_bt.record import Recording, Summary
 from rocs_bt.simulation import SimulatedWorld, build_world, replay
 from rocs_bt.testing.faults import FaultySensor, break_sensor
@@ -23,11 +23,11 @@ SAFE = (SAFETY, 2.0 * DISTANCE - SAFETY)  # the mission's band
 
 
 @cache
-def episode(seed: int) -> tuple[Summary, tuple[BodyMoved, ...], tuple[Touched, ...]]:
+def episode(seed: int) -> tuple[Summary, tuple[BodyMoved, ...], tuple[ContactBegan, ...]]:
     sink = ListSink()
     summary = run("exp3", Catalog(), seed=seed, sinks=[sink]).summary
     moves = tuple(e for e in sink.events if isinstance(e, BodyMoved))
-    return summary, moves, tuple(e for e in sink.events if isinstance(e, Touched))
+    return summary, moves, tuple(e for e in sink.events if isinstance(e, ContactBegan))
 
 
 def distances(moves: tuple[BodyMoved, ...]) -> list[tuple[float, float]]:

@@ -8,7 +8,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import BodyMoved, KnowledgeChanged, ListSink, PeerCame, PeerVanished
+from rocs_bt.event import BodyMoved, KnowledgeChanged, ListSink, PeerAppeared, PeerVanished
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
 
@@ -67,8 +67,8 @@ def test_what_r3_knows_of_r2_is_where_r2_is(shared):
 
 def test_the_end_of_r2_is_noticed(shared):
     _, events, _ = shared
-    told = [(type(e), e.peer) for e in events if isinstance(e, (PeerCame, PeerVanished)) and e.agent == "R3"]
-    assert told == [(PeerCame, "R2"), (PeerVanished, "R2")]
+    told = [(type(e), e.peer) for e in events if isinstance(e, (PeerAppeared, PeerVanished)) and e.agent == "R3"]
+    assert told == [(PeerAppeared, "R2"), (PeerVanished, "R2")]
 
 
 def test_the_same_seed_is_the_same_run_byte_by_byte_and_it_replays(shared, tmp_path):

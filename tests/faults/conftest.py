@@ -10,7 +10,7 @@ import pytest
 
 from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import BlockFailed, BodyMoved, Event, SensorFailed, Touched
+from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, Event, SensorFailed
 from rocs_bt.simulation import RunResult, SimulatedWorld
 
 
@@ -46,7 +46,7 @@ class Outcome:
     @property
     def touched(self) -> list[str]:
         """What R2 ran into."""
-        return [e.other for e in self.of(Touched)]
+        return [e.other for e in self.of(ContactBegan)]
 
     @property
     def sensors(self) -> set[str]:

@@ -15,7 +15,7 @@ from py_trees.composites import Sequence
 
 from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import BodyMoved, Change, Event, Touched
+from rocs_bt.event import BodyMoved, Change, ContactBegan, Event
 from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.testing.faults import DeadSensor, break_sensor
@@ -45,7 +45,7 @@ class Pair:
             if event.t >= self.at and self.stage is not None:
                 self.at = math.inf
                 self.act(self.stage)
-        elif isinstance(event, Change | Touched) and event.agent == "R3":
+        elif isinstance(event, Change | ContactBegan) and event.agent == "R3":
             self.told.append(event)
 
     def prepare(self, stage: SimulatedWorld) -> None:
@@ -63,8 +63,8 @@ class Pair:
         self.summary = dict(found.summary.agents)
         return self.summary["R3"]
 
-    def touched(self) -> list[Touched]:
-        return [e for e in self.told if isinstance(e, Touched) and e.kind == "collision"]
+    def touched(self) -> list[ContactBegan]:
+        return [e for e in self.told if isinstance(e, ContactBegan) and e.kind == "collision"]
 
     def below(self) -> list[float]:
         """Distances at which R3 drove though it was too near [m]."""

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.event import PeerCame, PeerFault
+from rocs_bt.event import PeerAppeared, PeerFault
 from rocs_bt.knowledge.share import Counts, Entry
 from rocs_bt.knowledge.share.inbox import PER_SENDER, Inbox
 from rocs_bt.knowledge.share.wire import (
@@ -133,7 +133,7 @@ def test_a_start_whose_name_cannot_be_printed_is_not_heard(origin):
     peers = two()
     counts = throw(peers, encode(origin, TextMessage(1, "hello"), KEY), encode(origin, Leave(), KEY))
     assert counts.malformed == 2
-    assert not [e for e in peers.sink.events if isinstance(e, PeerCame) and e.start == origin]
+    assert not [e for e in peers.sink.events if isinstance(e, PeerAppeared) and e.start == origin]
 
 
 def test_the_first_refused_write_of_a_peer_is_reported_and_the_others_are_counted():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rocs_bt.errors import InputError
-from rocs_bt.event import PeerCame, PeerVanished
+from rocs_bt.event import PeerAppeared, PeerVanished
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
 from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
@@ -140,9 +140,11 @@ class TestPeers:
         peers.start("R1")
         peers.turn(10)
         told = [
-            (type(e), e.start) for e in peers.sink.events if isinstance(e, (PeerCame, PeerVanished)) and e.agent == "R0"
+            (type(e), e.start)
+            for e in peers.sink.events
+            if isinstance(e, (PeerAppeared, PeerVanished)) and e.agent == "R0"
         ]
-        assert told == [(PeerCame, "R1#1"), (PeerVanished, "R1#1"), (PeerCame, "R1#2")]
+        assert told == [(PeerAppeared, "R1#1"), (PeerVanished, "R1#1"), (PeerAppeared, "R1#2")]
 
     def test_acknowledged_is_what_every_peer_holds(self):
         peers = Peers(3).start()

@@ -10,7 +10,7 @@ from rocs_bt.event import (
     BodyMoved,
     Change,
     Event,
-    Followed,
+    FollowerStepped,
     KnowledgeChanged,
     NodeTicked,
     Replanned,
@@ -164,7 +164,7 @@ def events(seconds: float = 20.0) -> list[Event]:
         else:
             error = pose.bearing(Pose2(0.0, 0.0) if replans == 0 or pose.y < 0.9 or pose.x > 0.02 else Pose2(0.1, 1.2))
             command = (0.4 - 0.17 * 2.0 * error, 0.4 + 0.17 * 2.0 * error)
-            say(Followed, cross_track=0.01 * math.sin(t), heading_error=error, rung="optimal", solve_time=6e-5)
+            say(FollowerStepped, cross_track=0.01 * math.sin(t), heading_error=error, rung="optimal", solve_time=6e-5)
             if k % 8 == 0:
                 say(
                     AtomicStarted,

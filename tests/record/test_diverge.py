@@ -5,7 +5,7 @@ import math
 import msgspec
 import pytest
 
-from rocs_bt.event import BodyMoved, Change, Followed, SensorRead, TicketChanged
+from rocs_bt.event import BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged
 from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe
 
 from . import synthetic
@@ -18,11 +18,13 @@ def test_a_recording_equals_what_was_emitted(recording):
 def test_wall_time_does_not_count():
     events = synthetic.events(3.0)
     later = [
-        msgspec.structs.replace(e, solve_time=e.solve_time + 1.0) if isinstance(e, Followed) else e for e in events
+        msgspec.structs.replace(e, solve_time=e.solve_time + 1.0) if isinstance(e, FollowerStepped) else e
+        for e in events
     ]
     assert compare(events, later) is None
     off = [
-        msgspec.structs.replace(e, cross_track=e.cross_track + 1e-12) if isinstance(e, Followed) else e for e in events
+        msgspec.structs.replace(e, cross_track=e.cross_track + 1e-12) if isinstance(e, FollowerStepped) else e
+        for e in events
     ]
     assert compare(events, off).fields == ("cross_track",)
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from rocs_bt.errors import InputError
 from rocs_bt.event import (
     Event,
-    Judged,
     KnowledgeChanged,
     NodeTicked,
+    OutcomeDecided,
     RuleChanged,
     SensorRead,
     SignalsWritten,
@@ -254,7 +254,7 @@ def test_what_was_emitted_last_is_sent_before_the_page_ends():
         page.begin(synthetic.header())
         stream = messages(page.url)
         whole_run(stream)
-        page.emit(Judged(t=3.0, agent="R2", outcome="success"))
+        page.emit(OutcomeDecided(t=3.0, agent="R2", outcome="success"))
     ended = [data for _, data in stream if "outcome" in data.get("agents", {}).get("R2", {})]
     assert [data["agents"]["R2"]["outcome"] for data in ended] == [["success", "", None]]
 

@@ -10,8 +10,8 @@ import pytest
 from rocs_bt.event import (
     BlockFailed,
     BodyMoved,
-    Judged,
     NodeTicked,
+    OutcomeDecided,
     SensorRead,
     SubtreeSwapped,
     TicketChanged,
@@ -87,7 +87,7 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         until(browser, f"{row('go to/GoTo')} === null && {row('go to/Stop')}.innerText.startsWith('idle')")
         page.emit(TicketChanged(t=6.2, agent="R2", ticket=9, action="Stop", priority="NORMAL", state="RUNNING", by="x"))
         until(browser, "document.querySelector('.state [data-is=action]').textContent.includes('Stop')")
-        page.emit(Judged(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))
+        page.emit(OutcomeDecided(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))
         until(browser, "link.textContent === 'ended' && title.textContent === 'R2: success'")
         browser.open(page.url)  # who comes after the end sees it all
         until(browser, "link.textContent === 'ended' && Number(time.textContent) === 6.3")

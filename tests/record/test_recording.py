@@ -101,7 +101,7 @@ def test_json_gives_back_the_very_event(event):
 
 
 def test_even_the_sign_of_a_nan_comes_back():
-    event = ev.Followed(t=0.0, cross_track=-math.nan, heading_error=-math.inf, rung="")
+    event = ev.FollowerStepped(t=0.0, cross_track=-math.nan, heading_error=-math.inf, rung="")
     back = codec.decode(codec.encode(event))
     assert math.copysign(1.0, back.cross_track) == -1.0
     assert back.heading_error == -math.inf

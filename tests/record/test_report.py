@@ -9,7 +9,16 @@ import msgspec
 import pytest
 from msgspec.structs import replace
 
-from rocs_bt.event import BlockFailed, Judged, NodeTicked, SensorFailed, SensorRead, SubtreeSwapped, Touched, pack
+from rocs_bt.event import (
+    BlockFailed,
+    ContactBegan,
+    NodeTicked,
+    OutcomeDecided,
+    SensorFailed,
+    SensorRead,
+    SubtreeSwapped,
+    pack,
+)
 from rocs_bt.record.header import BodyInfo, Fan
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -105,7 +114,7 @@ def test_faults_and_a_cut_off_run_are_told(tmp_path):
         *synthetic.events(2.0),
         SensorFailed(t=2.0, agent="R2", sensor="sonar", detail="no answer"),
         BlockFailed(t=2.0, agent="R2", block="R2/analyze ranges", kind="hung", detail="0.2 s without a beat"),
-        Touched(t=2.0, agent="R2", other="R1", kind="struck"),
+        ContactBegan(t=2.0, agent="R2", other="R1", kind="struck"),
         NodeTicked(t=2.0, agent="R2", node="go to", status="FAILURE", feedback="</script><b>LOST_SENSOR"),
         SensorRead(t=2.0, agent="R2", sensor="sonar", stamp=2.0, data=pack([float("nan")] * 16)),
     ]:
@@ -138,7 +147,7 @@ def test_after_a_swap_the_tree_that_came_is_shown(tmp_path):
 
 def test_without_a_summary_the_outcome_is_what_was_judged(tmp_path):
     recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
-    recorder.emit(Judged(t=9.0, agent="R2", outcome="stuck", reason="0.01 m in 15 s"))
+    recorder.emit(OutcomeDecided(t=9.0, agent="R2", outcome="stuck", reason="0.01 m in 15 s"))
     recorder.close()
     page = render_report(Recording.open(recorder.path), None)
     assert "R2 got stuck." in page

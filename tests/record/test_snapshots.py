@@ -9,7 +9,15 @@ from rocs_bt import run
 from rocs_bt.agent import Agent
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RecordingError
-from rocs_bt.event import AgentStopped, Approached, BodyMoved, KnowledgeChanged, SignalsWritten, Touched, pack
+from rocs_bt.event import (
+    AgentStopped,
+    BodyMoved,
+    ContactBegan,
+    KnowledgeChanged,
+    MinClearanceLowered,
+    SignalsWritten,
+    pack,
+)
 from rocs_bt.record import AgentInfo, Recording, SignalInfo, Snapshots, environment_of, samples_of
 from rocs_bt.record.snapshots import samples_in
 from rocs_bt.signal import Signal
@@ -75,9 +83,9 @@ def test_what_an_analyze_writes_and_a_new_mode_are_seen_one_period_later():
 
 
 def test_the_truth_stands_behind_the_signals():
-    near = Approached(t=0.05, agent="R1", other="box", distance=0.3)
-    touch = Touched(t=0.04, agent="R1", other="box", kind="collision")
-    strange = Touched(t=0.04, agent="R2", other="box", kind="collision")
+    near = MinClearanceLowered(t=0.05, agent="R1", other="box", distance=0.3)
+    touch = ContactBegan(t=0.04, agent="R1", other="box", kind="collision")
+    strange = ContactBegan(t=0.04, agent="R2", other="box", kind="collision")
     found = samples(
         moved(0.0), moved(0.05, x=2.0), near, touch, strange, AgentStopped(t=0.05, agent="R1", by="x"), moved(1.0)
     )

@@ -6,7 +6,7 @@ import math
 import pytest
 from mcap.reader import make_reader
 
-from rocs_bt.event import BlockFailed, BodyMoved, Judged, SensorFailed, SensorRead, Touched, pack
+from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, OutcomeDecided, SensorFailed, SensorRead, pack
 from rocs_bt.record.recorder import Recorder
 
 from . import synthetic
@@ -28,8 +28,8 @@ def file(tmp_path_factory):
         recorder.emit(event)
     recorder.emit(SensorFailed(t=6.0, agent="R2", sensor="sonar", detail="no answer"))
     recorder.emit(BlockFailed(t=6.0, agent="R2", block="R2/monitor sonar", kind="hung", detail="0.2 s"))
-    recorder.emit(Touched(t=6.0, agent="R2", other="box", kind="collision"))
-    recorder.emit(Judged(t=6.0, agent="R2", outcome="success", reason="it stands at the origin"))
+    recorder.emit(ContactBegan(t=6.0, agent="R2", other="box", kind="collision"))
+    recorder.emit(OutcomeDecided(t=6.0, agent="R2", outcome="success", reason="it stands at the origin"))
     recorder.close(synthetic.summary())
     return recorder.path
 

@@ -8,7 +8,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import Approached, ListSink
+from rocs_bt.event import ListSink, MinClearanceLowered
 from rocs_bt.simulation import SimulatedWorld
 
 
@@ -28,7 +28,7 @@ def test_it_tells_the_least_distance_of_all_periods(catalog: Catalog, scenario: 
     rocs_bt.run(
         scenario, catalog, seed=1, duration=15.0, report=False, prepare=stages.append, progress=look, sinks=[sink]
     )
-    told = [event for event in sink.events if isinstance(event, Approached)]
+    told = [event for event in sink.events if isinstance(event, MinClearanceLowered)]
     for name, found in least.items():
         assert [(event.distance, event.other) for event in told if event.agent == name] == found
         assert len(found) > 3

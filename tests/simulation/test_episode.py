@@ -17,7 +17,7 @@ import rocs_bt
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.clock import WallClock
 from rocs_bt.errors import BlockError, InputError, RateError
-from rocs_bt.event import BodyMoved, CommandExpired, GoalEntered, Judged, ListSink, NullSink, Touched
+from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
 from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import Episode, FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered
@@ -32,7 +32,7 @@ def at(exp1: ScenarioSpec, x: float, y: float, yaw: float) -> ScenarioSpec:
 
 
 def touched(sink: ListSink) -> list[tuple[str, str, str]]:
-    return [(e.agent, e.other, e.kind) for e in sink.events if isinstance(e, Touched)]
+    return [(e.agent, e.other, e.kind) for e in sink.events if isinstance(e, ContactBegan)]
 
 
 def test_the_same_seed_is_the_same_run_and_another_is_not(exp1: ScenarioSpec, play: Play) -> None:
@@ -96,7 +96,7 @@ def test_success_is_told_with_its_time(exp1: ScenarioSpec, play: Play) -> None:
     assert result.verdicts["R2"].outcome == "success"
     assert result.verdicts["R2"].time_to_goal == pytest.approx(1.05)
     assert [e.goal for e in sink.events if isinstance(e, GoalEntered)] == ["goal"]
-    (judged,) = (e for e in sink.events if isinstance(e, Judged))
+    (judged,) = (e for e in sink.events if isinstance(e, OutcomeDecided))
     assert (judged.agent, judged.outcome) == ("R2", "success")
     assert mind.stopped == 1
 

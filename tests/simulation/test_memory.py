@@ -35,7 +35,7 @@ def remembered(path: Path) -> None:
 
 def events(folder: Path) -> list[object]:
     """What happened in a run, but for times that a wall clock gave."""
-    return [e for e in Recording.open(folder).events() if type(e).__name__ != "Followed"]
+    return [e for e in Recording.open(folder).events() if type(e).__name__ != "FollowerStepped"]
 
 
 def test_a_run_is_the_same_to_the_bit_whether_its_knowledge_is_kept_or_not(tmp_path: Path) -> None:

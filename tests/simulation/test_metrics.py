@@ -10,16 +10,16 @@ import pytest
 from rocs_bt.cli.outcome import exit_code
 from rocs_bt.event import (
     ActuatorCommanded,
-    Approached,
     BlockFailed,
     BodyMoved,
-    Followed,
+    ContactBegan,
+    FollowerStepped,
     GoalEntered,
-    Judged,
+    MinClearanceLowered,
+    OutcomeDecided,
     Replanned,
     RuleChanged,
     TicketChanged,
-    Touched,
     pack,
 )
 from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, Summary, TrackingError
@@ -71,9 +71,9 @@ def test_everything_is_counted_for_its_own_agent() -> None:
         metrics.emit(BodyMoved(t=x, agent="R2", body="R2", x=x, y=0.0, yaw=0.0))
     metrics.emit(BodyMoved(t=0.0, body="R1", x=9.0, y=0.0, yaw=0.0))
     for distance in (0.5, 0.2):
-        metrics.emit(Approached(t=0.0, agent="R2", other="box", distance=distance))
-    metrics.emit(Touched(t=0.0, agent="R2", other="box", kind="collision"))
-    metrics.emit(Touched(t=0.0, agent="R2", other="R1", kind="struck"))
+        metrics.emit(MinClearanceLowered(t=0.0, agent="R2", other="box", distance=distance))
+    metrics.emit(ContactBegan(t=0.0, agent="R2", other="box", kind="collision"))
+    metrics.emit(ContactBegan(t=0.0, agent="R2", other="R1", kind="struck"))
     for phase in ("latched", "fired", "updated", "fired again", "released", "ended"):
         metrics.emit(RuleChanged(t=0.0, agent="R2", rule="r", phase=phase, priority=1))
     metrics.emit(Replanned(t=0.0, agent="R2", node="GoTo", count=1))
@@ -84,8 +84,10 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     metrics.emit(GoalEntered(t=1.0, agent="R2", goal="dock", distance=0.05))
     metrics.emit(GoalEntered(t=2.0, agent="R2", goal="dock", distance=0.05))
     for cross, solve in ((0.03, 1e-4), (-0.04, 0.0)):
-        metrics.emit(Followed(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve))
-    metrics.emit(Judged(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
+        metrics.emit(
+            FollowerStepped(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve)
+        )
+    metrics.emit(OutcomeDecided(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
     found = metrics.of(R2, 9.0)
     assert found.path_length == pytest.approx(0.6)
     assert found.min_clearance == 0.2
@@ -140,7 +142,7 @@ def followed(*rows: tuple[float, float, float], arrived: float | None = None, ri
     for t, leader, follower in rows:
         metrics.emit(BodyMoved(t=t, agent="R2", body="R2", x=leader, y=0.0, yaw=0.0))
         metrics.emit(BodyMoved(t=t, agent="R3", body="R3", x=follower, y=0.0, yaw=0.0, wheels=pack([0.0, -rim])))
-    metrics.emit(Judged(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
+    metrics.emit(OutcomeDecided(t=9.0, agent="R2", outcome="success", time_to_goal=arrived))
     assert metrics.of(R2, 9.0).following is None
     return metrics.of(R3, 9.0).following
 

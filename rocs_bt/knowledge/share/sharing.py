@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ...event import PeerCame, PeerVanished
+from ...event import PeerAppeared, PeerVanished
 from ..knowledge import Knowledge
 from .group_clock import GroupClock, PeerFaults
 from .inbox import Counts, Inbox
@@ -255,7 +255,7 @@ class Sharing:
             return
         peer, appeared = self.presence.record_message(sender, t)
         if appeared:
-            self._sink.emit(PeerCame(t=t, agent=self._agent, peer=agent_of(sender), start=sender))
+            self._sink.emit(PeerAppeared(t=t, agent=self._agent, peer=agent_of(sender), start=sender))
             if not self._busy(2):
                 self._out.append((sender, self._beat()))
         match message:

@@ -14,11 +14,12 @@ from ...event import (
     BlockFailed,
     BodyMoved,
     CommandExpired,
+    ContactBegan,
     ContentRaised,
     Event,
-    Judged,
     KnowledgeChanged,
     NodeTicked,
+    OutcomeDecided,
     PeerFault,
     RequirementViolated,
     RuleChanged,
@@ -28,7 +29,6 @@ from ...event import (
     Stuck,
     SubtreeSwapped,
     TicketChanged,
-    Touched,
 )
 from ...raised import reported
 from ..header import RunHeader, TreeNode, nodes_after
@@ -114,7 +114,7 @@ class Picture:
             ActuatorCommanded: self._commanded,
             AgentStopped: self._stopped,
             BodyMoved: self._moved,
-            Judged: self._judged,
+            OutcomeDecided: self._judged,
             KnowledgeChanged: self._learned,
             NodeTicked: self._ticked,
             RuleChanged: self._ruled,
@@ -126,7 +126,7 @@ class Picture:
             ContentRaised: lambda e: self._fault(e, reported(e)),
             BlockFailed: lambda e: self._fault(e, f"{e.what} {e.kind}: {e.detail}"),
             CommandExpired: lambda e: self._fault(e, f"no command for {e.actuator}: stopped by its watchdog"),
-            Touched: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
+            ContactBegan: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
             PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
             Stuck: lambda e: self._fault(e, e.reason),
             RequirementViolated: lambda e: self._fault(e, f"{e.requirement} was violated at {e.about:.2f} s"),
@@ -243,7 +243,7 @@ class Picture:
         for agent in self._both(event.agent):
             agent.route = "idle"
 
-    def _judged(self, event: Judged) -> None:
+    def _judged(self, event: OutcomeDecided) -> None:
         for agent in self._both(event.agent):
             agent.outcome = event.outcome, event.reason, event.time_to_goal
 
