@@ -20,13 +20,13 @@ def main(words: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.paper", description=__doc__)
     parser.add_argument("--seeds", type=int, default=50, help="runs of each experiment, at least 2")
     parser.add_argument("--out", type=Path, default=Path("runs/paper"), help="output folder")
-    parser.add_argument("--processes", type=int, default=2, help="number of parallel runs")
+    parser.add_argument("--jobs", "-j", type=int, default=2, help="number of worker processes")
     given = parser.parse_args(words)
-    if given.seeds < 2 or given.processes < 1:
-        parser.error("--seeds must be at least 2, and --processes at least 1")
+    if given.seeds < 2 or given.jobs < 1:
+        parser.error("--seeds must be at least 2, and --jobs at least 1")
     runs = len(EXPERIMENTS) * given.seeds
     with Progress("EXP1 to EXP3", runs, "runs") as progress:
-        page, *figures = make_paper(given.out, seeds=given.seeds, processes=given.processes, progress=progress)
+        page, *figures = make_paper(given.out, seeds=given.seeds, processes=given.jobs, progress=progress)
     print(f"{len(figures)} files of {runs} runs in {given.out}")
     print(f"Page: {page}")
     return 0

@@ -35,7 +35,12 @@ _WIDE = 1000  # characters, wider than any table
 @click.argument("planners", nargs=-1, required=True)
 @click.option("--family", "families", multiple=True, help="Use scenes of this family; may be repeated.")
 @click.option(
-    "--scenarios", type=click.IntRange(min=1), default=20, show_default=True, help="Number of scenes of each family."
+    "--scenes",
+    "count",
+    type=click.IntRange(min=1),
+    default=20,
+    show_default=True,
+    help="Number of scenes of each family.",
 )
 @click.option(
     "--from", "first", type=click.IntRange(min=0), default=0, show_default=True, help="Index of the first scene."
@@ -50,7 +55,10 @@ _WIDE = 1000  # characters, wider than any table
     "--metric", "metrics", multiple=True, help="Judge by this metric; by default success, collision and time."
 )
 @click.option(
-    "--early", is_flag=True, help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests)."
+    "--stop-early",
+    "early",
+    is_flag=True,
+    help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).",
 )
 @click.option(
     "--store",
@@ -59,7 +67,7 @@ _WIDE = 1000  # characters, wider than any table
     show_default=True,
     help="Folder of stored episodes, which are not played again.",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Number of processes; by default one per core.")
+@click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
 @click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
 @click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
 @click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error.")
@@ -75,7 +83,7 @@ _WIDE = 1000  # characters, wider than any table
 def command(
     planners: Sequence[str],
     families: Sequence[str],
-    scenarios: int,
+    count: int,
     first: int,
     given: Sequence[str],
     scenario: Sequence[str],
@@ -84,7 +92,7 @@ def command(
     metrics: Sequence[str],
     early: bool,
     store: Path,
-    workers: int | None,
+    jobs: int | None,
     cluster: str | None,
     wall_limit: float,
     retry_errors: bool,
@@ -108,8 +116,8 @@ def command(
     for name in judged:
         metric(name)
     if early and len(planners) < 2:
-        raise InputError(Fault("--early needs at least two planners.", hint="Give two, or remove --early."))
-    places = [*_of_families(families, range(first, first + scenarios), given), *_by_name(scenario, agent, catalog)]
+        raise InputError(Fault("--stop-early needs at least two planners.", hint="Give two, or remove --stop-early."))
+    places = [*_of_families(families, range(first, first + count), given), *_by_name(scenario, agent, catalog)]
     if not places:
         raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
     _create_folders(report, markdown, export)
@@ -126,7 +134,7 @@ def command(
             store=kept,
             executor=executor,
             options=SweepOptions(
-                workers=workers,
+                workers=jobs,
                 wall_limit=wall_limit,
                 retry_errors=retry_errors,
                 stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,

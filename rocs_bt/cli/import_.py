@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     show_default=True,
     help="mrpb: number of start and goal pairs per map.",
 )
-@click.option("--cell", default="0.5 m", show_default=True, help="movingai: cell size.")
+@click.option("--cell-size", "cell", default="0.5 m", show_default=True, help="movingai: cell size.")
 @click.option(
     "--every", type=click.IntRange(min=1), default=100, show_default=True, help="movingai: take every Nth problem."
 )
@@ -62,9 +62,9 @@ def command(
         raise InputError(
             Fault(f"there is no folder '{folder}'.", hint="Give the folder of your copy of the benchmark.")
         )
-    side = convert(cell, LENGTH, "--cell")
+    side = convert(cell, LENGTH, "--cell-size")
     if not 0.05 <= side <= 10.0:
-        raise InputError(Fault(f"--cell must be 5 cm to 10 m, found {side:g} m."))
+        raise InputError(Fault(f"--cell-size must be 5 cm to 10 m, found {side:g} m."))
     setup = AgentSetup(robot=robot, mission=mission, rules=rules)
     found = itertools.islice(_scenes(benchmark, folder, setup, pairs, side, every), limit)
     names = []
@@ -72,7 +72,7 @@ def command(
         scene.write(out)
         names.append(scene.name)
     if not names:
-        raise InputError(Fault("no scene with enough space for the robot.", folder, hint="Try a larger --cell."))
+        raise InputError(Fault("no scene with enough space for the robot.", folder, hint="Try a larger --cell-size."))
     inside = "" if out == Path() else f"cd {shlex.quote(str(out))} && "
     which = names[0] if len(names) == 1 else f"{names[0]} to {names[-1]}"
     echo(f"{counted(len(names), 'scenario')}: {which}.")

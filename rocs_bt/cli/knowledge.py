@@ -46,7 +46,14 @@ at_option = click.option(
 @agent_option
 @run_number_option
 @at_option
-@click.option("--format", "form", type=click.Choice(["html", "svg", "text"]), default="html", show_default=True)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["html", "svg", "text"]),
+    default="html",
+    show_default=True,
+    help="Format of the drawing.",
+)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 def show(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
     """Draw the knowledge of an agent in RUN: an HTML page with search and a time slider, an SVG drawing, or a list.
@@ -75,7 +82,14 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
 @agent_option
 @run_number_option
 @at_option
-@click.option("--format", "form", type=click.Choice(["json", "graphml"]), default="json", show_default=True)
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["json", "graphml"]),
+    default="json",
+    show_default=True,
+    help="Format of the file.",
+)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
     """Write an agent's knowledge in RUN as JSON or GraphML, as it was at the end or at the time --at.

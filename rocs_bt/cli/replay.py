@@ -12,7 +12,7 @@ from .terminal import echo
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path))
-@click.option("--why", metavar="T", type=float, help="Show knowledge, plan, active rules and commands at T seconds.")
+@click.option("--why", metavar="SECONDS", type=float, help="Explain the decision at this time.")
 @click.option("--agent", help="Name of the agent; by default all.")
 def command(run: Path, why: float | None, agent: str | None) -> int:
     """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.

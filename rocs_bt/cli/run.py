@@ -27,7 +27,13 @@ _NOTICE = "\n{signal}: ending the run and writing its report; a second signal en
 @click.argument("scenario")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the episode.")
 @click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default runs/SCENARIO-SEED.")
-@click.option("--mode", type=click.Choice(["lockstep", "threaded"]), default="lockstep", show_default=True)
+@click.option(
+    "--mode",
+    type=click.Choice(["lockstep", "threaded"]),
+    default="lockstep",
+    show_default=True,
+    help="lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
+)
 @click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time.")
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file.")

@@ -22,9 +22,11 @@ if TYPE_CHECKING:
 @click.option("--count", type=click.IntRange(min=1), default=1, help="Number of scenes, from INDEX on.")
 @click.option("--set", "values", multiple=True, metavar="NAME=VALUE", help="A parameter, such as 'people=12'.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
-@click.option("--dry", is_flag=True, help="Print the difficulty only; write nothing.")
+@click.option("--dry-run", is_flag=True, help="Print the difficulty; write nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Difficulty as JSON, SI units.")
-def command(family: str, index: int, count: int, values: tuple[str, ...], out: Path, dry: bool, as_json: bool) -> None:
+def command(
+    family: str, index: int, count: int, values: tuple[str, ...], out: Path, dry_run: bool, as_json: bool
+) -> None:
     """Generate scenes of FAMILY, from INDEX on (0 by default), as scenarios with their worlds.
 
     The same family, parameters and index give the same scene on every machine.
@@ -34,7 +36,7 @@ def command(family: str, index: int, count: int, values: tuple[str, ...], out: P
 
     made = load_family(Catalog.here(), family, parse_parameters(values))
     scenes = [made.scene(i) for i in range(index, index + count)]
-    written = [] if dry else [scene.write(out) for scene in scenes]
+    written = [] if dry_run else [scene.write(out) for scene in scenes]
     if as_json:
         echo(json.dumps([_plain(scene) for scene in scenes], indent=2))
         return

@@ -43,10 +43,10 @@ _LISTED = 12  # maximum number of listed obstacles
 )
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the sampled scenes.")
 @click.option(
-    "--keep",
+    "--out",
     "folder",
     type=click.Path(path_type=Path, file_okay=False),
-    help="Project to write the scene and a test to.",
+    help="Project folder to write the scene and a test to.",
 )
 @click.option("--name", default="", help="Name of the scene there; by default PLANNER_in_FAMILY.")
 @click.option(
@@ -56,7 +56,7 @@ _LISTED = 12  # maximum number of listed obstacles
     show_default=True,
     help="Folder of stored episodes, which are not played again.",
 )
-@click.option("--workers", type=click.IntRange(min=1), help="Number of processes; by default one per core.")
+@click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
 @click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, including scenario and world of the scene.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
@@ -71,7 +71,7 @@ def command(
     folder: Path | None,
     name: str,
     store: Path,
-    workers: int | None,
+    jobs: int | None,
     wall_limit: float,
     as_json: bool,
     no_code: bool,
@@ -96,7 +96,7 @@ def command(
         failures=FAILURES if failure == "any" else (failure,),
         budget=budget,
         seed=seed,
-        workers=workers,
+        workers=jobs,
         wall_limit=wall_limit,
     )
     with Store(store) as kept, Progress(f"{spec.name} in {family}", budget, "episodes") as progress:
@@ -179,7 +179,7 @@ def _print_files(planner: str, draft: Draft | None, folder: Path | None, files: 
     if draft is None:
         return
     if folder is None or files is None:
-        echo("Try next: the same command with --keep FOLDER, which writes the scene to a project.")
+        echo("Try next: the same command with --out FOLDER, which writes the scene to a project.")
         return
     inside = "" if folder.resolve() == Path.cwd() else f"cd {shlex.quote(str(folder))} && "
     echo(f"Scenario: {files[0]}\nTest: {files[1]}")

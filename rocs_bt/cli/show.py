@@ -22,7 +22,7 @@ from .terminal import echo
     help="Format of a mission; xml is for Groot2.",
 )
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
-@click.option("--main", default="", metavar="ID", help="XML missions: ID of the tree to draw.")
+@click.option("--tree", "main", default="", metavar="ID", help="XML missions: ID of the tree to draw.")
 @click.option("--stub-unknown", is_flag=True, help="XML missions: replace unknown or invalid nodes by stubs.")
 @click.option("--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")

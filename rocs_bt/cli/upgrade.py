@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("path", required=False, type=click.Path(path_type=Path))
-@click.option("--dry", is_flag=True, help="Print the changes without writing them.")
-def command(path: Path | None, dry: bool) -> int:
+@click.option("--dry-run", is_flag=True, help="Print the changes without writing them.")
+def command(path: Path | None, dry_run: bool) -> int:
     """Rewrite robots and scenarios of old formats; PATH is a file or a folder, by default the project.
 
     Changes the format and renamed keys only; comments, order and spacing stay. Keys of your own drivers and blocks
@@ -32,7 +32,7 @@ def command(path: Path | None, dry: bool) -> int:
         raise InputError("there is no project here. Give a file or a folder: rocs-bt upgrade PATH.")
     changed = failed = 0
     for upgrade in upgrades(folder):
-        if upgrade.error is None and upgrade.changes and not dry:
+        if upgrade.error is None and upgrade.changes and not dry_run:
             try:
                 write_whole(upgrade.file.resolve(), upgrade.text)
             except OSError as error:
@@ -42,7 +42,7 @@ def command(path: Path | None, dry: bool) -> int:
         echo("\n".join(_lines(upgrade)), nl=bool(upgrade.changes or upgrade.notes or upgrade.error))
         changed += bool(upgrade.changes)
         failed += upgrade.error is not None
-    done = f"{counted(changed, 'file')} {'to upgrade' if dry else 'upgraded'}"
+    done = f"{counted(changed, 'file')} {'to upgrade' if dry_run else 'upgraded'}"
     echo(f"{done}, {failed} left unchanged because of errors." if failed else f"{done}.")
     return 2 if failed else 0
 

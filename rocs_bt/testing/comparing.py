@@ -41,9 +41,9 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     text = "whether inconclusive comparisons fail (default) or pass"
     group.addoption("--inconclusive", choices=("fail", "pass"), default="fail", help=text)
     group.addoption("--compare-store", metavar="DIR", help="folder of stored episodes (default: runs/compare)")
-    group.addoption("--compare-workers", type=int, metavar="N", help="worker processes (default: one per core)")
+    group.addoption("--compare-jobs", type=int, metavar="N", help="worker processes (default: one per core)")
     text = "play only the first N scenes of each family"
-    group.addoption("--compare-scenarios", type=int, metavar="N", help=text)
+    group.addoption("--compare-scenes", type=int, metavar="N", help=text)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -96,14 +96,14 @@ class Sweeps:
     """
 
     def __init__(self, config: pytest.Config) -> None:
-        self._workers: int | None = config.getoption("--compare-workers")
-        self._most: int | None = config.getoption("--compare-scenarios")
+        self._jobs: int | None = config.getoption("--compare-jobs")
+        self._most: int | None = config.getoption("--compare-scenes")
         given = config.getoption("--compare-store")
         self._folder = Path(given) if given else config.rootpath / "runs" / "compare"
         self._found: dict[tuple[Any, ...], tuple[EpisodeRecord, ...]] = {}
 
     def scenes(self, names: Sequence[str], parameters: dict[str, Any], catalog: Catalog) -> tuple[SceneRef, ...]:
-        """Return the scenes that a pytest mark `scenarios` names, at most `--compare-scenarios` of each range.
+        """Return the scenes that a pytest mark `scenarios` names, at most `--compare-scenes` of each range.
 
         Raises:
             InputError: A scenario or family does not exist.
@@ -137,7 +137,7 @@ class Sweeps:
                     range(1, seeds + 1),
                     catalog=catalog,
                     store=store,
-                    options=SweepOptions(workers=self._workers, require=require),
+                    options=SweepOptions(workers=self._jobs, require=require),
                 )
                 self._found[key] = tuple(done.records())
         return self._found[key]

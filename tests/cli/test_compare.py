@@ -19,7 +19,7 @@ duration = "0.5 s"
         (["tree", "--scenario", "nonsense"], "'nonsense' is neither a scenario"),
         (["tree", "--scenario", "exp1", "--agent", "R9"], "no agent is named 'R9'"),
         (["tree", "--scenario", "exp1", "--metric", "speed"], "no metric is named 'speed'"),
-        (["tree", "--scenario", "exp1", "--early"], "--early needs at least two planners"),
+        (["tree", "--scenario", "exp1", "--stop-early"], "--stop-early needs at least two planners"),
         (["tree", "tree", "--scenario", "exp1"], "two planners are named 'tree'"),
         (["tree", "--family", "barn_like", "--set", "robot"], "--set takes NAME=VALUE"),
         (["tree", "--family", "barn_like", "--set", "nonsense=1"], "nonsense"),
@@ -30,7 +30,7 @@ duration = "0.5 s"
     ],
 )
 def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
-    told = rocs_bt("compare", *arguments, "--workers", 1)
+    told = rocs_bt("compare", *arguments, "--jobs", 1)
     assert told.code == 2
     assert words in told.err
     assert "Traceback" not in told.err
@@ -62,7 +62,7 @@ def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path
         "    def act(self, observation):\n        return 1 / 0\n"
     )
     (tmp_path / "planners" / "bad.toml").write_text('format = "planner/1"\ndoc = "Bad."\npython = "bad.py:Bad"\n')
-    told = rocs_bt("compare", "bad", "--scenario", "brief", "--seeds", 1, "--workers", 1)
+    told = rocs_bt("compare", "bad", "--scenario", "brief", "--seeds", 1, "--jobs", 1)
     assert told.code == 1
     assert "ZeroDivisionError" in told.err
     assert "3 exceptions, failed: the mission failed: planner 'Bad' raised ZeroDivisionError" in told.err
@@ -74,7 +74,7 @@ def test_a_wrong_parameter_is_told_at_its_place_in_the_planners_file(rocs_bt, tm
     (tmp_path / "planners").mkdir()
     file = tmp_path / "planners" / "odd.toml"
     file.write_text('format = "planner/1"\ndoc = "Odd."\nmission = "go_to"\n\n[parameters]\nspede = 1\n')
-    told = rocs_bt("compare", "odd", "--family", "exp1_family", "--workers", 1)
+    told = rocs_bt("compare", "odd", "--family", "exp1_family", "--jobs", 1)
     assert told.code == 2
     assert f"{file}:5" in told.err
     assert "no parameter is named 'spede'" in told.err

@@ -5,7 +5,7 @@ import shlex
 
 
 def test_a_comparison_writes_its_page_and_its_tables(project, rocs_bt):
-    command = "compare brisk careful --scenario first --seeds 2 --workers 1 --report out/page.html --markdown page.md"
+    command = "compare brisk careful --scenario first --seeds 2 --jobs 1 --report out/page.html --markdown page.md"
     told = rocs_bt(*shlex.split(command))
     assert told.code == 0, told.err
     assert told.out.rstrip().endswith("Report: out/page.html")

@@ -35,7 +35,7 @@ def bare(tmp_path):
     """A project with a family of its own."""
     (tmp_path / "scenarios" / "families").mkdir(parents=True)
     (tmp_path / "scenarios" / "families" / "bare.py").write_text(BARE)
-    return "--family", "bare", "--workers", 1
+    return "--family", "bare", "--jobs", 1
 
 
 @pytest.mark.parametrize(
@@ -48,7 +48,7 @@ def bare(tmp_path):
         (["tree", "--family", "maze", "--vary", "rows=3"], "is not a range of rows"),
         (["tree", "--family", "maze", "--failure", "success"], "success"),
         (["oracle", "--family", "maze"], "is an oracle"),
-        (["tree", "--family", "maze", "--keep", ".", "--name", "a b"], "is not a valid scenario name"),
+        (["tree", "--family", "maze", "--out", ".", "--name", "a b"], "is not a valid scenario name"),
     ],
 )
 def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
@@ -59,7 +59,7 @@ def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, wor
 
 
 def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare):
-    told = rocs_bt("search", "none", *bare, "--budget", 12, "--keep", ".")
+    told = rocs_bt("search", "none", *bare, "--budget", 12, "--out", ".")
     assert told.code == 1, told.err
     assert "none fails in bare-" in told.out
     assert "0 obstacles" in told.out
@@ -68,10 +68,10 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
     plain = rocs_bt("search", "none", *bare, "--budget", 12, "--json")
     scenario = (tmp_path / "scenarios" / "none_in_bare.toml").read_text()
     assert json.loads(plain.out)["smallest"]["scenario"] == scenario
-    taken = rocs_bt("search", "none", *bare, "--keep", ".")
+    taken = rocs_bt("search", "none", *bare, "--out", ".")
     assert taken.code == 2
     assert "'none_in_bare' already exists" in taken.err
-    test = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--compare-workers", "1", "tests"]
+    test = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--compare-jobs", "1", "tests"]
     done = subprocess.run(test, cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 1, done.stdout + done.stderr
     assert "{'timeout': 1} == {'success': 1}" in done.stdout

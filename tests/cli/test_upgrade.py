@@ -31,7 +31,7 @@ def test_the_project_is_upgraded_once(rocs_bt, old):
 
 
 def test_dry_writes_nothing(rocs_bt, old):
-    told = rocs_bt("upgrade", "scenarios", "--dry")
+    told = rocs_bt("upgrade", "scenarios", "--dry-run")
     assert told.out.endswith("1 file to upgrade.\n")
     assert old.read_text() == OLD
 

@@ -365,7 +365,7 @@ def test_the_command_gives_the_same_bytes_for_the_same_content(project, monkeypa
     monkeypatch.chdir(project)
     told = []
     for store, workers in (("a", "1"), ("b", "2"), ("b", "2")):
-        arguments = ["tree", "none", "--scenario", "short", "--seeds", "2", "--store", store, "--workers", workers]
+        arguments = ["tree", "none", "--scenario", "short", "--seeds", "2", "--store", store, "--jobs", workers]
         assert call(["compare", *arguments, "--json", "--export", f"{store}.jsonl"]) == 0
         told.append(capsys.readouterr().out)
     assert told[0] == told[1] == told[2]

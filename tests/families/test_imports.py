@@ -249,8 +249,8 @@ def test_what_is_wrong_with_movingai_is_told(tmp_path: Path, text: str, problems
         (["barn", "."], "has no world_0.world"),
         (["mrpb", "."], "has no map"),
         (["movingai", "."], "has no .scen file"),
-        (["movingai", ".", "--cell", "1 s"], "--cell must be in m"),
-        (["movingai", ".", "--cell", "100 m"], "--cell must be 5 cm to 10 m"),
+        (["movingai", ".", "--cell-size", "1 s"], "--cell-size must be in m"),
+        (["movingai", ".", "--cell-size", "100 m"], "--cell-size must be 5 cm to 10 m"),
     ],
 )
 def test_the_command_says_what_is_missing(

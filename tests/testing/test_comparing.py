@@ -68,7 +68,7 @@ def test_a_new_project_has_a_comparison_that_passes_and_keeps_its_episodes(proje
 
 def test_all_results_are_told_apart_and_the_commands_work(project, shipped, monkeypatch, capsys):
     (project / "tests" / "test_more.py").write_text(TESTS)
-    code, told = run_tests(project, "tests/test_more.py", "--compare-workers=1")
+    code, told = run_tests(project, "tests/test_more.py", "--compare-jobs=1")
     assert code == 1
     assert re.search(r"^F\?FE", told)
     assert "careful is not better than brisk in time" in told
