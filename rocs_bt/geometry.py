@@ -79,7 +79,7 @@ def arc_positions(pose: Pose2, twist: Twist2, durations: Iterable[float]) -> lis
     found = []
     for duration in durations:
         angle = turn * duration
-        # sin(a)/a and (1 - cos(a))/a, whose limits at zero are 1 and 0.
+        # sin(a)/a and (1 - cos(a))/a, with limits 1 and 0 at zero.
         along, across = (math.sin(angle) / angle, (1.0 - math.cos(angle)) / angle) if abs(angle) > 1e-9 else (1.0, 0.0)
         ahead, aside = forward * duration, left * duration
         dx, dy = along * ahead - across * aside, across * ahead + along * aside

@@ -161,7 +161,7 @@ class Episode:
             for name in world.objects:
                 pose = world.object_pose(name)
                 self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
-        # Without the world's lock: a judge may stop an agent whose threads wait for the lock.
+        # Without the world's lock: a judge may stop an agent with threads that wait for the lock.
         for contact in contacts:
             kind = "collision" if contact.moving else "struck"
             if contact.robot in self._judges:

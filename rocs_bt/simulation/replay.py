@@ -47,7 +47,7 @@ def replay(
     header = recording.header
     if header.mode != "lockstep":
         raise RecordingError(
-            f"'{recording.path}' was recorded in {header.mode} mode, whose decisions depend on wall time and are not "
+            f"'{recording.path}' was recorded in {header.mode} mode. Its decisions depend on wall time and are not "
             "repeatable. Record it in lockstep mode, or query it with --why."
         )
     names = [a.name for a in header.agents]

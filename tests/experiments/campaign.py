@@ -126,7 +126,7 @@ def report(found: dict[str, Any]) -> str:
         lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in mind['touches'].items()) or 'none'}")
         lines.append(
             f"  goals reached: {mind['goals']}; both routes in {mind['both_routes']}; median share of the reactive "
-            f"route {mind['share_reactive']:.2f}; median time {mind['median_time']:.1f} s; least clearance "
+            f"route {mind['share_reactive']:.2f}; median time {mind['median_time']:.1f} s; minimum clearance "
             f"{1000.0 * mind['least_clearance']:.0f} mm"
         )
         if leash := mind.get("leash"):

@@ -24,7 +24,7 @@ HEADS = (
     "plan drives at",
     "success",
     "collided",
-    "least clearance [m]",
+    "minimum clearance [m]",
     "time to the goal [s]",
     "switches a run",
     "reactive time",
