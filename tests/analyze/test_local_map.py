@@ -150,5 +150,5 @@ def test_contact_comes_sooner_where_a_turn_skids_towards_it():
 
 
 def test_what_cannot_be_is_refused():
-    with pytest.raises(InputError, match="cell, side of 'map' must be finite and above 0"):
+    with pytest.raises(InputError, match="cell_size, map_size of 'map' must be finite and above 0"):
         Bench(cell_size=0.0, map_size=-1.0)
