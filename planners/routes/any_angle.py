@@ -20,9 +20,10 @@ STEPS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
 class AnyAngle(RoutePlanner):
-    """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
+    """Shortest path with legs in any direction through the robot's own map.
 
-    `clearance` is kept at the sides of the hull, which points along the path.
+    It requires the analyser LocalMap and the robot's length and width. The hull is assumed to be aligned with the
+    path; `clearance` is kept on both sides of the hull.
     """
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:

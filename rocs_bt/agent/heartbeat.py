@@ -42,7 +42,7 @@ class Heartbeat:
         self._thread.start()
 
     def join(self) -> None:
-        """Wait until the thread has ended after the run, at most 1 s."""
+        """Wait up to 1 s for the thread to end after the run."""
         self._thread.join(timeout=1.0)
 
     def check(self) -> None:

@@ -1,4 +1,4 @@
-"""Construction and connection of the monitors and analysers in robot.toml, with their signals (paper, 5.2)."""
+"""Builds and connects the monitors and analysers of robot.toml, and declares their signals (paper, 5.2)."""
 
 from __future__ import annotations
 

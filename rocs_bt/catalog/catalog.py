@@ -122,7 +122,9 @@ class Catalog:
         return entries[name]
 
     def confine(self, entry: Entry) -> None:
-        """Refuse a project's entry that links out of the project; entries given by path may be anywhere.
+        """Refuse an entry of the project that is a symbolic link to a file outside the project.
+
+        An entry that the user names by its path may be anywhere.
 
         Raises:
             InputError: The entry is outside the project.

@@ -33,7 +33,7 @@ class Findings:
     Attributes:
         files: Checked files.
         faults: Errors, warnings and notes, each once, sorted by file and line.
-        defect: Exception of rocs_bt that aborted the check of a file; None if there was none.
+        defect: Unexpected exception in rocs_bt itself (a bug) that aborted the check of a file; None if there was none.
     """
 
     files: tuple[Path, ...]

@@ -61,10 +61,10 @@ def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, dict[str, Sensor]]:
     """Check that a robot's model compiles and contains the elements that its devices name.
 
-    User drivers for MuJoCo are instantiated too if code may run, each in a separate world.
+    If the project's code may run, user drivers for MuJoCo are constructed too, each in a separate world.
 
     Returns:
-        Sensors that could be made, by name.
+        Sensors that were constructed, by name; those with faults are missing.
     """
     if robot.model is None:
         return {}

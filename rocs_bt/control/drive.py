@@ -188,9 +188,9 @@ def skid_drive(
         effective_wheel_separation: Wheel separation of the differential drive that turns at the same rate [m].
         max_wheel_speed: Wheel linear speed limit [m/s].
         max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
-        icr_offset: Distance ahead of the base of the point without lateral velocity, like the axle centre of a
-            differential drive: the instantaneous centre of rotation is beside it [m].
-            The robot turns about it; points behind it skid outward.
+        icr_offset: Position, ahead of the base, of the point that has no lateral velocity, like the axle centre of a
+            differential drive [m]. The instantaneous centre of rotation is beside this point; in a curve, the base,
+            behind it, skids outward.
     """
     _require_positive("skid", effective_wheel_separation=effective_wheel_separation)
     if not math.isfinite(icr_offset):

@@ -88,9 +88,10 @@ def speed_profile(
 ) -> SpeedProfile:
     """Fastest profile within the limits of wheels, lateral acceleration and cruise speed.
 
-    Each sample allows min(cruise, v_max / (1 + |k| arm), sqrt(a_lat / |k|)) at curvature k. The second term keeps the
-    outer wheel, which is faster than the body, within its limit. A forward and a backward pass then limit the
-    acceleration, which curves divide by the same term.
+    Each sample allows min(cruise, v_max / (1 + |k| arm), sqrt(a_lat / |k|)) at curvature k; `arm` is half the wheel
+    separation. The second term keeps the outer wheel, which is faster than the body, within its limit. A forward and
+    a backward pass then limit the acceleration. In a curve, the limit of the acceleration is also divided by
+    (1 + |k| arm).
 
     Args:
         path: Path to drive.

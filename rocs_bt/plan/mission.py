@@ -24,7 +24,9 @@ from .xml_mission import embedded
 
 @dataclass(frozen=True)
 class MissionLine:
-    """Origin of a node in a Python mission: the source line that created it. In an XML mission this is an Element.
+    """Origin of a node in a Python mission: the source line that created it.
+
+    The origin of a node in an XML mission is an `Element` instead.
 
     Attributes:
         location: File and line of the source.

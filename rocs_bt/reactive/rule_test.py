@@ -150,7 +150,7 @@ def _give(table: Table, known: Sequence[str], row: list[float], environment: Env
 
     Args:
         table: Values, keyed by signal or by indexed signal, such as `front[2]`.
-        known: Keys of the table that are no signals.
+        known: Keys of the table that are not signals; they are skipped.
         row: Values of the snapshot, SI units; changed in place.
         environment: Signals of the robot.
     """
@@ -170,7 +170,7 @@ def _give(table: Table, known: Sequence[str], row: list[float], environment: Env
 
 
 def _indices(key: str, environment: Environment) -> tuple[range, Signal]:
-    """Indices within the signal, and the signal, for a key such as `front[1:3]`."""
+    """Indices and signal of a key such as `front[1:3]`; the indices count within the signal."""
     match = _KEY.fullmatch(key)
     if match is None or match[1] not in environment.signals:
         raise InputError(unknown("signal", key if match is None else match[1], environment.signals))

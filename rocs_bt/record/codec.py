@@ -142,7 +142,7 @@ def _all_finite(event: Event) -> bool:
 
 
 def _finite(values: Iterable[Any]) -> bool:
-    """Whether all numbers are finite; also False for types that are not inspected."""
+    """Whether all numbers in the values are finite; also False for a value of a type that is not inspected."""
     for value in values:
         kind = type(value)
         if kind is float:

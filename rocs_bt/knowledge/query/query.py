@@ -42,7 +42,7 @@ class Answers(msgspec.Struct, frozen=True):
 
     @property
     def names(self) -> list[str]:
-        """The nodes found for the first variable, without duplicates."""
+        """Names of the nodes found for the first variable, without duplicates."""
         return list(dict.fromkeys(row[0] for row in self.rows if row))
 
     @property

@@ -1,4 +1,4 @@
-"""Steps of a query plan. A step binds a variable to nodes or tests the bindings; all steps enumerate the matches."""
+"""Steps of a query plan: each binds a variable to nodes or tests the bindings; together they enumerate the matches."""
 
 from __future__ import annotations
 

@@ -163,7 +163,7 @@ class Scope:
 
 
 def is_origin(name: str) -> bool:
-    """Whether a name is an origin `agent#start`."""
+    """Whether a name has the form `<agent>#<start>`, which identifies one start of an agent."""
     agent, _, start = name.partition("#")
     return is_name(agent) and bool(start) and len(name) <= ORIGIN_LIMIT and start.isprintable()
 

@@ -279,7 +279,7 @@ def _depth(node: Behaviour) -> int:
 
 
 def _raise_recursion_limit(depth: int) -> None:
-    """Raise Python's recursion limit for a tree of this depth. It is never lowered, because the process may need it."""
+    """Raise Python's recursion limit for a tree of this depth. It is never lowered, because other code may need it."""
     wanted = 600 + depth * _FRAMES
     if wanted > sys.getrecursionlimit():
         sys.setrecursionlimit(wanted)

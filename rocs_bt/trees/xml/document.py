@@ -31,7 +31,7 @@ _CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the chil
 
 
 def is_version_3(root: Element) -> bool:
-    """Whether a document declares version 3, or declares none and uses features of version 3 only."""
+    """Whether a document declares version 3, or declares no version and uses a feature that only version 3 has."""
     version = root.attributes.get("BTCPP_format", "")
     if version:
         return version == "3"
