@@ -42,7 +42,7 @@ COMMANDS = {
     "requirements": "Check requirements on the recording of a run.",
     "diff": "Compare the content, settings and code of two scenarios.",
     "identify": "Measure a robot's drive: wheel separation, lag, speed, braking.",
-    "new": "Create a project.",
+    "new": "Create a project, or add a file to it.",
     "docs": "Open the manual in the browser, without a network.",
     "doctor": "Check the installation and optional tools on this machine.",
 }

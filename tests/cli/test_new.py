@@ -1,0 +1,99 @@
+"""`rocs-bt new`: a project, and further files in it."""
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+
+KINDS = ["mission", "rules", "robot", "scenario", "planner"]
+
+
+@pytest.fixture
+def project(rocs_bt, tmp_path, monkeypatch):
+    """A new project, whose folder is the current one."""
+    assert rocs_bt("new", "mine").code == 0
+    monkeypatch.chdir(tmp_path / "mine")
+    return tmp_path / "mine"
+
+
+def files(folder):
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_file_of_each_kind_is_added_and_all_together_run(rocs_bt, project):
+    told = {kind: rocs_bt("new", f"my_{kind}", "--kind", kind) for kind in KINDS}
+    assert {kind: t.code for kind, t in told.items()} == dict.fromkeys(KINDS, 0)
+    assert rocs_bt("new", "my-python", "--kind", "mission", "--python").code == 0
+    for kind in KINDS:
+        assert Catalog(project).find(kind, f"my_{kind}").path.is_relative_to(project), kind
+        assert f"my_{kind}" in told[kind].out.partition("Try next: rocs-bt ")[2], kind
+    assert (project / "robots/my_robot/robot.xml").is_file()
+    assert rocs_bt("rules", "test", "my_rules").code == 0
+    checked = rocs_bt("check", "--strict")
+    assert (checked.code, checked.text) == (0, "14 files checked: no faults.\n")
+    scenario = project / "scenarios/my_scenario.toml"
+    assert rocs_bt("run", "my_scenario", "--no-report").code == 0
+    text = scenario.read_text("utf-8")
+    for old, new in (
+        ('robot = "pioneer_p3dx"', 'robot = "my_robot"'),
+        ('mission = "go_to"', 'mission = "my_mission"'),
+        ('rules = ["avoid_collision"]', 'rules = ["my_rules"]'),
+        ('goal = "goal"\ncruise', 'first = "goal"\nsecond = "goal"\ncruise'),
+    ):
+        assert old in text
+        text = text.replace(old, new)
+    scenario.write_text(text, "utf-8")
+    own = rocs_bt("run", "my_scenario", "--no-report")
+    assert (own.code, "R1 success" in own.out) == (0, True), own.text
+
+
+def test_it_adds_to_the_project_around_the_current_folder(rocs_bt, project, monkeypatch):
+    (project / "notes/today").mkdir(parents=True)
+    monkeypatch.chdir(project / "notes/today")
+    assert rocs_bt("new", "gap", "--kind", "scenario").code == 0
+    assert (project / "scenarios/gap.toml").is_file()
+    assert (project / "scenarios/worlds/gap.xml").is_file()
+    assert not any((project / "notes/today").iterdir())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["patrol", "--kind", "mission"], "the mission 'patrol' already exists"),  # in Python
+        (["keep_clear", "--kind", "rules"], "the rules 'keep_clear' already exists"),
+        (["rover", "--kind", "robot"], "the robot 'rover' already exists"),
+        (["yard", "--kind", "scenario"], "the scenario 'yard' already exists"),  # its world
+        (["a b", "--kind", "mission"], "'a b' is not a valid name"),
+        (["../a", "--kind", "mission"], "'../a' is not a valid name"),
+        (["a.xml", "--kind", "mission"], "'a.xml' is not a valid name"),
+        (["", "--kind", "rules"], "'' is not a valid name"),
+        (["a", "--kind", "world"], "'world' is not one of"),
+        (["a", "--kind", "rules", "--python"], "--python is for missions"),
+        (["other"], "rocs-bt new NAME --kind mission|rules|robot|scenario|planner"),
+        (["deep/er/other"], "is inside the project"),
+    ],
+)
+def test_a_refused_call_says_why_and_writes_nothing(rocs_bt, project, arguments, message):
+    before = files(project)
+    told = rocs_bt("new", *arguments)
+    assert (told.code, told.out) == (2, "")
+    assert message in told.err
+    assert files(project) == before
+    assert sorted(path.name for path in project.iterdir() if path.is_dir()) == [
+        "planners",
+        "robots",
+        "rules",
+        "scenarios",
+        "tests",
+    ]
+
+
+def test_outside_a_project_there_is_nothing_to_add_to(rocs_bt, tmp_path):
+    told = rocs_bt("new", "mine", "--kind", "rules")
+    assert told.code == 2
+    assert f"there is no project in '{tmp_path}' or above. Create a project with `rocs-bt new my_project`" in told.err
+    assert not any(tmp_path.iterdir())
+
+
+def test_hiding_shipped_content_is_told(rocs_bt, project):
+    told = rocs_bt("new", "jackal", "--kind", "robot")
+    assert "In this project it hides the shipped robot 'jackal'." in told.out
