@@ -156,11 +156,13 @@ class SubtreeSwapped(Event, frozen=True, kw_only=True):
         node: Path of the root of the removed subtree.
         by: Path of the root of the new subtree.
         nodes: The whole new tree, parents before children: path, class and parent's path of each node.
+        ports: Given ports of each node as text, such as `(goal="kitchen")`.
     """
 
     node: str
     by: str
     nodes: tuple[tuple[str, str, str], ...]
+    ports: tuple[str, ...] = ()
 
 
 class Replanned(Event, frozen=True, kw_only=True):

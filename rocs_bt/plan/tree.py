@@ -18,6 +18,7 @@ from py_trees.logging import Logger
 from ..errors import Fault, InputError, interrupts
 from ..event import NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
+from ..trees.draw import ports_text
 from ..trees.error import TreeError
 from ..trees.examine import node_faults
 from ..trees.nodes import Node, Tree, descendants, halt
@@ -168,10 +169,16 @@ class TreePlan(Plan):
             self._emit_changes()
             self.root = self.tree.root
             self._index_nodes()
-            self._mission.note(SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows())
+            self._mission.note(
+                SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows(), ports=self.ports()
+            )
             for node in old_nodes:
                 node.shutdown()
         self.replan("a swapped subtree")
+
+    def ports(self) -> tuple[str, ...]:
+        """Given ports of each node in `outline`, as text such as `(goal="kitchen")`."""
+        return tuple(ports_text(node) for node, _ in self._nodes)
 
     def close(self) -> None:
         """Halt RUNNING nodes and shut all nodes down, even if one of them raises an exception."""

@@ -74,7 +74,13 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
         "switches": agent.switches,
         "rules": [[round(e.t, 3), e.rule, e.phase, e.reading] for e in agent.rules],
         "tree": [[round(e.t, 3), e.node, e.status] for e in agent.tree],
-        "leaves": [n.path for i in run.header.agents if i.name == name for n in agent.nodes(i) if not n.children],
+        "leaves": [
+            [n.path, n.path.rpartition("/")[2] + n.ports]
+            for i in run.header.agents
+            if i.name == name
+            for n in agent.nodes(i)
+            if not n.children
+        ],
         "tickets": [[round(e.t, 3), e.ticket, e.action, e.state] for e in agent.tickets],
         "atomic": [[round(e.t, 3), e.action, e.route] for e in agent.atomic],
         "wheels": []

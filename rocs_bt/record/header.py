@@ -102,11 +102,19 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
-    """Node of a mission tree: path from the root (names joined by `/`), class, and paths of the children."""
+    """Node of a mission tree.
+
+    Attributes:
+        path: Names from the root, joined by `/`.
+        type: Class of the node.
+        children: Paths of the children.
+        ports: Given ports, to be shown after the name, such as `(goal="kitchen")`.
+    """
 
     path: str
     type: str
     children: tuple[str, ...] = ()
+    ports: str = ""
 
 
 class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
@@ -164,7 +172,11 @@ def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
     children: dict[str, list[str]] = {}
     for path, _, parent in swap.nodes:
         children.setdefault(parent, []).append(path)
-    return tuple(TreeNode(path=p, type=kind, children=tuple(children.get(p, ()))) for p, kind, _ in swap.nodes)
+    ports = swap.ports or ("",) * len(swap.nodes)  # older recordings have none
+    return tuple(
+        TreeNode(path=path, type=kind, children=tuple(children.get(path, ())), ports=text)
+        for (path, kind, _), text in zip(swap.nodes, ports, strict=True)
+    )
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):

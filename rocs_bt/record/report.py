@@ -195,6 +195,7 @@ def _tree(info: AgentInfo, agent: AgentHistory) -> list[dict[str, Any]]:
             {
                 "path": node.path,
                 "name": node.path.rpartition("/")[2],
+                "ports": node.ports,
                 "type": node.type,
                 "depth": level,
                 "status": last.status if last else "never ticked",

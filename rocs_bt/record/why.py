@@ -21,12 +21,14 @@ from ..event import (
     RuleChanged,
     SensorRead,
     SignalsWritten,
+    SubtreeSwapped,
     TicketChanged,
 )
 from ..knowledge.history import State
 from ..knowledge.history.values import plain
 from ..raised import reported
 from .diverge import describe
+from .header import nodes_after
 from .recording import Recording
 
 _RECENT = 0.5  # [s] interval before the requested time of which events are listed
@@ -47,6 +49,7 @@ class Why:
         signals: Time of writing [s] and values by signal, SI units.
         graph: Knowledge graph.
         tree: Last status of each node of the mission tree.
+        ports: Given ports of its nodes as text, by path.
         rules: Last event of each active rule.
         fired: Firings of rules so far, newest last.
         tickets: Open tickets by number.
@@ -65,6 +68,7 @@ class Why:
     signals: dict[str, tuple[float, list[float]]] = field(default_factory=dict)
     graph: State = field(default_factory=lambda: State(""))
     tree: dict[str, NodeTicked] = field(default_factory=dict)
+    ports: dict[str, str] = field(default_factory=dict)
     rules: dict[str, RuleChanged] = field(default_factory=dict)
     fired: list[RuleChanged] = field(default_factory=list)
     tickets: dict[int, TicketChanged] = field(default_factory=dict)
@@ -101,7 +105,9 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
     name = agent if agent is not None else names[0] if names else ""
     if name not in names:
         raise InputError(unknown("agent", name, names, "The run"))
-    why, last = Why(t, name, graph=State(name)), recording.header.start
+    nodes = next(a.nodes for a in recording.header.agents if a.name == name)
+    ports = {node.path: node.ports for node in nodes}
+    why, last = Why(t, name, graph=State(name), ports=ports), recording.header.start
     # Times given by users are rounded: tolerate half a millisecond.
     for event in recording.events():
         last = max(last, event.t)
@@ -120,6 +126,8 @@ def _take(why: Why, event: Event) -> None:
         why.graph.apply(event)
     elif isinstance(event, NodeTicked):
         why.tree[event.node] = event
+    elif isinstance(event, SubtreeSwapped):
+        why.ports.update({node.path: node.ports for node in nodes_after(event)})
     elif isinstance(event, RuleChanged):
         before = why.rules.pop(event.rule, None)
         # A rule that fired stays active until its action has ended, even if released (docs/architecture.md).
@@ -186,7 +194,9 @@ def _render(why: Why) -> Iterable[str]:
     if why.fired:
         last = why.fired[-1]
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
-    yield from _part("planned", [f"{e.status:8} {e.node}{_since(e, why.t)}" for e in why.tree.values()])
+    yield from _part(
+        "planned", [f"{e.status:8} {e.node}{why.ports.get(e.node, '')}{_since(e, why.t)}" for e in why.tree.values()]
+    )
     yield from _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
     tickets = [
         f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"

@@ -17,7 +17,7 @@ from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import RangeCone
-from ..plan import NodeOutline, TreePlan
+from ..plan import TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
 from ..version import __version__
 from .requirements import requirements_of
@@ -127,13 +127,13 @@ def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: floa
 def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
     """Description of one agent in a recording."""
     spec = next(a for a in scenario.agents if a.name == agent.name)
-    nodes = agent.plan.outline if isinstance(agent.plan, TreePlan) else ()
+    nodes = _nodes(agent.plan) if isinstance(agent.plan, TreePlan) else ()
     return AgentInfo(
         name=spec.name,
         robot=spec.robot,
         mission=spec.mission,
         rules=spec.rules,
-        nodes=_nodes(nodes),
+        nodes=nodes,
         signals=signals_of(agent),
     )
 
@@ -145,7 +145,8 @@ def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
     return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
 
 
-def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
+def _nodes(plan: TreePlan) -> tuple[TreeNode, ...]:
+    outline = plan.outline
     children: Mapping[str, list[str]] = {node.path: [] for node in outline}
     for node in outline:
         parent = node.path.rpartition("/")[0]
@@ -153,7 +154,10 @@ def _nodes(outline: Sequence[NodeOutline]) -> tuple[TreeNode, ...]:
             parent = parent.rpartition("/")[0]
         if parent:
             children[parent].append(node.path)
-    return tuple(TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path])) for n in outline)
+    return tuple(
+        TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path]), ports=ports)
+        for n, ports in zip(outline, plan.ports(), strict=True)
+    )
 
 
 def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:

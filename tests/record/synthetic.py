@@ -64,7 +64,7 @@ def header(seed: int = 7) -> RunHeader:
                 nodes=(
                     TreeNode(path="go to", type="Sequence", children=("go to/goal known", "go to/GoTo")),
                     TreeNode(path="go to/goal known", type="Known"),
-                    TreeNode(path="go to/GoTo", type="Act"),
+                    TreeNode(path="go to/GoTo", type="Act", ports='(goal="origin")'),
                 ),
             ),
         ),

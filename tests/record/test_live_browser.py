@@ -69,7 +69,8 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         assert browser.evaluate("title.textContent") == "R2 is running"
         assert browser.evaluate(f"{row('go to/GoTo')}.innerText").startswith("RUNNING")
         assert browser.evaluate(f"{row('go to/goal known')}.innerText").startswith("SUCCESS")
-        assert browser.evaluate("document.querySelector('.state [data-is=node]').textContent") == "GoTo"
+        assert 'GoTo(goal="origin") Act' in browser.evaluate(f"{row('go to/GoTo')}.textContent")
+        assert browser.evaluate("document.querySelector('.state [data-is=node]').textContent") == 'GoTo(goal="origin")'
         assert browser.evaluate("document.querySelector('[data-rule] .reading').textContent").startswith("min(front)")
         assert browser.evaluate(cell("wheel_speeds")).count(",") == 1
         assert "origin" in browser.evaluate("document.querySelector('.log').textContent")
@@ -83,8 +84,11 @@ def test_in_a_browser_the_run_goes_on_before_ones_eyes(browser):
         assert "<b>no</b>" in browser.evaluate("document.querySelector('.agent .faults').textContent")
         assert (browser.evaluate("picture.toDataURL()"), browser.evaluate(cell("pose"))) != before
         nodes = (("go to", "Sequence", ""), ("go to/goal known", "Known", "go to"), ("go to/Stop", "Act", "go to"))
-        page.emit(SubtreeSwapped(t=6.1, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
+        page.emit(
+            SubtreeSwapped(t=6.1, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes, ports=("", "", "(x)"))
+        )
         until(browser, f"{row('go to/GoTo')} === null && {row('go to/Stop')}.innerText.startsWith('idle')")
+        assert "Stop(x)" in browser.evaluate(f"{row('go to/Stop')}.textContent")
         page.emit(TicketChanged(t=6.2, agent="R2", ticket=9, action="Stop", priority="NORMAL", state="RUNNING", by="x"))
         until(browser, "document.querySelector('.state [data-is=action]').textContent.includes('Stop')")
         page.emit(OutcomeDecided(t=6.3, agent="R2", outcome="success", time_to_goal=6.3))

@@ -137,12 +137,17 @@ def test_after_a_swap_the_tree_that_came_is_shown(tmp_path):
     recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
     nodes = (("go to", "Sequence", ""), ("go to/goal known", "Known", "go to"), ("go to/Stop", "Act", "go to"))
     recorder.emit(NodeTicked(t=0.0, agent="R2", node="go to/GoTo", status="RUNNING"))
-    recorder.emit(SubtreeSwapped(t=0.5, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
+    ports = ("", '(node="a <b>")', "")
+    recorder.emit(SubtreeSwapped(t=0.5, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes, ports=ports))
     recorder.emit(NodeTicked(t=0.6, agent="R2", node="go to/Stop", status="SUCCESS"))
     recorder.close()
     page = render_report(Recording.open(recorder.path), None)
     assert [n for n in ("GoTo", "Stop", "goal known") if f'data-node="go to/{n}"' in page] == ["Stop", "goal known"]
-    assert data_of(page)["agents"][0]["leaves"] == ["go to/goal known", "go to/Stop"]
+    assert data_of(page)["agents"][0]["leaves"] == [
+        ["go to/goal known", 'goal known(node="a <b>")'],
+        ["go to/Stop", "Stop"],
+    ]
+    assert '<b>goal known</b><span class="ports">(node=&#34;a &lt;b&gt;&#34;)</span>' in page
 
 
 def test_without_a_summary_the_outcome_is_what_was_judged(tmp_path):
@@ -170,7 +175,7 @@ def test_in_a_browser_the_slider_moves_the_picture_and_no_error_is_logged(browse
     pictures, told = zip(*(move(t) for t in (0.0, 2.0, 6.0, 20.0)), strict=True)
     assert len(set(pictures)) == 4
     assert [row[0] for row in told] == ["0.00", "2.00", "6.00", "20.00"]
-    assert [row[1] for row in told] == ["GoTo", "GoTo", "GoTo", "–"]
+    assert [row[1] for row in told] == ['GoTo(goal="origin")'] * 3 + ["–"]
     assert [row[2] for row in told] == ["GoTo", "AvoidCollision", "GoTo", "–"]
     assert told[1][3].startswith("AvoidCollision: min(front) = 0.")
     assert [row[3] == "–" for row in told] == [True, False, True, True]

@@ -11,7 +11,7 @@ const makeTree = (map, rows, follow) => {
     while (todo.length) {
       const [n, depth, parent] = todo.pop();
       const cut = parent === null ? n.path : n.path.slice(parent.path.length + 1);
-      const node = { path: n.path, name: cut, type: n.type, depth, parent, children: n.children.length, first: leaves, last: leaves };
+      const node = { path: n.path, name: cut, ports: n.ports || "", type: n.type, depth, parent, children: n.children.length, first: leaves, last: leaves };
       nodes.push(node); by.set(n.path, node); deepest = Math.max(deepest, depth);
       if (!node.children) leaves += 1;
       for (const child of [...n.children].reverse()) if (raw.has(child)) todo.push([raw.get(child), depth + 1, node]);
@@ -52,6 +52,7 @@ const makeTree = (map, rows, follow) => {
       row.setAttribute("aria-expanded", open); row.append(fold);
     }
     name.textContent = node.name; row.append(name);
+    if (node.ports) { const text = document.createElement("span"); text.className = "ports"; text.textContent = node.ports; row.append(text); }
     const type = document.createElement("i");
     type.textContent = " " + node.type; row.append(type);
     if (entry && entry[1]) { const text = document.createElement("span"); text.className = "feedback"; text.textContent = "  " + entry[1]; row.append(text); }
@@ -128,6 +129,6 @@ const makeTree = (map, rows, follow) => {
     set, draw, size: () => nodes.length,
     setStatuses: (all) => { statuses = all; stale = true; },
     resize: () => { stale = true; draw(); },
-    running: () => nodes.filter((n) => !n.children && of(n) === "RUNNING").map((n) => n.name),
+    running: () => nodes.filter((n) => !n.children && of(n) === "RUNNING").map((n) => n.name + n.ports),
   };
 };

@@ -114,9 +114,9 @@
   const showState = ({ agent, route, cells, nodes }) => {
     const name = routeAt(agent, now), body = run.bodies.find((b) => b.name === agent.name);
     route.textContent = name; route.style.setProperty("--c", color(name));
-    const leaves = new Set(agent.leaves), statuses = latest(agent.tree, (r) => r[1]);
+    const leaves = new Map(agent.leaves), statuses = latest(agent.tree, (r) => r[1]);
     const running = [...statuses.values()].filter((r) => r[2] === "RUNNING" && leaves.has(r[1])).map((r) => r[1]);
-    cells.node.textContent = running.map((p) => p.split("/").pop()).join(", ") || "–";
+    cells.node.textContent = running.map((p) => leaves.get(p)).join(", ") || "–";
     for (const node of nodes) node.classList.toggle("now", running.includes(node.dataset.node));
     const open = [...latest(agent.tickets, (r) => r[1]).values()].filter((r) => r[3] === "RUNNING");
     cells.action.textContent = open.map((r) => r[2]).join(", ") || "–";

@@ -11,11 +11,12 @@ from py_trees.behaviour import Behaviour
 from ...errors import Fault
 from ..board import Board, type_name
 from ..examine import Flow, Use, flow_of
-from ..nodes import REQUIRED, Direction, Node, SubTree, Tree, pointed
+from ..nodes import Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
 from ..xml.element import Element
 from ..xml.stub import LenientStub, LenientStubWithChildren
 from ..xml.write import value_text
+from .label import given_ports
 
 
 @dataclass(frozen=True)
@@ -158,17 +159,16 @@ def _card(node: Behaviour, tree: Tree, flow: Flow, depth: int) -> Card:
 
 def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
     board = tree.boards[node]
-    for name, given in (node.written() or ("", {}))[1].items():
-        yield Line(name, given)
-    for name, given in node.given.items():
-        if given is None or given is REQUIRED:
+    for name, value in given_ports(node):
+        if (given := node.given.get(name)) is None:
+            yield Line(name, value)
             continue
         port = node.ports.get(name)
         key = str(given) if isinstance(given, ExactKey) else pointed(given, name)
         comes_from = "" if key is None else _origin(node, board, key, flow)
         direction = Direction.INPUT if port is None else port.direction
         sign = {Direction.INPUT: "<", Direction.OUTPUT: ">", Direction.INOUT: "<>"}[direction]
-        yield Line(name, value_text(given, None if port is None else port.dimension), comes_from, sign)
+        yield Line(name, value, comes_from, sign)
     if isinstance(node, SubTree) and node.autoremap:
         yield Line("_autoremap", "true", "all other keys refer to the parent tree")
     for name, script in node.conditions.items():

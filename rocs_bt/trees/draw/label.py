@@ -1,0 +1,37 @@
+"""Labels of nodes in lists and logs: the name, and the ports that the file gives."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+
+from py_trees.behaviour import Behaviour
+
+from ..nodes import REQUIRED, Node
+from ..xml.write import value_text
+
+_LONGEST = 60  # characters of a value; longer ones are cut
+
+
+def given_ports(node: Node) -> Iterator[tuple[str, str]]:
+    """Names and values of the ports that the file or the mission gives."""
+    yield from (node.written() or ("", {}))[1].items()
+    for name, given in node.given.items():
+        if given is not None and given is not REQUIRED:
+            port = node.ports.get(name)
+            yield name, value_text(given, None if port is None else port.dimension)
+
+
+def ports_text(node: Behaviour) -> str:
+    """Given ports as text to follow the node's name, such as `(goal="kitchen", cruise="0.4 m/s")`.
+
+    Ports whose value is part of the name are omitted. Empty if there is none.
+    """
+    if not isinstance(node, Node):
+        return ""
+    shown = []
+    for name, value in given_ports(node):
+        if not re.search(rf"(?<!\w){re.escape(value)}(?!\w)", node.name):
+            text = " ".join(value.split())
+            shown.append(f'{name}="{text if len(text) <= _LONGEST else text[: _LONGEST - 1] + "…"}"')
+    return f"({', '.join(shown)})" if shown else ""
