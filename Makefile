@@ -11,7 +11,7 @@ help:
 	@echo "make docs    build the manual into build/manual; rocs-bt docs opens it"
 	@echo "make lint    the checks without the tests"
 	@echo "make bench   measured figures against their budgets, a row at a time"
-	@echo "make soak    long campaigns: many seeds, fuzzing; threads at once, by the wall clock itself"
+	@echo "make soak    long campaigns: many seeds, fuzzing, new examples for property tests; threads at once, by the wall clock itself"
 	@echo "make wheel   build wheel and sdist into dist/"
 	@echo "make clean   remove what was made, but not $(VENV)"
 
@@ -56,7 +56,7 @@ bench: setup
 	$(BIN)/python benchmarks
 
 soak: setup
-	$(BIN)/python -m pytest -m soak -n 2 -rP
+	$(BIN)/python -m pytest -m "soak or hypothesis" --hypothesis-profile=explore -n 2 -rP
 	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/simulation/test_isolated.py tests/experiments/test_exp3.py
 
 wheel: setup

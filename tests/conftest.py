@@ -25,8 +25,10 @@ from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 from . import awake as waking
 from . import chromium
 
-hypothesis.settings.register_profile("patient", deadline=None)  # no test is one of speed
-hypothesis.settings.load_profile("patient")
+# No test is one of speed. `make test` tries the same examples in each run, `make soak` new ones.
+hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
+hypothesis.settings.register_profile("explore", deadline=None)
+hypothesis.settings.load_profile("repeatable")
 
 # A background job inherits ignored signals, and so does what tests start.
 for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.SIGHUP, signal.SIG_DFL)):
