@@ -22,7 +22,7 @@ class Arena(Figure):
     """Arena from above: obstacles, goals and paths; dots mark atomic actions, squares switches of the route."""
 
     title = "The arena from above"
-    size = (7.2, 5.8)
+    size = (7.6, 5.4)  # a square arena and its legend
 
     def __init__(self, name: str = "arena") -> None:
         self.name = name
@@ -139,7 +139,7 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         axes.annotate(
             place.name,
             (place.x, place.y),
-            (7 * side, -11),
+            (9 * side, -19),
             textcoords="offset points",
             color=PLACE,
             ha="left" if side > 0 else "right",
@@ -160,7 +160,9 @@ def draw_hull(axes: Axes, run: History, name: str, gid: str, *, at: int = -1, co
         axes.add_patch(shape)
         nose = max(x for x, _ in infos[0].hull)
         axes.plot(*zip(pose[:2], pose.transform(nose, 0.0), strict=True), color=INK, lw=0.9, zorder=2.6)
-        axes.annotate(name, pose[:2], (9, 9), textcoords="offset points", color=INK, weight="bold", zorder=7)
+        corner = max(math.hypot(x, y) for x, y in infos[0].hull) * math.sqrt(0.5)  # the label is beside the hull
+        beside = (pose.x + corner, pose.y + corner)
+        axes.annotate(name, beside, (1, 1), textcoords="offset points", color=INK, weight="bold", zorder=7)
 
 
 def _placed(info: BodyInfo, pose: Pose2) -> list[tuple[float, float]]:
