@@ -47,7 +47,7 @@ napoleon_use_rtype = False
 python_maximum_signature_line_length = 100
 
 ROOT = Path(__file__).resolve().parent.parent
-FOLDERS = ("planners", "rules", "robots", "scenarios", "examples")  # whose README.md is the page content/<folder>
+FOLDERS = ("planners", "rules", "robots", "scenarios", "examples")  # the README.md of each is the page content/<folder>
 _MODULE = re.compile(r"^\.\. automodule:: (?P<name>[\w.]+)$", re.MULTILINE)
 _SECTION = re.compile(r"(Args|Attributes|Returns|Yields|Raises|Example|Examples|Note|Notes):$")
 _LINK = re.compile(r"\[(?P<text>[^\]]*)\]\((?P<path>[^)\s#:]+)(?P<anchor>#[^)\s]*)?\)")

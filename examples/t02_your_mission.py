@@ -6,8 +6,8 @@
 
 A mission is a function `build` that returns a py_trees tree; `mission.act` creates leaves that run actions. Here the
 function replaces the shipped mission of EXP1. The reflexes remain active, and the mission needs no code for them: a
-leaf whose action a reflex has cancelled submits the action again from the robot's new pose. An event sink prints the
-status changes of the tree during the run.
+leaf submits its action again from the robot's new pose if a reflex has cancelled the action. An event sink
+prints the status changes of the tree during the run.
 
 Output:
 

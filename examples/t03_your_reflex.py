@@ -4,10 +4,10 @@
 # ///
 """Write reflexes of your own: one as a rule file, one as a class in Python.
 
-The rule file is part of a project, whose scenario names it beside the shipped rules. A rule names an action and its
-parameters with units; its expressions are checked against the robot's signals when the file is loaded. The class, a
-ReactiveModel, integrates a value over time, which a rule cannot. Only one reflex at a time is active: the one with the
-highest priority.
+The rule file is part of a project with a scenario that names it beside the shipped rules. A rule names an action and
+its parameters with units; its expressions are checked against the robot's signals when the file is loaded. The class,
+a ReactiveModel, integrates a value over time, which a rule cannot. Only one reflex at a time is active: the one with
+the highest priority.
 
 Output:
 

@@ -242,7 +242,7 @@ class MacroAction(Action):
 class InvalidAction(AtomicAction):
     """Placeholder for an action with invalid parameters, which fails at once with CANNOT.
 
-    With it, a reflex whose computed parameters are invalid still pre-empts the running action and is recorded.
+    With it, a reflex with invalid computed parameters still pre-empts the running action and is recorded.
 
     Args:
         asked: Name of the requested action.

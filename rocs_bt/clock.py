@@ -74,7 +74,7 @@ class WallClock(Clock):
 
 @dataclass(frozen=True)
 class Rate:
-    """Rate of a periodic task, whose period is a whole number of base steps.
+    """Rate of a periodic task, with a period of a whole number of base steps.
 
     Attributes:
         every: Number of base steps per period.

@@ -196,7 +196,7 @@ class Table:
         return {n: self._child(v, (*self.key, key, n)) for n, v in values.items() if isinstance(v, dict)}
 
     def keys(self) -> list[str]:
-        """Keys in this table, for tables whose keys the user chooses."""
+        """Keys in this table, for tables with keys that the user chooses."""
         return list(self.data)
 
     def done(self) -> None:

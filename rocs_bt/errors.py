@@ -133,7 +133,7 @@ class BlockError(RocsError):
         block: Name of the block or actuator, such as `R2/monitor sonar` or `R2/wheels`.
         kind: `raised`, `ended` or `hung`.
         detail: Reason of the failure.
-        owner: Owner of the failed code: `content` for an actuator, whose driver belongs to the robot; else `engine`.
+        owner: Owner of the failed code: `content` for an actuator (its driver belongs to the robot); else `engine`.
     """
 
     def __init__(self, block: str, kind: str, detail: str, owner: str = "engine") -> None:

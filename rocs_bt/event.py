@@ -246,7 +246,7 @@ class BlockFailed(Event, frozen=True, kw_only=True):
         block: Name of the block or of the actuator.
         kind: `raised`, `ended` or `hung`.
         detail: Reason of the failure.
-        owner: Owner of the failed code: `content` for an actuator, whose driver belongs to the robot; else `engine`.
+        owner: Owner of the failed code: `content` for an actuator (its driver belongs to the robot); else `engine`.
     """
 
     block: str

@@ -199,7 +199,7 @@ class Pipeline:
             self._updates = [(ticket, given, due if at is None else at) for ticket, given, at in self._updates]
 
     def settle(self) -> None:
-        """Apply the updates and cancellations whose latency has passed; Execute calls this in each period."""
+        """Apply the updates and cancellations with an elapsed latency; Execute calls this in each period."""
         if not self._cancellations and not self._updates:
             return
         with self._lock:

@@ -74,7 +74,7 @@ def load_module(path: Path) -> ModuleType:
 
 
 class _SiblingFinder:
-    """Import hook for packages of content, whose modules are the Python files of one folder.
+    """Import hook for packages of content; the modules of a package are the Python files of one folder.
 
     Subfolders and links are not searched, so that a file belongs to one module only.
     """

@@ -193,7 +193,7 @@ def from_actuator(error: BaseException) -> bool:
 
 
 def owners_of(error: BaseException) -> Iterator[Any]:
-    """Objects whose methods are in the traceback of an exception, innermost first; those of its causes come first."""
+    """Objects with methods in the traceback of an exception, innermost first; those of its causes come first."""
     for each in reversed(list(causes(error))):
         for frame, _ in reversed(list(walk_tb(each.__traceback__))):
             code = frame.f_code

@@ -176,7 +176,7 @@ def _too_deep(file: Path, line: int = 0, column: int = 0) -> Fault:
 
 
 def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, int]:
-    """Line and column of a key, or of the innermost table or list around the key whose position is known."""
+    """Line and column of a key, or of the innermost table or list with a known position around the key."""
     while key and key not in positions:
         key = key[:-1]
     return positions.get(key, (0, 0))

@@ -290,7 +290,7 @@ def _add_turn_cost(field, cost, start):
 
 
 def _reduced(cost, guess):
-    """Graph of all cells whose edge costs are reduced by the decrease of the heuristic, so that Dijkstra acts as A*."""
+    """Graph of all cells with edge costs reduced by the decrease of the heuristic, so that Dijkstra acts as A*."""
     rows, columns = cost.shape
     near, starts = _neighbours(rows, columns)
     around, ahead = np.pad(cost, 1, constant_values=inf), np.pad(guess, 1)

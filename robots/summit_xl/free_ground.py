@@ -47,8 +47,8 @@ class FreeGround:
         """Mark ground as free.
 
         Args:
-            at: Pose whose body frame is the frame of the points, world frame.
-            points: Positions on the ground in that body frame [m], shape (k, 2).
+            at: Pose of the frame of the points, world frame.
+            points: Positions on the ground in that frame [m], shape (k, 2).
             t: Time of observation [s]; -inf marks the ground as not free.
         """
         mark_at(self._free, self._frame(at), points, t)
@@ -57,7 +57,7 @@ class FreeGround:
         """Number of strides (short steps of equal length) of each path before the first one that is not free.
 
         Args:
-            at: Pose whose body frame is the frame of the paths.
+            at: Pose of the frame of the paths, world frame.
             paths: Points that the hull covers after each stride of each path, in that frame [m], shape (n, k, m, 2).
             since: Oldest time at which ground counts as free [s].
         """

@@ -1,4 +1,4 @@
-"""Short memory of echoes and of free ground, for a robot whose beams look to one side only."""
+"""Short memory of echoes and of free ground, for a robot with beams to one side only."""
 
 from __future__ import annotations
 

@@ -55,7 +55,7 @@ BACKING = -0.02
 
 
 class SurroundMonitor(RangeMonitor):
-    """RangeMonitor whose standard groups also contain the gaps to the nearest peer and to the nearest recent echo.
+    """RangeMonitor with standard groups that also contain the gaps to the nearest peer and the nearest recent echo.
 
     Rules on ranges therefore protect a robot with only three beams. The monitor needs the length and width of the body,
     and a monitor before it that writes `peer_range`.

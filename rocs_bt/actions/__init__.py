@@ -1,7 +1,7 @@
 """Shipped actions (paper, Table 2, and motion actions on top of these), and the table from name to class.
 
 Code that builds agents or checks content imports this package. The blocks of an agent receive the table and refer to
-actions by name. Only `reactive` imports an action itself: Stop, for a reflex whose own action cannot run.
+actions by name. Only `reactive` imports an action itself: Stop, for a reflex with an action that cannot run.
 """
 
 from .avoid_collision import AvoidCollision

@@ -65,7 +65,7 @@ class _Search:
         self._last, self._side, self._searched = leader, math.copysign(1.0, pose.bearing(leader)), 0.0
 
     def step(self, follow: FollowRobot, body: Body) -> Action:
-        """Action of this period: turn on, or stand still once a full turn is complete.
+        """Action of this period: continue the turn, or stop once a full turn is complete.
 
         Raises:
             ActionFailed: LOST_LEADER, after a full turn and `patience`.
@@ -207,6 +207,6 @@ class FollowRobot(MacroAction):
 
 
 def _first(path: Array, pose: Pose2, least: float) -> Sequence[float] | None:
-    """First pose of a path (k, 3) whose distance from the robot exceeds `least` [m]; None if there is none."""
+    """First pose of a path (k, 3) that is farther than `least` [m] from the robot; None if there is none."""
     rows: list[list[float]] = path.tolist()
     return next((row for row in rows if math.hypot(row[0] - pose.x, row[1] - pose.y) > least), None)

@@ -107,7 +107,7 @@ class Agent:
 
     @property
     def reflex(self) -> str:
-        """Name of the rule whose reflex is active; empty if no reflex is active."""
+        """Name of the rule of the active reflex; empty if no reflex is active."""
         return self.arc.active or ""
 
     @property
@@ -273,7 +273,7 @@ class Agent:
                 stack.callback(actuator.close)
 
     def _close_plan(self) -> None:
-        """Close the plan between two of its turns; a plan whose turn hangs is not closed."""
+        """Close the plan between two of its turns; a plan that hangs in a turn is not closed."""
         if not self._planning.acquire(timeout=PLAN_CLOSE_PERIODS * self.rates.plan.every * self.rates.control.period):
             return
         try:

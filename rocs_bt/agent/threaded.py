@@ -1,8 +1,8 @@
 """Threaded mode: the blocks of an agent on wall time, one thread each (paper, 5.2; docs/architecture.md).
 
-Every monitor and analyser, Plan and Execute have a thread each. The reflex arc runs in the thread of the monitor whose
-sample triggers it, and an action with HIGH priority wakes Execute, so nothing is polled. A heartbeat detects a thread
-that has ended or hangs, within three periods of its block; the threads detect the end of the heartbeat.
+Every monitor and analyser, Plan and Execute have a thread each. The reflex arc runs in the thread of the monitor that
+supplied its trigger sample, and an action with HIGH priority wakes Execute, so nothing is polled. A heartbeat detects a
+thread that has ended or hangs, within three periods of its block; the threads detect the end of the heartbeat.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _REST = 4.0  # pause of sharing per duration of its last cycle, so that sharing 
 
 
 class ThreadedRunner:
-    """Runner of one agent's blocks in threads; a context manager, whose exit ends the threads and stops the agent.
+    """Runner of one agent's blocks in threads; a context manager that ends the threads and stops the agent on exit.
 
     Args:
         agent: Agent, built with a `WallClock`.

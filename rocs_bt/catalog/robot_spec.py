@@ -89,7 +89,7 @@ class MonitorSpec:
     Attributes:
         name: Block's name.
         cls: Name of a shipped Monitor class, or `file.py:Class` beside robot.toml.
-        sensors: Names of the sensors whose readings the Monitor interprets.
+        sensors: Names of the sensors that the Monitor reads.
         parameters: Arguments of the class, in SI units; sub-tables are dicts.
         line: Line of the table in the file.
     """
@@ -108,7 +108,7 @@ class AnalyzeSpec:
     Attributes:
         name: Block's name.
         cls: Name of a shipped Analyze class, or `file.py:Class` beside robot.toml.
-        monitors: Names of the Monitors whose signals the Analyze block processes.
+        monitors: Names of the Monitors that supply the signals of the Analyze block.
         parameters: Arguments of the class, in SI units.
         line: Line of the table in the file.
     """

@@ -43,7 +43,7 @@ def read_name(table: Table) -> str:
 
 
 MEASURED = "measured"
-"""Value of `latency` for a planner whose measured planning time delays its actions."""
+"""Value of `latency` for a planner with actions that are delayed by its measured planning time."""
 
 
 def latency_of(table: Table) -> float | None:

@@ -148,7 +148,7 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: 
 
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
-_LATER = 1e6  # [s] longer than the `for` of any rule, so that a rule whose guard holds fires
+_LATER = 1e6  # [s] longer than the `for` of any rule, so that a rule with a true guard fires
 
 
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:

@@ -92,7 +92,7 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
 )
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
-    """Write an agent's knowledge in RUN as JSON or GraphML, as it was at the end or at the time --at.
+    """Write an agent's knowledge in RUN as JSON or GraphML, at the end or at the time --at.
 
     JSON is lossless and can be read by `knowledge import`; GraphML is for graph drawing programs.
     """

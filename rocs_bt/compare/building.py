@@ -215,7 +215,7 @@ def _between(room: int, other: int) -> Door:
 
 @dataclass(frozen=True, kw_only=True)
 class TaskFamily(Family):
-    """Base class of families of tasks in a building whose roads the agent knows.
+    """Base class of families of tasks in a building with roads that the agent knows.
 
     Attributes:
         planner: Route planner that the default mission of the family uses; other missions get only the goal.

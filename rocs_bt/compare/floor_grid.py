@@ -27,7 +27,7 @@ class GridPath:
 
 @dataclass(frozen=True)
 class FloorGrid:
-    """Ground-truth occupancy of a floor; an `OccupancyGrid`, in contrast, is what a robot has sensed.
+    """Ground-truth occupancy of a floor; an `OccupancyGrid`, in contrast, is sensed by a robot.
 
     Attributes:
         occupied: Whether each cell is occupied, shape (rows, columns); row 0 has the lowest y, column 0 the lowest x.

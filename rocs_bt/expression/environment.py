@@ -62,7 +62,7 @@ class Environment:
 
     @staticmethod
     def of(table: SignalLayout) -> Environment:
-        """Environment of a signal table, whose layout must not change afterwards."""
+        """Environment of a signal table; the layout of the table must not change afterwards."""
         names = list(table.names)
         return Environment(
             signals={name: table.spec(name) for name in names},

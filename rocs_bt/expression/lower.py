@@ -26,9 +26,9 @@ def lower(nodes: Sequence[Node], also: Sequence[Node] = (), margins: int = 0) ->
 
     Args:
         nodes: Expressions, without the operator `within`.
-        also: Expressions that are evaluated outside the program, but whose temporal operators the program must update.
-        margins: Number of expressions, from the first of `nodes` on, whose robustness margins are computed; each must
-            have a single truth value.
+        also: Expressions evaluated outside the program; the program updates only their temporal operators.
+        margins: Number of expressions, from the first of `nodes` on, with computed robustness margins; each must have a
+            single truth value.
     """
     return _Lowering([*nodes, *also]).program(nodes, also, margins)
 

@@ -58,12 +58,12 @@ class Node:
             `look_back` creates.
         args: Operands. Those of `if` are condition, then, else; those of temporal operators do not include the window.
         kind: Kind of the result.
-        value: For `number` and `truth`: the value, in SI units. For temporal operators: length of the window [s].
-        start: For `read`: first index in the snapshot.
-        stop: For `read`: index after the last one in the snapshot.
-        signs: For `compare`: comparison signs between the operands.
+        value: Value of a `number`, in SI units, or of a `truth`; length of the window of a temporal operator [s].
+        start: First index of a `read` in the snapshot.
+        stop: Index after the last one of a `read` in the snapshot.
+        signs: Comparison signs between the operands of a `compare`.
         text: Source text of the node.
-        span: For `read`: upper minus lower bound of the signal, in SI units; +inf if unbounded.
+        span: Upper minus lower bound of the signal of a `read`, in SI units; +inf if unbounded.
         column: Column in the source text, counted from 1; 0 if unknown.
     """
 

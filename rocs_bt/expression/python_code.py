@@ -5,8 +5,8 @@ in comments of one line. The snapshot is a list (`ndarray.tolist()`), because a 
 times as long.
 
 The code has two variants. In the *careful* one, every operation checks for invalid values. The *fast* one is for
-snapshots without NaN: operations whose result is then always valid are plain Python, such as `a < b and c`, and only
-the others check.
+snapshots without NaN: operations that then always have a valid result are plain Python, such as `a < b and c`, and
+only the others check.
 """
 
 from __future__ import annotations
@@ -107,7 +107,7 @@ class PythonCode:
 
     Args:
         program: Program to convert.
-        used: Registers whose values the caller uses, listed once for each use.
+        used: Registers that the caller reads, listed once for each use.
         fast: Whether to generate the variant for snapshots without NaN.
     """
 

@@ -1,8 +1,8 @@
 """Requirement: condition on a whole run, such as `always (near implies within 0.2 s slow)`.
 
 Whether `within` holds at time t depends on later samples, so it is known only after a delay. `look_back` converts a
-requirement to an expression over past samples, whose value at t + delay is that of the requirement at t (O. Maler,
-D. Nickovic, "Monitoring Temporal Properties of Continuous Signals", 2004).
+requirement to an expression over past samples; the value of the expression at t + delay is that of the requirement at
+t (O. Maler, D. Nickovic, "Monitoring Temporal Properties of Continuous Signals", 2004).
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ def horizon(node: Node) -> float:
 
 
 def look_back(node: Node, delay: float) -> Node:
-    """Convert an expression to its delayed form, whose value at time t is that of `node` at t - delay.
+    """Convert an expression to its delayed form, which has at time t the value of `node` at t - delay.
 
     Args:
         node: Expression, which may contain `within`.

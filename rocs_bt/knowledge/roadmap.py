@@ -188,10 +188,10 @@ def add_lattice_roads(
     """Add a square lattice of places and roads over the free space of a map.
 
     A place is added wherever the map is free and far enough from occupied and unknown cells. Each place is connected,
-    both ways, with those of its eight neighbours to which the straight line is free as well.
+    in both directions, with those of its eight neighbours to which the straight line is free as well.
 
     Args:
-        knowledge: Knowledge whose graph receives the places and roads.
+        knowledge: Knowledge that receives the places and roads in its graph.
         window: Map.
         spacing: Lattice spacing [m]; at least one cell.
         clearance: Minimum distance to occupied and unknown cells [m].

@@ -38,7 +38,7 @@ class Row(dict[str, Any]):
 
 
 class Store:
-    """A networkx MultiDiGraph whose edges are keyed by their relation, and indexes for fast reading.
+    """A networkx MultiDiGraph with edges keyed by their relation, and indexes for fast reading.
 
     Attributes:
         rows: Attribute dict of every node; the same objects that networkx holds.

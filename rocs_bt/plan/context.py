@@ -222,7 +222,7 @@ class MissionContext:
 
 
 def mission_of(node: Node) -> MissionContext:
-    """Context of the mission whose tree contains a node.
+    """Context of the mission that contains a node in its tree.
 
     Raises:
         TreeError: The tree does not belong to a mission.

@@ -140,5 +140,5 @@ class Plan(AnalyzeSubscriber, ABC):
         return None
 
     def definitions_of(self, owner: object) -> tuple[object, ...]:
-        """Objects whose source files may contain the fault, the given object first; see `raised_at`."""
+        """Objects with source files that may contain the fault, the given object first; see `raised_at`."""
         return (owner,)

@@ -271,7 +271,7 @@ class TreePlan(Plan):
         return found
 
     def _emit_changes(self) -> None:
-        """Emit an event for each node whose status has changed, children before parents."""
+        """Emit an event for each node with a changed status, children before parents."""
         for node, path in reversed(self._nodes):
             if node.status is not self._seen[node.id]:
                 self._seen[node.id] = node.status
@@ -294,7 +294,7 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
     """Make a stock py_trees leaf count as RUNNING if it raises; leaves of this package handle exceptions themselves.
 
     Args:
-        leaf: Leaf, whose method `tick` is wrapped.
+        leaf: Leaf; its method `tick` is wrapped.
         caught: Handler of the exception; it returns False to raise it.
     """
     if "tick" in vars(leaf):

@@ -61,7 +61,7 @@ def xml_mission(
         within: Folder in which included files must lie; by default the folder of the file.
         nodes: Function from names of node classes to those of these classes that the project defines.
         missions: Function from the ID in a SubTree to the `build` function of the mission with this name, or None.
-        beside: Other files whose trees a SubTree may use, by the IDs of their trees.
+        beside: Other files with trees that a SubTree may use, by the IDs of these trees.
         dialect: `nav2` to use Nav2's semantics for nodes that exist in Nav2; empty for those of BehaviorTree.CPP.
 
     Raises:

@@ -25,7 +25,7 @@ class ExpressionReader:
         lines: Lines of the file; empty if its text is not available.
 
     Attributes:
-        never: Expression that is always false; it replaces the guard of a rule whose own guard is invalid.
+        never: Expression that is always false; it replaces the guard of a rule with an invalid guard.
     """
 
     def __init__(self, root: Table, environment: Environment, lines: list[str]) -> None:

@@ -49,7 +49,7 @@ class Machine(Protocol):
 
     @property
     def blind(self) -> Sequence[float]:
-        """Nonzero for each rule whose guard or release condition is invalid, shape (R,)."""
+        """Nonzero for each rule with an invalid guard or release condition, shape (R,)."""
         ...
 
     @property

@@ -144,7 +144,7 @@ class PythonMachine:
         self._busy[i] = self.mask[i] or self.blind[i] or self._risen[i] != math.inf or self._unknown[i] != math.inf
 
     def _policy(self, i: int, latched: bool, t: float) -> bool | None:
-        """Decide for a rule whose guard or release condition is invalid, by its `on_invalid`.
+        """Decide for a rule with an invalid guard or release condition, by its `on_invalid`.
 
         Returns:
             Whether the rule latches, or, if it is latched, whether it is released. None if it keeps its state.
@@ -176,7 +176,7 @@ def python_source(table: RuleTable) -> str:
     """Generate the Python source of a table.
 
     The source has two functions: `step(x, t, cells)` is fast and calls `careful(x, t, cells)` for a snapshot with NaN.
-    Both call `advance(rule, guard, until, t)` for each rule whose guard is not false or which is in `busy`.
+    Both call `advance(rule, guard, until, t)` for each rule that is in `busy` or has a guard that is not false.
     """
     program = table.program
     lines = ["def step(x, t, cells):"]

@@ -104,8 +104,8 @@ class Rule:
         max_hold: Maximum duration of `OnInvalid.HOLD` [s].
         action: Name of the action.
         arguments: Parameters of the action, keyed by name.
-        keep: Names of parameters whose values are fixed when the rule latches, or when its guard is first valid after
-            that, until the rule is released.
+        keep: Names of parameters that are fixed when the rule latches, or when its guard is first valid after that,
+            until the rule is released.
         tags: Tags such as `safety`.
         modes: Modes of the agent in which the rule is active; empty for all.
         tests: Tests of the rule.

@@ -106,7 +106,7 @@ def _node(name: str, value: Any, before: Node | None) -> Node:
     Args:
         name: Name of the threshold.
         value: Value as written.
-        before: Node of the overridden threshold, whose dimension the value must have; None for a new threshold.
+        before: Node of the overridden threshold; the value must have its dimension. None for a new threshold.
     """
     if before is not None and before.kind.dimension is not None:
         number = convert(value, before.kind.dimension, what=f"'{name}'")

@@ -36,7 +36,7 @@ class ClearanceWatch:
         self._poses: dict[str, Pose2] = {}
 
     def update(self, t: float) -> None:
-        """Measure the clearances whose lower bounds require it, at time t [s]."""
+        """Measure, at time t [s], the clearances with lower bounds that require it."""
         moved = {name: self._moved(name) for name in self._world.robots}
         *_, second, most = sorted([0.0, *moved.values()])
         moving_obstacles = not self._world.only_robots_move

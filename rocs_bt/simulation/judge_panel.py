@@ -20,7 +20,7 @@ SLICE = 0.05
 
 
 class EpisodeAgent(AgentState, Protocol):
-    """Interface of an agent that an episode steps and stops, and whose outcome it determines."""
+    """Interface of an agent that an episode steps, stops and judges."""
 
     @property
     def name(self) -> str:

@@ -193,7 +193,7 @@ class Metrics:
 
 
 def _cut_off(tally: _Tally, end: float) -> OutcomeDecided:
-    """Outcome of an agent whose recording ends without one: a recorded failure or collision, else `interrupted`."""
+    """Outcome of an agent if the recording ends without one: a recorded failure or collision, else `interrupted`."""
     if tally.failure:
         return OutcomeDecided(t=end, outcome="error", reason=tally.failure)
     if tally.collision:

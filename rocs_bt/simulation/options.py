@@ -39,7 +39,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         duration: Maximum duration [s]; that of the scenario if None.
         out: Folder for summary.json, run.mcap and report.html; None writes nothing.
         report: Whether to write report.html.
-        btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent whose mission is a tree.
+        btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent with a tree as its mission.
         missions: Mission functions that replace the scenario's, by agent.
         prepare: Function called with the simulated world before the agents are built; it may replace devices, for
             example to inject faults.
@@ -49,7 +49,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         knowledge: File that keeps knowledge from run to run: read before the run, and written during the run.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
-        live: Live page of the run, whose context has been entered; the run then keeps pace with the wall clock.
+        live: Live page of the run, with its context entered; the run then keeps pace with the wall clock.
         command: Command line that repeats this run, for the report; `rocs-bt run ...` if empty.
         signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
             a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.

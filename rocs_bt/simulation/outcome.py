@@ -92,7 +92,7 @@ class Judge:
 
     Attributes:
         stuck: Reason why the robot counts as stuck now; empty if it is not stuck.
-        stuck_rule: Rule whose reflexes held the stuck robot longest; empty if there is none.
+        stuck_rule: Rule with the reflexes that held the stuck robot longest; empty if there is none.
         time_to_goal: Time at which the goal was reached [s]; None before that.
         decided: Whether the outcome is final.
     """

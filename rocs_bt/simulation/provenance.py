@@ -14,7 +14,7 @@ from ..plan import Act
 from ..reactive import RuleModel
 
 _ENGINE = __package__.partition(".")[0]
-_MAKERS = ("actions", "analyze", "control", "monitor")  # subpackages whose objects construct others during a run
+_MAKERS = ("actions", "analyze", "control", "monitor")  # subpackages with objects that construct others during a run
 _MADE = ("actions", "control")
 
 

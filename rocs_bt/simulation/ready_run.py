@@ -26,7 +26,7 @@ from .summary import Unrecorded
 
 
 class Relay:
-    """Event sink whose target is set later; events before that are buffered."""
+    """Event sink with a target that is set later; events before that are buffered."""
 
     def __init__(self) -> None:
         self._early: list[Event] = []

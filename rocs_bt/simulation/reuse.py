@@ -172,7 +172,7 @@ def _share(kind: str, first: Mapping[str, str], second: Mapping[str, str]) -> Sh
 
 
 def _pairs(first: Sequence[Robot], second: Sequence[Robot]) -> Iterator[tuple[Robot | None, Robot | None]]:
-    """Pairs of robots: of the same name in both scenarios, else the next ones whose names differ."""
+    """Pairs of robots: of the same name in both scenarios, else the next ones with different names."""
     there = {robot.name: robot for robot in second}
     new = [robot for robot in second if robot.name not in {r.name for r in first}]
     for robot in first:

@@ -41,7 +41,7 @@ class RunFiles:
 
         Args:
             header: Header of the run.
-            logged: Agents whose trees are logged for Groot2.
+            logged: Agents with trees to log for Groot2.
 
         Raises:
             RecordingError: The recording, or a log, cannot be written.

@@ -149,7 +149,7 @@ class PolynomialParameters:
 
 
 class Polynomial(ScriptedObject):
-    """Moves back and forth on a curve whose lateral deviation from a straight line is a random polynomial.
+    """Moves back and forth on a curve with a random polynomial as its lateral deviation from a straight line.
 
     The motion resembles that of DynaBARN's obstacles (Nair et al., DynaBARN: Benchmarking Metric Ground Navigation in
     Dynamic Environments, SSRR 2022). The curve passes exactly through both ends, and the speed is constant.

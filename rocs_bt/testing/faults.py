@@ -94,7 +94,7 @@ class FrozenSensor(FaultySensor):
 
 
 class LyingSensor(FaultySensor):
-    """Sensor whose values are replaced by a constant, such as NaN or 1e12.
+    """Sensor with its values replaced by a constant, such as NaN or 1e12.
 
     Args:
         value: The constant, in the unit of the sensor's values.

@@ -73,7 +73,7 @@ def run_scenario(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPa
     """Fixture that runs a scenario of the project around the test, or a shipped one, in lockstep.
 
     The function takes the scenario's name or path, `seed` (default 1) and `duration` [s] (default: the scenario's),
-    and returns the run's result, whose `recording` can be opened.
+    and returns the run's result, with a `recording` that can be opened.
     """
 
     def run_scenario(scenario: str, *, seed: int = 1, duration: float | None = None) -> RunResult:

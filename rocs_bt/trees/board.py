@@ -1,6 +1,6 @@
 """Blackboard: values shared by the nodes of one tree.
 
-A subtree has a blackboard of its own, whose keys can refer to keys of the parent tree's blackboard.
+A subtree has its own blackboard. Keys of this blackboard can refer to keys of the parent tree's blackboard.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Entry:
         self.alive = True
 
     def store(self, value: Any) -> None:
-        """Write a value, whose type the caller has checked."""
+        """Write a value; the caller has checked its type."""
         self.value = value
         self.sequence += 1
 
@@ -133,7 +133,7 @@ class Board:
         name: Name for messages, such as the path of a subtree.
 
     Attributes:
-        remapping: For each remapped key of this blackboard, the key of the parent to which it refers.
+        remapping: Keys of the parent to which remapped keys of this blackboard refer, by remapped key.
         enums: Enum values by name, used in conversions; shared by all blackboards of a tree.
     """
 

@@ -13,7 +13,7 @@ class Priorities(TaskFamily):
     """The robot runs errands in a building; on the way, an urgent errand with a deadline is added.
 
     An errand is a visit to a room. At the start the agent knows several errands of equal priority; the parameter
-    `errands` is their number. Later it receives an urgent errand, whose deadline allows about twice the travel time at
+    `errands` is their number. Later it receives an urgent errand with a deadline after about twice the travel time at
     the speed `pace`. At the end the robot drives home. Success requires all errands, and the urgent one in time. The
     reference path is the shortest tour over all rooms.
 

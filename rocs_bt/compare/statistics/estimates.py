@@ -194,7 +194,7 @@ def paired(a: Floats, b: Floats) -> Floats:
 def mean_difference(differences: Floats, level: float = LEVEL, span: float = math.nan) -> Estimate:
     """Mean of paired differences, with Student's interval over scenes.
 
-    The variance includes one additional, fictitious scene, whose squared difference is the mean of the nonzero squared
+    The variance includes one additional, fictitious scene; its squared difference is the mean of the nonzero squared
     differences. The reason is that a few differing scenes do not show well how often new scenes will differ. For single
     episodes this is close to Agresti and Min, Biostatistics 6, 2005, who add such pairs to the counts.
 

@@ -82,7 +82,7 @@ def sign_flip_test(differences: Floats, lattice: int = 0) -> float:
 
 
 def _counted(sizes: npt.NDArray[np.int_], total: int) -> float:
-    """Share of all sign combinations of some integers whose absolute sum is at least that of `total`."""
+    """Share of all sign combinations of some integers that give an absolute sum of at least that of `total`."""
     from scipy.stats import binom
 
     chances = np.ones(1)  # probabilities of all possible sums, in ascending order

@@ -1,4 +1,4 @@
-"""Isolated actuators, whose driver runs in a separate small process with a watchdog.
+"""Isolated actuators: each has its driver in a separate small process with a watchdog.
 
 The watchdog acts even if the main process is dead, was stopped, or its interpreter is blocked by a call that does not
 return. The separate process imports only this package and its dependencies, so that it starts quickly.

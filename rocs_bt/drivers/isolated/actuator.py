@@ -1,4 +1,4 @@
-"""IsolatedActuator: the part in the main process of an actuator whose driver runs in a separate process."""
+"""IsolatedActuator: main-process part of an actuator with its driver in a separate process."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _PACKAGES = str(pathlib.Path(__file__).resolve().parents[3])
 
 
 class IsolatedActuator(Actuator):
-    """Actuator whose driver runs in a separate process with a watchdog.
+    """Actuator with its driver in a separate process with a watchdog.
 
     The process sends the device to neutral if it has received no command for `max_age`, even if the main process is
     dead, was stopped, or its interpreter is blocked. `command` and `neutral` send a request and return immediately; of

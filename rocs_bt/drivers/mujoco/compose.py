@@ -68,7 +68,7 @@ def compose_world(
         robots: Robots of the world.
         step: Physics step [s].
         clock: Clock of the world; by default a simulated clock, which the world advances.
-        within: Folders whose files a model may reference, in addition to those in the model's own folder.
+        within: Folders with files that a model may reference, in addition to those in the model's own folder.
 
     Raises:
         InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
@@ -94,7 +94,7 @@ def compile_model(
         arena: MJCF file of the arena.
         robots: Robots of the world.
         step: Physics step [s].
-        within: Folders whose files a model may reference, in addition to those in the model's own folder.
+        within: Folders with files that a model may reference, in addition to those in the model's own folder.
         text: MJCF text of a generated arena; `arena` is then only its name in faults.
 
     Raises:
@@ -126,7 +126,7 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
 
     Args:
         file: MJCF file.
-        within: Folders whose files the model may reference, in addition to those in its own folder.
+        within: Folders with files that the model may reference, in addition to those in its own folder.
         text: MJCF text of a generated model.
 
     Raises:

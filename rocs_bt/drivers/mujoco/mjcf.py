@@ -52,7 +52,7 @@ def examine_model(file: Path, roots: Iterable[Path]) -> None:
 
     Args:
         file: MJCF file.
-        roots: Folders whose files the model may reference, in addition to those in its own folder.
+        roots: Folders with files that the model may reference, in addition to those in its own folder.
 
     Raises:
         InputError: The file is not valid MJCF, references a file outside of the folders, or exceeds a limit; with line

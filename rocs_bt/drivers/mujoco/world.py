@@ -46,7 +46,7 @@ class MujocoWorld:
 
         self.model = model
         self.data = mujoco.MjData(model)
-        # Views of MuJoCo's arrays, whose memory is fixed; for few numbers they are faster than numpy.
+        # Views of MuJoCo's arrays, which have fixed memory; for few numbers they are faster than numpy.
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)

@@ -61,7 +61,7 @@ class ChangeLog:
     Not thread-safe.
 
     Args:
-        agent: Agent whose knowledge is logged.
+        agent: Agent that owns the logged knowledge.
         label: Human-readable name of the run.
         schema: Types and units of the values.
         stretches: Unbroken parts of the log, oldest first; the changes between two stretches are missing.
@@ -167,8 +167,8 @@ class ChangeLog:
         Args:
             since: Revision after which to begin.
             until: Last revision; the newest if omitted.
-            node: Node whose changes to include, with changes of edges that start at it; None for all nodes.
-            name: Attribute, relation or kind of node whose changes to include; None for all.
+            node: Changed node to include, with changes of edges that start at it; None for all nodes.
+            name: Changed attribute, relation or kind of node to include; None for all.
         """
         for stretch in self.stretches:
             for change in stretch.changes:

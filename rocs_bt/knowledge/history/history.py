@@ -26,7 +26,7 @@ class History(ChangeLog):
 
     Args:
         path: File that a `Journal` wrote, or is still writing.
-        agent: Agent whose knowledge to read; may be omitted if the run has only one agent.
+        agent: Agent that owns the knowledge to read; may be omitted if the run has only one agent.
         run: Number of the run; the newest of that agent if omitted.
         schema: Types of the values; the schema of the project that wrote the file.
 

@@ -49,7 +49,7 @@ class Importer:
 
     Args:
         file: Import file, for messages.
-        agent: Agent whose knowledge is imported.
+        agent: Agent that owns the imported knowledge.
         schema: Allowed kinds and relations.
 
     Attributes:

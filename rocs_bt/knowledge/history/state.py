@@ -29,7 +29,7 @@ class State(Readable):
     file of another project) are added to the schema of this state.
 
     Attributes:
-        agent: Agent whose knowledge graph this is.
+        agent: Agent that owns this knowledge graph.
         t: Time of the newest change [s]; -inf without any.
     """
 

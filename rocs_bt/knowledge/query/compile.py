@@ -1,9 +1,9 @@
 """Compiler from a query text to a Query with a plan of steps.
 
 To find all answers, each variable of a query is bound to the nodes of the graph, one after the other. The plan orders
-the variables and makes each test as early as possible. Variables that stand for a named node, or for nodes near a
-position, are bound first; then variables linked to bound ones; then the others in the order of the query. The order
-does not change the answers.
+the variables and makes each test as early as possible. Variables for a named node, or for nodes near a position, are
+bound first; then variables linked to bound ones; then the others in the order of the query. The order does not
+change the answers.
 """
 
 from __future__ import annotations
@@ -85,7 +85,7 @@ class Planner:
         pattern: Variables and links of the query.
         scope: Slots of the query: the values that its expressions read.
         conditions: Operands of the query's `where`.
-        nearest: Index of the variable whose nodes are wanted in order of distance, and source code of the position from
+        nearest: Index of the variable with nodes wanted in order of distance, and source code of the position from
             which the distance is measured; None without such an order.
     """
 
@@ -148,7 +148,7 @@ class Planner:
         return Scan(left[0], self._pattern.variables[left[0]].kind or "", None, None), left[0]
 
     def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps for all links, conditions and `no` clauses whose variables are bound by now."""
+        """Steps for all links, conditions and `no` clauses with only bound variables."""
         steps: list[Step] = []
         for j, link in [*links]:
             if link.source in bound and link.target in bound:

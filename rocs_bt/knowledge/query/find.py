@@ -23,7 +23,7 @@ class Find:
         conditions: Expressions that must all hold.
         order: Sort expression; empty to sort by name.
         most: Maximum number of answers; 0 for all.
-        columns: Expressions whose values each answer contains besides the node names.
+        columns: Expressions; each answer contains their values besides the node names.
         moment: Time at which to query the graph; empty for now.
         since: Revision after which an answer must have changed; None for any.
     """
@@ -75,7 +75,7 @@ class Find:
         return replace(self, columns=(*self.columns, *columns))
 
     def as_of(self, moment: str) -> Find:
-        """Query the graph as it was at an earlier time, such as `12.5 s` or `5 s ago`."""
+        """Query the graph at an earlier time, such as `12.5 s` or `5 s ago`."""
         return replace(self, moment=moment)
 
     def changed_since(self, revision: int) -> Find:

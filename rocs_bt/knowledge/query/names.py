@@ -32,11 +32,10 @@ class Meaning:
         sort: Type: `number`, `truth`, `text`, `pose`, `path`, `numbers`, `node`, `edge` or `live`.
         code: Source code that computes the value.
         variables: Indices of the variables that the value depends on.
-        links: Indices of the links whose edges the value depends on.
+        links: Indices of the links with the edges that the value depends on.
         dimension: Physical dimension of a `number` or of `numbers`.
         size: Number of elements of `numbers`.
-        owner: Source code of the name of the node whose attribute it is; empty if the name is not an attribute of a
-            node.
+        owner: Source code of the name of the node with the attribute; empty if the name is not an attribute of a node.
         attribute: Name of the attribute; empty if the name is not an attribute.
         whole: Whether a `number` is an integer, which may be too large for a float.
     """

@@ -69,7 +69,7 @@ class Moment:
     """Query time of `as of`.
 
     Attributes:
-        value: Time [s], or the name of the parameter whose value is the time.
+        value: Time [s], or the name of the parameter that contains the time.
         ago: Whether the time is counted back from now.
     """
 

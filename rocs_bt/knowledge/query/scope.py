@@ -31,7 +31,7 @@ class Slot:
     Attributes:
         code: Source code that computes the value as a float; NaN if unknown.
         variables: Indices of the variables that the value depends on.
-        links: Indices of the links whose edges the value depends on.
+        links: Indices of the links with the edges that the value depends on.
         near: If the value is the distance between a variable and a position that no variable changes: index of the
             variable, and source code of the position. Else None.
         same: If the value tells whether a variable is the node of a name that no variable changes: index of the
@@ -210,7 +210,7 @@ class Scope:
         return self._slot(code, Kind(TIME), (meaning,))
 
     def _place(self, meaning: Meaning) -> Meaning:
-        """Meaning of an argument of `distance` or `bearing` as a pose or path; a node stands for its pose."""
+        """Meaning of an argument of `distance` or `bearing` as a pose or path; a node means its pose."""
         if meaning.sort in ("pose", "path"):
             return meaning
         if meaning.sort == "text":  # in quotes, or a parameter: the name of a node

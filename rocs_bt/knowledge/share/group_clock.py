@@ -19,8 +19,8 @@ DRIFT = 1.0
 class GroupClock:
     """Calendar time that is corrected to the most advanced calendar in a group of agents.
 
-    This time stamps the writes; of two conflicting writes, the later one wins. Without the correction, a robot whose
-    calendar is years behind would lose every conflict with a peer. The calendar is read only once, and then advanced by
+    This time stamps the writes; of two conflicting writes, the later one wins. Without the correction, a robot with a
+    calendar years behind would lose every conflict with a peer. The calendar is read only once, and then advanced by
     the agent's own clock, so setting the computer's date during a run has no effect.
 
     Args:

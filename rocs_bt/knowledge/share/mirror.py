@@ -189,8 +189,8 @@ class Mirror:
         keeps both, to restore them when an agent returns and to answer the requests of peers.
 
         Args:
-            silent: Agents whose pose and motion are too old.
-            forgotten: Agents whose writes are all too old.
+            silent: Agents with outdated pose and motion.
+            forgotten: Agents with only outdated writes.
             t: Present time [s].
         """
         affected = (silent ^ self._silent) | (forgotten ^ self._forgotten)

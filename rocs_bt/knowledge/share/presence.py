@@ -15,7 +15,7 @@ ABSENT_AFTER = 3.0 * BEAT_PERIOD
 
 
 AGENT_LIMIT = 1024
-"""Maximum number of departed agents whose last message is remembered."""
+"""Maximum number of departed agents with a remembered last message."""
 
 
 @dataclass

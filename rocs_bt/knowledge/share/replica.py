@@ -1,4 +1,4 @@
-"""Replica of shared knowledge: a map whose writes merge to the same result in any order and multiplicity.
+"""Replica of shared knowledge: a map with writes that merge to the same result in any order and multiplicity.
 
 Each write is an entry for one key, which denotes a node, an attribute or an edge. Of two entries for the same key, the
 one with the later stamp wins (a last-writer-wins register: Shapiro et al., Conflict-free Replicated Data Types, 2011,

@@ -29,7 +29,7 @@ _OWN = ("part", "monitor", "analyze", "rule_set", "message")
 class Scope:
     """Kinds and relations that are shared.
 
-    By default, all kinds are shared except a robot's own parts, blocks, rules and messages, whose nodes have the same
+    By default, all kinds are shared except a robot's own parts, blocks, rules and messages; their nodes have the same
     names in many robots. If they are shared too, their names at peers are such as `R2/ranges`. The node of a robot is
     of kind `peer` at its peers.
 

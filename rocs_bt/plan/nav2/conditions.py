@@ -129,7 +129,7 @@ class GoalReached(_Condition):
 
 
 TOLERANCE = 0.25
-"""Tolerance of a goal whose node declares none [m]."""
+"""Tolerance of a goal if its node declares none [m]."""
 
 
 class ArePosesNear(_Condition):

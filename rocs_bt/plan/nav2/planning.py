@@ -37,7 +37,7 @@ class Server(Instant):
 
 
 class Planning(Server):
-    """Base of nodes that compute a path with a route planner, whose state is kept until a costmap is cleared."""
+    """Base of nodes that compute a path with a route planner and keep its state until a costmap is cleared."""
 
     base = 200
     tf_error: ClassVar[int] = TF_ERROR

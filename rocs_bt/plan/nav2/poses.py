@@ -70,7 +70,7 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     """Pose that a port's value describes, world frame; None if unknown.
 
     Args:
-        mission: Mission whose knowledge contains the node.
+        mission: Mission with the knowledge that contains the node.
         value: Pose, text of a PoseStamped, or name of a node in the world model.
 
     Raises:

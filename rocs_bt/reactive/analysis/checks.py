@@ -475,7 +475,7 @@ def _kept(rule: Rule) -> Node:
 
 
 def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Report rules of equal priority whose guards can hold at once, with example values of the signals.
+    """Report rules of equal priority with guards that can hold at once, and example values of the signals.
 
     Args:
         case: Rule set.

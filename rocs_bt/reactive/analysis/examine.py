@@ -143,7 +143,7 @@ def _lines(rule: Rule) -> set[tuple[Path | None, int]]:
 
 
 def _without_duplicates(faults: list[Fault]) -> list[Fault]:
-    """Remove duplicates, and faults whose message is a prefix of another message at the same position."""
+    """Remove duplicates, and faults with a message that is a prefix of another message at the same position."""
     return [
         fault
         for i, fault in enumerate(faults)

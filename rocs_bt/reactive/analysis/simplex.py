@@ -112,7 +112,7 @@ class _Tableau:
     The slack variable of inequality i, which is the sum of its terms, has the number -1 - i.
 
     Attributes:
-        rows: For each basic variable, the coefficients of the nonbasic variables in its sum.
+        rows: Coefficients of the nonbasic variables in the sum of each basic variable.
         values: Value of each variable. Nonbasic variables are always within their bounds.
     """
 

@@ -48,8 +48,8 @@ class _End:
     Attributes:
         value: Extreme of the sum; infinite if a term is, NaN if infinite terms of opposite signs may occur.
         finite: Sum of the finite terms and the constant.
-        unbounded: Variables whose term is unbounded in the direction of `sign`.
-        open: Number of terms whose interval excludes the end that is used.
+        unbounded: Variables with a term that is unbounded in the direction of `sign`.
+        open: Number of terms with an interval that excludes the end that is used.
         why: Bit set of the decisions from which this extreme follows.
     """
 
@@ -85,9 +85,9 @@ class _State:
     """State of one branch of the search.
 
     Attributes:
-        spans: Intervals of the variables whose interval is narrower than their range.
+        spans: Intervals that are narrower than the range of their variable, by variable.
         open: Inequalities and disjunctions that are still undecided, with their decisions.
-        changed: Bit set of the variables whose interval has changed since `open` was last evaluated.
+        changed: Bit set of the variables with an interval that has changed since `open` was last evaluated.
     """
 
     def __init__(self, spans: dict[int, Span], open_parts: list[_Part]) -> None:
@@ -423,7 +423,7 @@ def _infinite(span: Span) -> bool:
 
 
 def _meeting(row: Row, spans: Mapping[int, Span]) -> list[int]:
-    """Variables of an inequality whose terms can be infinite with opposite signs; empty if no two terms can."""
+    """Variables of an inequality with terms that can be infinite with opposite signs; empty if no two terms can."""
     ends: dict[int, list[int]] = {1: [], -1: []}
     for var, factor in row.terms.items():
         span, sign = spans[var], 1 if factor > 0 else -1

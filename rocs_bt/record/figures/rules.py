@@ -63,7 +63,7 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
     Args:
         t: Times [s], shape (n,).
         traces: All rules of the file.
-        shown: Names of the rules whose signals are drawn.
+        shown: Names of the rules to draw with their signals.
         title: Title of the figure.
     """
     panels = [(trace, unit) for trace in traces if trace.name in shown for unit in trace.panels]

@@ -68,7 +68,7 @@ class Rule(msgspec.Struct, frozen=True):
 class Agent(msgspec.Struct, omit_defaults=True):
     """Agent: tree and statuses, signals, rules, ranges and tickets by name, knowledge changes, faults and outcome.
 
-    `swapped` is the path of a subtree that was replaced, whose statuses the page must drop.
+    `swapped` is the path of a subtree that was replaced; the page must drop the statuses of this subtree.
     """
 
     tree: tuple[TreeNode, ...] | None = None

@@ -61,7 +61,7 @@ class TreeCoverage:
     Decorators from `inject` do not appear: the outcome of the decorator counts for the decorated node.
 
     Attributes:
-        trees: For each tree's name, its nodes by their paths, parents before children.
+        trees: Nodes of each tree by their paths, parents before children; keyed by the tree's name.
     """
 
     def __init__(self) -> None:
@@ -128,8 +128,8 @@ def outline(
 
     Args:
         root: Root of the tree.
-        original: Function that maps a node to the node that stands for it, whose name and children are used: the node
-            inside a decorator from `inject`.
+        original: Function that maps a node to the node that provides its name and children: the node inside a decorator
+            from `inject`.
     """
     todo = [(root, original(root).name, 0)]
     while todo:

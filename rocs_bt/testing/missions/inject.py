@@ -97,7 +97,7 @@ def inject(root: Behaviour, faults: Mapping[str, Callable[[Behaviour], Decorator
 
     Args:
         root: Root of the tree.
-        faults: For each filter of nodes (see `substitute`), the function that creates the decorator of such a node.
+        faults: Functions that create the decorator of a node, keyed by filter of nodes (see `substitute`).
 
     Returns:
         The root, which may have been replaced.

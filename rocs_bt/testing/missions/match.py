@@ -82,7 +82,7 @@ def _pattern(text: str) -> re.Pattern[str]:
 
 
 def replace(parent: Any, old: Behaviour, new: Behaviour) -> None:
-    """Replace a child in its parent node; for a root, whose parent is None, only the new node's parent is set."""
+    """Replace a child in its parent node; for a root (parent None), only the new node's parent is set."""
     new.parent = parent
     if parent is not None:
         parent.children[next(i for i, child in enumerate(parent.children) if child is old)] = new

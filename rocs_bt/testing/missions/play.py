@@ -33,15 +33,15 @@ class PlayOptions:
     """Test conditions of a mission, for `play`.
 
     Attributes:
-        leaves: For each filter of leaves (see `substitute`), their outcomes, a letter per tick (see
-            `ScriptedOutcomes`). An XML leaf that has no class becomes a stub if a filter here names it.
-        rules: For each filter of nodes, another replacement; see `substitute`.
-        faults: For each filter of nodes, the function that creates a fault decorator; see `inject`.
+        leaves: Outcomes of leaves, one letter per tick (see `ScriptedOutcomes`), keyed by filter of leaves (see
+            `substitute`). An XML leaf that has no class becomes a stub if a filter here names it.
+        rules: Other replacements, keyed by filter of nodes; see `substitute`.
+        faults: Functions that create a fault decorator, keyed by filter of nodes; see `inject`.
         knowledge: Initial knowledge.
         signals: Values of the signals, such as `{"front": "0.4 m"}`.
         parameters: Parameters of the mission, as in a scenario file.
         board: Initial values of the root's blackboard, by name.
-        then: For the number of a tick, counted from 1, a function to run before this tick.
+        then: Functions to run before a tick, keyed by the number of the tick, counted from 1.
         ticks: Maximum number of ticks.
         step: Simulated time between two ticks [s]; the clock does not advance otherwise.
         settle: Whether to repeat each tick, without advancing the clock, until only time can change the result.

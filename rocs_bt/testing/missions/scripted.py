@@ -45,7 +45,7 @@ class Scripted(Leaf):
     Args:
         name: Display name.
         outcomes: The outcomes.
-        original: Node that the leaf replaces, whose ports and conditions it takes over; None if it replaces none.
+        original: Node that the leaf replaces; the leaf takes over its ports and conditions. None if it replaces none.
 
     Attributes:
         calls: Number of ticks.

@@ -18,7 +18,7 @@ class Trace:
 
     Attributes:
         outcomes: Name of the root's outcome in each tick, such as `RUNNING`.
-        cells: For each node's path, its outcomes as letters, one text per tick.
+        cells: Outcomes of each node as letters, one text per tick; keyed by the node's path.
         board: Blackboard of the root.
         knowledge: Knowledge at the end.
         said: Texts that the mission spoke or logged, in order of time.

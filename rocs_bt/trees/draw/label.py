@@ -25,7 +25,7 @@ def given_ports(node: Node) -> Iterator[tuple[str, str]]:
 def ports_text(node: Behaviour) -> str:
     """Given ports as text to follow the node's name, such as `(goal="kitchen", cruise="0.4 m/s")`.
 
-    Ports whose value is part of the name are omitted. Empty if there is none.
+    Ports with a value that is part of the name are omitted. Empty if there is no port to show.
     """
     if not isinstance(node, Node):
         return ""

@@ -26,7 +26,7 @@ NAMING: Mapping[str, tuple[str, ...]] = {
     "SkipUnlessUpdated": ("entry",),
     "WaitValueUpdate": ("entry",),
 }
-"""Ports whose text is the name of a key, with or without braces, by node class."""
+"""Ports that contain the name of a key, with or without braces, by node class."""
 
 
 MAX_SUGGESTED = 100

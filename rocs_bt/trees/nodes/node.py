@@ -290,7 +290,7 @@ class Node(Behaviour):
         return ()
 
     def written(self) -> tuple[str, dict[str, str]] | None:
-        """Tag and attributes to write to a document, if the node stands for another one; None to write its own."""
+        """Tag and attributes to write to a document, if the node represents another one; None to write its own."""
         return None
 
     def read(self, port: str) -> Any:

@@ -132,7 +132,7 @@ class Input(Port[T]):
 
 
 class Code(Input[str]):
-    """Input port whose value is a script; its syntax is checked when the file is loaded."""
+    """Input port for a script; the syntax of the script is checked when the file is loaded."""
 
     def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "") -> None:
         super().__init__(str, default, doc, name=name, parse=_script)
@@ -159,7 +159,7 @@ def _script(text: str) -> str:
 
 
 class ExactKey(str):
-    """Key whose name is taken literally, even if it is `=`, which otherwise means the key with the port's name."""
+    """Key with a literal name, even if the name is `=`, which otherwise means the key with the port's name."""
 
     __slots__ = ()
 

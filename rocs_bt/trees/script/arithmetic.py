@@ -207,7 +207,7 @@ def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -
     """Compute the new value of an entry for an assignment.
 
     Args:
-        board: Blackboard of the script, whose enums are used in conversions.
+        board: Blackboard of the script; its enums are used in conversions.
         name: The key.
         entry: Entry of the key.
         operator: `:=`, `=`, `+=`, `-=`, `*=` or `/=`.

@@ -21,7 +21,7 @@ Outside = Mapping[str, Callable[[Element], Behaviour]]
 
 
 class _Frame:
-    """Entry of the stack of enclosing nodes: a node whose children are being created.
+    """Entry of the stack of enclosing nodes: a node during the creation of its children.
 
     Args:
         element: Element of the node.

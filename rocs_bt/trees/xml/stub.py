@@ -1,4 +1,4 @@
-"""Stub classes for nodes whose class is not available, so that any tree can be drawn and checked."""
+"""Stub classes for nodes without an available class, so that any tree can be drawn and checked."""
 
 from __future__ import annotations
 
@@ -48,11 +48,11 @@ class LenientStubWithChildren(_AcceptsAll, _Sequence):  # type: ignore[misc]  # 
 
 
 def lenient_stub(element: Element, document: Document) -> type[Node]:
-    """Create a stub class for an element whose node class is unknown or rejects it.
+    """Create a stub class for an element with a node class that is unknown or rejects the element.
 
     Args:
         element: Element of the node.
-        document: Document of the element, whose TreeNodesModel may declare the ports.
+        document: Document of the element; its TreeNodesModel may declare the ports.
     """
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)
@@ -88,7 +88,7 @@ def stub_nodes(
     undeclared: bool,
     everywhere: Mapping[str, Sequence[Element]] = MappingProxyType({}),
 ) -> tuple[list[type[Node]], list[Fault]]:
-    """Create stub classes for the nodes of a document whose class is not available.
+    """Create stub classes for the nodes of a document that have no available class.
 
     Args:
         document: Document with the nodes.
