@@ -28,7 +28,7 @@ $(STAMP): pyproject.toml constraints.txt hatch_build.py rocs_bt/reactive/_kernel
 	        echo "No Python 3.11 to 3.14 was found. Install one, or say which: make PYTHON=/path/to/python" >&2; \
 	        exit 2; \
 	    fi; \
-	    echo "Setting up $(VENV) with $$($$found --version): downloads about 290 MB once, needs about 1.1 GB of disk."; \
+	    echo "Setting up $(VENV) with $$($$found --version): downloads about 310 MB once, needs about 1.2 GB of disk."; \
 	    "$$found" -m venv $(VENV); \
 	fi
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt hatchling editables

@@ -175,6 +175,8 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
             )
         )
     quantity = parse_quantity(value)
+    if quantity.dimension != dimension and dimension == NONE:
+        raise UnitError(Fault(f"{what} has no unit, found '{value}'.", hint="Write a number without a unit."))
     if quantity.dimension != dimension:
         raise UnitError(
             Fault(

@@ -52,8 +52,9 @@ class Catalog:
         InputError: The project folder does not exist.
     """
 
-    def __init__(self, project: Path | None = None, *, code: bool = True) -> None:
+    def __init__(self, project: Path | str | None = None, *, code: bool = True) -> None:
         self.shipped = shipped_root()
+        project = None if project is None else Path(project)
         if project is not None and not project.is_dir():
             raise InputError(Fault(f"there is no project folder '{project}'.", hint="Give an existing folder."))
         self.project = None if project is None or project.resolve() == self.shipped else project.resolve()

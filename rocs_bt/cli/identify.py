@@ -42,6 +42,8 @@ def _text(found: Identified) -> str:
         f"  top speed                   {found.top_speed:.2f} m/s",
         f"  braking                     {found.brake_delay:.3f} s of delay, then {found.deceleration:.2f} m/s2, with a "
         f"fit error up to {100.0 * found.misfit:.1f} %",
+        f"  for WheelMonitor            latency: one sensor period plus {found.brake_delay:.3f} s; "
+        f"deceleration: {found.deceleration:.2f} m/s2",
         "",
         "  from [m/s]   distance [m]     time [s]",
         *(f"  {b.speed:10.2f}  {b.distance:13.3f}  {b.time:11.2f}" for b in found.braking),

@@ -86,6 +86,11 @@ def test_a_wrong_unit_is_said_clearly(value, message):
     assert message in str(error.value)
 
 
+def test_a_unit_where_none_belongs_is_refused():
+    with pytest.raises(UnitError, match=r"^full has no unit, found '12\.6 V'\. Write a number without a unit\.$"):
+        convert("12.6 V", NONE, what="full")
+
+
 def test_a_bare_number_passes_where_no_unit_is_wanted():
     assert convert(3, NONE) == 3.0
 

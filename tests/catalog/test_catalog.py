@@ -37,6 +37,8 @@ def test_a_folder_without_content_is_no_project(tmp_path):
 def test_a_project_that_does_not_exist_is_refused(tmp_path):
     with pytest.raises(InputError, match="there is no project folder"):
         Catalog(tmp_path / "nothing")
+    with pytest.raises(InputError, match="there is no project folder"):
+        Catalog(str(tmp_path / "nothing"))
 
 
 def test_the_project_hides_a_shipped_name(project, monkeypatch, tmp_path):

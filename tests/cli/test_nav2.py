@@ -258,6 +258,16 @@ def test_a_scenario_that_does_not_fit_is_refused(rocs_bt, project, changes, says
     assert says in checked.text
 
 
+@pytest.mark.parametrize("nodes", ["nav2", "rocs"])
+def test_a_node_of_nav2_that_is_missing_here_is_named_as_such(rocs_bt, project, nodes):
+    file = project() / "planners/missions/navigation.xml"
+    text = file.read_text()
+    file.write_text(text.replace("<RateController ", '<SmoothPath unsmoothed_path="{path}"/>\n<RateController ', 1))
+    told = rocs_bt("check", file, "--nodes", nodes)
+    assert told.code == 2
+    assert "'SmoothPath' is a node of Nav2 that rocs_bt does not have (smoothing)" in told.text
+
+
 def test_nodes_on_the_command_line_count_more_than_the_scenario(rocs_bt, project):
     file = project() / "planners/missions/navigation.xml"
     for command in ("check", "show"):

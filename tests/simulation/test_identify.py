@@ -81,5 +81,10 @@ def test_the_command_tells_people_and_programs_the_same(capsys: pytest.CaptureFi
     told = json.loads(capsys.readouterr().out)
     assert told == json.loads(json.dumps(dataclasses.asdict(found("summit_xl"))))
     assert call(["identify", "summit_xl"]) == 0
-    assert f"effective_wheel_separation  {told['effective_wheel_separation']:.3f} m" in capsys.readouterr().out
+    assert f"effective_wheel_separation  {told['effective_wheel_separation']:.3f} m" in (
+        text := capsys.readouterr().out
+    )
+    assert (
+        f"latency: one sensor period plus {told['brake_delay']:.3f} s; deceleration: {told['deceleration']:.2f}" in text
+    )
     assert call(["identify", "nobody"]) == 2

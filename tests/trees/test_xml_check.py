@@ -81,6 +81,8 @@ SUB = '\n<BehaviorTree ID="S"><Drive goal="{goal}"/></BehaviorTree>'
         ('<Drive goal="{place}"/>', 8, "warning", "the key 'place' is read, but no node writes it"),
         ('<SubTree ID="S" goal="{there}"/>', 29, "warning", r"the key 'goal' \('there' there\) is read"),
         ('<SubTree ID="S"/>', 29, "warning", "the key 'goal' is read, but no node writes it"),
+        ('<SubTree ID="S" gaol="home"/>', 29, "warning", "the key 'goal' is read.*Did you mean 'gaol'"),
+        ('<SubTree ID="S" gaol="{there}"/>', 29, "warning", "the key 'goal' is read.*Did you mean 'gaol'"),
         ('<Script code="a = 1"/>', 15, "warning", r"'=' needs an existing key.*Write a := \.\.\."),
         ('<Script code="a += 1"/>', 15, "warning", "the key 'a' is read"),
         ('<ScriptCondition code="1 &lt; tries"/>', 31, "warning", "the key 'tries' is read"),

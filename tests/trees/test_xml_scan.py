@@ -128,7 +128,7 @@ BOMB = '<!DOCTYPE a [<!ENTITY x "ha"><!ENTITY y "&x;&x;">]><a>&y;</a>'
             f"more than {MAX_ATTRIBUTES} attributes",
         ),
         ("<a>\x00</a>", r"U\+0000"),
-        ("<a>\n  <b></a>", "2:6: .*expected </b> for the tag of line 2, found </a>"),
+        ("<a>\n  <b></a>", "2:6: .*expected </b> for the tag of line 2, found </a>. Write the same name in both"),
         ("<a><b/>", "1:1: .*<a> is not closed"),
         ("<a/><b/>", "1:5: .*second root"),
         ("<a/>text", "1:5: .*text outside"),

@@ -13,12 +13,29 @@ OWN: Final = tuple(node for module in (planning, motion, conditions, decorators)
 NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n.tag for n in OWN}), *OWN])
 """Nodes available in a mission with `nodes = "nav2"`, in addition to its robot's actions."""
 
-ELSEWHERE: Final = {
+_MISSING: Final = {
+    tag: (f"'{tag}' is a node of Nav2 that rocs_bt does not have ({what}).", "Remove it, or write a node of that name.")
+    for what, tags in {
+        "smoothing": "SmoothPath SmootherSelector",
+        "docking": "DockRobot UndockRobot",
+        "teleoperation": "AssistedTeleop CancelAssistedTeleop",
+        "batteries": "IsBatteryCharging IsBatteryLow",
+        "cancelling": "CancelControl CancelBackUp CancelDriveOnHeading CancelSpin CancelWait",
+        "other navigators": "NavigateToPose NavigateThroughPoses ComputeAndTrackRoute",
+        "validation of paths": "IsPathValid",
+        "costmaps": "RemoveInCollisionGoals",
+        "localisation": "ReinitializeGlobalLocalization",
+        "following": "FollowObject",
+    }.items()
+    for tag in tags.split()
+}
+
+ELSEWHERE: Final = _MISSING | {
     tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
     for tag in NAV2
     if tag not in BUILTIN
 }
-"""Message and hint for each of Nav2's nodes, if it is used in a mission of another dialect."""
+"""Message and hint for each of Nav2's nodes, if a mission of another dialect uses it or rocs_bt does not have it."""
 
 GOAL_KEYS: Final = ("goal", "goals")
 """Blackboard keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,15 +144,16 @@ def flow_faults(tree: Tree, flow: Flow) -> Iterator[Fault]:
             continue
         for use in uses:
             if use.reads:
-                yield _unwritten(use, name, known.get(board, []))
+                names = {*known.get(board, []), *board.remapping, *board.keys()}
+                yield _unwritten(use, name, names)
             elif use.changes and entry is None:
                 hint = f"Write {use.key} := ... to create it."
                 message = f"'=' needs an existing key, but no node creates '{use.key}'."
                 yield fault_at(use.node, message, hint, attribute=use.attribute, column=use.column)
 
 
-def _unwritten(use: Use, name: str, known: list[str]) -> Fault:
-    hint = did_you_mean(name, known, "The board") if len(known) <= MAX_SUGGESTED else ""
+def _unwritten(use: Use, name: str, known: Collection[str]) -> Fault:
+    hint = did_you_mean(name, sorted(known), "Its blackboard") if len(known) <= MAX_SUGGESTED else ""
     also = "" if use.key == name else f" ('{name}' there)"
     message = f"the key '{use.key}'{also} is read, but no node writes it."
     return fault_at(use.node, message, hint, attribute=use.attribute, column=use.column)

@@ -234,7 +234,7 @@ class _Scanner:
         if element.tag != found[1]:
             line, _ = self.source.position(element.at)
             message = f"expected </{element.tag}> for the tag of line {line}, found </{found[1]}>."
-            raise self.refused(self.at, message, f"Write </{element.tag}>.")
+            raise self.refused(self.at, message, "Write the same name in both tags.")
         element.text = "".join(self.texts.pop()).strip()
         self.comments.clear()
         self.at = found.end()
