@@ -16,7 +16,7 @@ from .entry import find_project, kind_of
 from .inherit import FindBase, merged_data
 from .renamed_keys import FORMATS, Format, foreign_keys, old_keys
 
-_FORMAT = re.compile(rf"""^\s*format\s*=\s*["']({"|".join(FORMATS)})["']""", re.MULTILINE)
+_FORMAT = re.compile(rf"""^\s*["']?format["']?\s*=\s*["']+\s*({"|".join(FORMATS)})["']""", re.MULTILINE)
 _BASE = re.compile(r"^\s*base\s*=", re.MULTILINE)
 _SKIPPED = ("__pycache__", "node_modules", "site-packages")
 
@@ -70,9 +70,7 @@ def upgrades(path: Path) -> Iterator[Upgrade]:
     catalog = Catalog(project)
     for file in _content_in(path) if path.is_dir() else [path]:
         try:
-            yield _upgrade(file, file.read_bytes().decode("utf-8"), catalog)
-        except UnicodeDecodeError as error:
-            yield Upgrade(file, error=InputError(Fault(f"the file is not UTF-8 text: {error.reason}.", file)))
+            yield _upgrade(file, _utf8(file), catalog)
         except OSError as error:
             yield Upgrade(file, error=InputError(Fault(f"cannot read the file: {error.strerror}.", file)))
         except InputError as error:
@@ -105,21 +103,27 @@ def upgraded(text: str, file: Path, find: FindBase) -> Upgrade:
         if part.key in renamed
     ]
     if (found := data.get("format")) in form.old:
-        end = next(part.end for part in key_parts(text) if part.key == ("format",))
-        start = text.index(found, end)
+        end = next((part.end for part in key_parts(text) if part.key == ("format",)), len(text))
+        start = text.find(found, end)
+        if start < 0:  # written with an escape
+            raise _not_by_names(file)
         edits.append(_Edit(start, start + len(found), found, form.name))
     edits.sort()
     new, expected = _edited(text, edits), _renamed(data, renamed, ())
     if "format" in expected:
         expected["format"] = form.name
     if parse_toml(new, file)[0] != expected:
-        raise InputError(Fault("the file cannot be rewritten by names alone.", file, hint="Rename its keys by hand."))
+        raise _not_by_names(file)
     changes = tuple(KeyChange(text.count("\n", 0, edit.start) + 1, edit.old, edit.new) for edit in edits)
     notes = tuple(
         Fault(f"'{key[-1]}' belongs to your own '{owner}' and stays.", file, *own.position_of(key), warning=True)
         for key, owner in foreign_keys(data, form, (file, *bases))
     )
     return Upgrade(file, changes, new if changes else "", notes)
+
+
+def _not_by_names(file: Path) -> InputError:
+    return InputError(Fault("the file cannot be rewritten by names alone.", file, hint="Rename its keys by hand."))
 
 
 def _upgrade(file: Path, text: str, catalog: Catalog) -> Upgrade:
@@ -132,16 +136,28 @@ def _upgrade(file: Path, text: str, catalog: Catalog) -> Upgrade:
 
 def _content_in(folder: Path) -> Iterator[Path]:
     """TOML files in a folder with a format of `FORMATS`; hidden folders and links out of the folder are skipped."""
-    root = folder.resolve()
+    root, seen = folder.resolve(), set[Path]()
     for file in sorted(folder.rglob("*.toml")):
         parts = file.relative_to(folder).parts
         if any(part.startswith(".") or part in _SKIPPED for part in parts):
             continue
-        if file.is_file() and file.resolve().is_relative_to(root):
-            text = file.read_text(encoding="utf-8", errors="replace")
+        if file.is_file() and (target := file.resolve()).is_relative_to(root) and target not in seen:
+            seen.add(target)
+            try:
+                text = file.read_text(encoding="utf-8", errors="replace")
+            except OSError:  # reported when it is read again
+                yield file
+                continue
             inherits = _BASE.search(text) is not None and kind_of(file) in ("robot", "scenario")
             if _FORMAT.search(text) or inherits:  # a format may be inherited
                 yield file
+
+
+def _utf8(file: Path) -> str:
+    try:
+        return file.read_bytes().decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"the file is not UTF-8 text: {error.reason}.", file)) from error
 
 
 def _inherited(
@@ -155,7 +171,7 @@ def _inherited(
         path = find(name)
         if path.resolve() in (*readers, own.file.resolve()):
             raise InputError(f"cyclic inheritance: '{name}' is itself based on this file. Remove one 'base'.")
-        data, positions = parse_toml(path.read_text(encoding="utf-8"), path)
+        data, positions = parse_toml(_utf8(path), path)
         base = Table(path, data, (), positions)
         inherited, bases, further = _inherited(base, find, (*readers, own.file.resolve()))
     except InputError as error:

@@ -100,7 +100,7 @@ def _add(kind: str, name: str, files: dict[str, Path | None]) -> None:
                 path.write_text(template.read_text("utf-8").replace("@NAME@", name), "utf-8")
             echo(f"Created {path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}.")
     except OSError as error:
-        raise InputError(Fault(f"cannot write '{error.filename}': {error.strerror or error}.")) from error
+        raise InputError(Fault(f"cannot write '{error.filename or project}': {error.strerror or error}.")) from error
     if hidden:
         echo(f"In this project it hides the shipped {kind} '{name}'.")
     echo(f"Try next: {_NEXT[kind].replace('@NAME@', name)}")

@@ -118,7 +118,7 @@ def decode(data: bytes, kind: str = "") -> Event:
     Raises:
         RecordingError: The message does not contain an event.
     """
-    if kind in RENAMED_EVENTS:  # `type` is the first key
+    if kind in RENAMED_EVENTS:  # the tag is the first key
         data = data.replace(_tag(kind), _tag(RENAMED_EVENTS[kind]), 1)
     try:
         check_nesting(data)
@@ -133,7 +133,7 @@ def decode(data: bytes, kind: str = "") -> Event:
 
 
 def _tag(kind: str) -> bytes:
-    return f'"type":"{kind}"'.encode()
+    return f'{{"{Event.__struct_config__.tag_field}":"{kind}"'.encode()
 
 
 def _all_finite(event: Event) -> bool:

@@ -11,4 +11,4 @@ RENAMED_EVENTS: Mapping[str, str] = {
     "PeerCame": "PeerAppeared",
     "Touched": "ContactBegan",
 }
-"""Present name of each renamed event, by its old name, which was also its `type` and the end of its schema's name."""
+"""Present name of each renamed event, by its old name, which was also its tag and the end of its schema's name."""

@@ -354,6 +354,8 @@ def test_no_new_name_is_an_old_name_of_the_same_table(form: Any) -> None:
         ('format = "robot/1"\nbase = "none_such"\n', 2, "no robot is named 'none_such'"),
         ('format = "schema/1"\n', 0, "no format that can be upgraded"),
         ('format = "robot/1"\n[drive]\n"\\u0074rack" = 1\n', 0, "cannot be rewritten by names alone"),
+        ('format = "robot\\u002f1"\n', 0, "cannot be rewritten by names alone"),
+        ('"\\u0066ormat" = "robot/1"\n', 0, "cannot be rewritten by names alone"),
         ("", 0, "no format that can be upgraded"),
     ],
 )

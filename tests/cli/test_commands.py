@@ -102,7 +102,8 @@ def test_check_of_a_defect_tells_the_faults_and_exits_with_3(project, rocs_bt, m
 def test_new_does_not_nest_projects(project, rocs_bt):
     told = rocs_bt("new", "inner")
     assert told.code == 2
-    assert f"'inner' is inside the project '{project}'. Projects cannot be nested: choose a folder outside" in told.err
+    assert f"'inner' is inside the project '{project}'. Projects cannot be nested." in told.err
+    assert "rocs-bt new NAME --kind mission|rules|robot|scenario|planner" in told.err
     assert not (project / "inner").exists()
     assert rocs_bt("new", "robots/deep/inner").code == 2
     assert rocs_bt("new", "../beside").code == 0

@@ -50,6 +50,14 @@ def test_files_that_cannot_be_upgraded_are_reported_and_left(rocs_bt, old, proje
     assert bad.read_text() != NEW
 
 
+@pytest.mark.parametrize("line", ['"format" = "scenario/1"', 'format = """scenario/1"""', "'format'='scenario/1'"])
+def test_a_folder_is_searched_for_the_format_however_it_is_quoted(rocs_bt, old, line):
+    old.write_text(OLD.replace('format = "scenario/1"', line))
+    old.with_name("link.toml").symlink_to(old)
+    told = rocs_bt("upgrade", "--dry-run")
+    assert told.out.endswith("1 file to upgrade.\n")
+
+
 def test_a_link_out_of_the_folder_is_left(rocs_bt, old, tmp_path):
     outside = tmp_path / "outside.toml"
     outside.write_text(OLD)

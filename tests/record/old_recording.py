@@ -37,7 +37,9 @@ def age(path: Path) -> set[str]:
             data = message.data
             if new in OLD:
                 found.add(old)
-                data = data.replace(f'"type":"{new}"'.encode(), f'"type":"{old}"'.encode(), 1)
+                tag = f'{{"event":"{new}"'.encode()
+                assert data.startswith(tag)
+                data = f'{{"event":"{old}"'.encode() + data.removeprefix(tag)
             writer.add_message(channels[channel.id], message.log_time, data, message.publish_time, message.sequence)
         for each in attachments[1:]:
             writer.add_attachment(each.create_time, each.log_time, each.name, each.media_type, each.data)

@@ -81,7 +81,7 @@ def any_event(draw) -> Event:
             values[field.name] = draw(st.dictionaries(text, value, max_size=3))
         elif field.name == "value":
             values[field.name] = draw(value)
-        elif field.name == "signals":
+        elif field.name in ("signals", "ports"):
             values[field.name] = tuple(draw(st.lists(text, max_size=3)))
         elif field.name == "sizes":
             values[field.name] = tuple(draw(st.lists(st.integers(0, 9), max_size=3)))
