@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .errors import InputError, RocsError
     from .event import Change, Event, ListSink
     from .execute import Execute
-    from .geometry import Pose2, Twist2
+    from .geometry import Pose2, Pose3, Twist2, Twist3
     from .knowledge import Knowledge
     from .monitor import Monitor
     from .pipeline import Pipeline, Priority
@@ -58,6 +58,7 @@ _HOMES = {
     "Pipeline": "pipeline",
     "Plan": "plan",
     "Pose2": "geometry",
+    "Pose3": "geometry",
     "Priority": "pipeline",
     "Progress": "action",
     "Rates": "agent",
@@ -73,6 +74,7 @@ _HOMES = {
     "SimulatedClock": "clock",
     "Summary": "record",
     "Twist2": "geometry",
+    "Twist3": "geometry",
     "WallClock": "clock",
     "build_agent": "agent",
     "drive": "_run",
@@ -105,6 +107,7 @@ __all__ = [
     "Pipeline",
     "Plan",
     "Pose2",
+    "Pose3",
     "Priority",
     "Progress",
     "Rates",
@@ -120,6 +123,7 @@ __all__ = [
     "SimulatedClock",
     "Summary",
     "Twist2",
+    "Twist3",
     "WallClock",
     "build_agent",
     "drive",

@@ -1,6 +1,6 @@
-"""Poses and twists in the plane.
+"""Poses and twists in the plane and in space.
 
-World frame: x east, y north. Body frame: x forward, y left, origin at the centre of the drive axle.
+World frame: x east, y north, z up. Body frame: x forward, y left, z up, origin at the centre of the drive axle.
 """
 
 from __future__ import annotations
@@ -50,6 +50,58 @@ class Twist2(NamedTuple):
     forward: float  # [m/s]
     turn: float = 0.0  # [rad/s], left positive
     left: float = 0.0  # [m/s], zero for drives that cannot go sideways
+
+    @property
+    def up(self) -> float:
+        """Vertical velocity: zero [m/s]."""
+        return 0.0
+
+
+class Pose3(NamedTuple):
+    """Pose in space: position and orientation, world frame.
+
+    The body turns by `roll` about x, then `pitch` about y, then `yaw` about z: fixed axes of the world (REP 103).
+    """
+
+    x: float  # [m]
+    y: float  # [m]
+    z: float  # [m]
+    roll: float = 0.0  # [rad], in (-pi, pi]
+    pitch: float = 0.0  # [rad], in [-pi/2, pi/2], nose down positive
+    yaw: float = 0.0  # [rad], in (-pi, pi]
+
+    @property
+    def plane(self) -> Pose2:
+        """Pose in the plane: x, y and yaw."""
+        return pose2((self.x, self.y, self.yaw))
+
+    @property
+    def tilt(self) -> float:
+        """Angle between the body's z axis and the vertical [rad], in [0, pi]."""
+        return math.acos(math.cos(self.roll) * math.cos(self.pitch))
+
+    @classmethod
+    def from_quaternion(cls, position: Sequence[float], quaternion: Sequence[float]) -> Pose3:
+        """Pose from a position (x, y, z) [m] and a unit quaternion (w, x, y, z)."""
+        (x, y, z), (w, i, j, k) = position, quaternion
+        roll = math.atan2(2.0 * (w * i + j * k), 1.0 - 2.0 * (i * i + j * j))
+        pitch = math.asin(min(1.0, max(-1.0, 2.0 * (w * j - k * i))))
+        yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
+        return cls(x, y, z, wrap_angle(roll), pitch, wrap_angle(yaw))
+
+
+class Twist3(NamedTuple):
+    """Velocity of a body that can also climb: body frame, with `up` and `turn` along and about the vertical."""
+
+    forward: float  # [m/s]
+    left: float = 0.0  # [m/s]
+    up: float = 0.0  # [m/s]
+    turn: float = 0.0  # [rad/s], left positive
+
+    @property
+    def plane(self) -> Twist2:
+        """Velocity in the plane: forward, turn and left."""
+        return twist2((self.forward, self.turn, self.left))
 
 
 pose2: Callable[[tuple[float, float, float]], Pose2] = partial(tuple.__new__, Pose2)
