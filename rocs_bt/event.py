@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from msgspec import field
+
 from .sink import Event as Event
 from .sink import EventSink as EventSink
 from .sink import Fanout as Fanout
@@ -314,14 +316,21 @@ class PeerFault(Event, frozen=True, kw_only=True):
     detail: str
 
 
-class BodyMoved(Event, frozen=True, kw_only=True):
-    """A body moved: its ground-truth pose from the simulation, world frame; on hardware, the robot's own estimate."""
+class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
+    """A body moved: its ground-truth pose from the simulation, world frame; on hardware, the robot's own estimate.
 
+    `height` of the base's origin, `roll` and `pitch` are recorded for simulated robots without wheels only.
+    """
+
+    agent: str = field(default_factory=str)  # a factory's default is not omitted from recordings
     body: str
     x: float  # [m]
     y: float  # [m]
     yaw: float  # [rad]
-    wheels: bytes = b""  # [m/s]
+    wheels: bytes = field(default_factory=bytes)  # [m/s]
+    height: float | None = None  # [m]
+    roll: float | None = None  # [rad]
+    pitch: float | None = None  # [rad]
 
 
 class ContactBegan(Event, frozen=True, kw_only=True):

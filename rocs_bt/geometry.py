@@ -76,6 +76,12 @@ class Pose3(NamedTuple):
         return pose2((self.x, self.y, self.yaw))
 
     @property
+    def quaternion(self) -> tuple[float, float, float, float]:
+        """Orientation as a unit quaternion (w, x, y, z)."""
+        (r, s), (p, q), (c, t) = ((math.cos(a / 2.0), math.sin(a / 2.0)) for a in (self.roll, self.pitch, self.yaw))
+        return r * p * c + s * q * t, s * p * c - r * q * t, r * q * c + s * p * t, r * p * t - s * q * c
+
+    @property
     def tilt(self) -> float:
         """Angle between the body's z axis and the vertical [rad], in [0, pi]."""
         return math.acos(math.cos(self.roll) * math.cos(self.pitch))

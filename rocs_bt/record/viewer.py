@@ -10,6 +10,7 @@ import numpy as np
 
 from .. import event as ev
 from ..event import Event
+from ..geometry import Pose3
 from ..raised import reported
 from . import foxglove
 from .header import BodyInfo, Outline, Place, RunHeader
@@ -26,12 +27,12 @@ _PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.9}
 _EVERY = 100_000_000  # [ns] period of poses and beams for viewers; events are recorded at the full rate
 _STAMP = '{"timestamp":{"sec":%d,"nsec":%d},'
 _POSE = (
-    _STAMP + '"frame_id":"world","pose":{"position":{"x":%.5f,"y":%.5f,"z":0.0},'
-    '"orientation":{"x":0.0,"y":0.0,"z":%.7f,"w":%.7f}}}'
+    _STAMP + '"frame_id":"world","pose":{"position":{"x":%.5f,"y":%.5f,"z":%s},'
+    '"orientation":{"x":%s,"y":%s,"z":%.7f,"w":%.7f}}}'
 )
 _FRAME = (
-    _STAMP + '"parent_frame_id":"world","child_frame_id":%s,"translation":{"x":%.5f,"y":%.5f,"z":0.0},'
-    '"rotation":{"x":0.0,"y":0.0,"z":%.7f,"w":%.7f}}'
+    _STAMP + '"parent_frame_id":"world","child_frame_id":%s,"translation":{"x":%.5f,"y":%.5f,"z":%s},'
+    '"rotation":{"x":%s,"y":%s,"z":%.7f,"w":%.7f}}'
 )
 
 
@@ -94,14 +95,19 @@ class Viewer:
         if event.body not in self._frames:
             self._frames[event.body] = (f"/{event.body}/pose", msgspec.json.encode(event.body).decode(), _Pace())
         topic, name, pace = self._frames[event.body]
-        if time < pace.next or not math.isfinite(event.x + event.y + event.yaw):
+        pose = Pose3(event.x, event.y, event.height or 0.0, event.roll or 0.0, event.pitch or 0.0, event.yaw)
+        if time < pace.next or not math.isfinite(sum(pose)):
             return ()
         pace.sent(time)
         sec, nsec = divmod(time, 1_000_000_000)
-        x, y, z, w = event.x, event.y, math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
+        height, i, j, k, w = "0.0", "0.0", "0.0", math.sin(event.yaw / 2.0), math.cos(event.yaw / 2.0)
+        if event.height is not None:
+            w, *turn, k = pose.quaternion
+            height, i, j = (f"{value:.7f}" for value in (pose.z, *turn))
+        placed = event.x, event.y, height, i, j, k, w
         return (
-            (topic, foxglove.POSE, (_POSE % (sec, nsec, x, y, z, w)).encode()),
-            ("/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, x, y, z, w)).encode()),
+            (topic, foxglove.POSE, (_POSE % (sec, nsec, *placed)).encode()),
+            ("/tf", foxglove.TRANSFORM, (_FRAME % (sec, nsec, name, *placed)).encode()),
         )
 
     def _read(self, event: ev.SensorRead, time: int) -> Iterable[Message]:

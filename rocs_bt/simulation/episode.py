@@ -82,6 +82,7 @@ class Episode:
         self._panel = JudgePanel(agents, simulated.judges, sink)
         self._actors = (*simulated.actors, *facts)
         self._wheels = simulated.wheels
+        self._spatial = simulated.spatial
         self._goals = simulated.goals
         self._control = control
         self._duration = duration
@@ -175,10 +176,15 @@ class Episode:
         return self._panel.over or t >= self._duration - 1e-9
 
     def _emit_pose(self, t: float, name: str) -> None:
-        pose, wheels = self._world.pose(name), self._wheels.get(name)
+        (x, y, yaw), wheels = self._world.pose(name), self._wheels.get(name)
         agent = name if name in self._judges else ""
         packed = pack(wheels()) if wheels is not None else b""
-        self._sink.emit(BodyMoved(t=t, agent=agent, body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=packed))
+        z = roll = pitch = None
+        if name in self._spatial:
+            _, _, z, roll, pitch, _ = self._world.pose3(name)
+        self._sink.emit(
+            BodyMoved(t=t, agent=agent, body=name, x=x, y=y, yaw=yaw, wheels=packed, height=z, roll=roll, pitch=pitch)
+        )
 
     def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
         name, world, judge = agent.name, self._world, self._judges[agent.name]

@@ -38,6 +38,7 @@ class SimulatedWorld:
         judges: Judges by agent.
         goals: Goals that an agent may enter, by agent.
         starts: Start poses of the robots, world frame.
+        spatial: Robots with a recorded height, roll and pitch: those without wheels.
     """
 
     world: MujocoWorld
@@ -51,6 +52,7 @@ class SimulatedWorld:
     judges: Mapping[str, Judge]
     goals: Mapping[str, list[Goal]]
     starts: Mapping[str, Pose2]
+    spatial: frozenset[str] = frozenset()
 
     def devices(self, agent: str) -> RobotDevices:
         """Devices of an agent's robot."""

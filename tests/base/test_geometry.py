@@ -67,6 +67,7 @@ def test_a_quaternion_becomes_roll_pitch_and_yaw_about_the_axes_of_the_world(rol
     pose = Pose3.from_quaternion((1.0, 2.0, 3.0), quaternion)
     assert pose == pytest.approx((1.0, 2.0, 3.0, roll, pitch, yaw), abs=1e-6)
     assert math.cos(pose.tilt) == pytest.approx(matrix[2, 2], abs=1e-6)
+    assert Pose3.from_quaternion(pose[:3], pose.quaternion) == pytest.approx(pose, abs=1e-6)
     assert pose.plane == Pose2(pose.x, pose.y, pose.yaw)
 
 

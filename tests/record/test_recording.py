@@ -100,6 +100,15 @@ def test_json_gives_back_the_very_event(event):
     assert same(codec.decode(data), event)
 
 
+def test_a_body_on_wheels_is_recorded_without_height_and_an_old_recording_of_it_is_read():
+    moved = ev.BodyMoved(t=0.5, agent="R2", body="R2", x=1.0, y=2.0, yaw=0.5, wheels=b"12345678")
+    data = b'{"event":"BodyMoved","t":0.5,"agent":"R2","body":"R2","x":1.0,"y":2.0,"yaw":0.5,"wheels":"MTIzNDU2Nzg="}'
+    assert codec.encode(moved) == data
+    assert codec.decode(data) == moved
+    box = ev.BodyMoved(t=0.5, body="box", x=1.0, y=2.0, yaw=0.5)
+    assert codec.encode(box).endswith(b'"agent":"","body":"box","x":1.0,"y":2.0,"yaw":0.5,"wheels":""}')
+
+
 def test_even_the_sign_of_a_nan_comes_back():
     event = ev.FollowerStepped(t=0.0, cross_track=-math.nan, heading_error=-math.inf, rung="")
     back = codec.decode(codec.encode(event))

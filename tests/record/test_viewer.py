@@ -7,6 +7,7 @@ import pytest
 from mcap.reader import make_reader
 
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, OutcomeDecided, SensorFailed, SensorRead, pack
+from rocs_bt.geometry import Pose3
 from rocs_bt.record.recorder import Recorder
 
 from . import synthetic
@@ -102,6 +103,20 @@ def test_poses_and_frames_are_where_the_bodies_are(file):
     assert {m["child_frame_id"] for _, m in frames} == {"R1", "R2"}
 
 
+def test_a_body_without_wheels_is_shown_at_its_height_with_its_tilt(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    recorder.emit(BodyMoved(t=0.0, body="R2", x=1.0, y=2.0, yaw=0.5, height=0.75, roll=0.2, pitch=-0.1))
+    recorder.close()
+    _, found = read(recorder.path)
+    for topic, place, orientation in (("/R2/pose", "position", "orientation"), ("/tf", "translation", "rotation")):
+        schema, ((_, message),) = found[topic]
+        fits(message, json.loads(schema.data))
+        pose = message.get("pose", message)
+        at, turn = pose[place], pose[orientation]
+        shown = Pose3.from_quaternion((at["x"], at["y"], at["z"]), [turn[key] for key in "wxyz"])
+        assert shown == pytest.approx((1.0, 2.0, 0.75, 0.2, -0.1, 0.5), abs=1e-6)
+
+
 def test_beams_end_at_the_echo_in_the_bodys_frame(file):
     _, found = read(file)
     schema, drawn = found["/R2/sonar/beams"]
@@ -124,6 +139,7 @@ def test_a_broken_beam_is_not_drawn_and_a_broken_pose_neither(tmp_path):
     recorder.emit(SensorRead(t=0.0, agent="R2", sensor="sonar", stamp=0.0, data=pack([math.nan] * 16)))
     recorder.emit(SensorRead(t=0.0, agent="R2", sensor="sonar", stamp=0.0, data=pack([1.0] * 3)))
     recorder.emit(BodyMoved(t=0.0, body="R2", x=math.nan, y=0.0, yaw=0.0))
+    recorder.emit(BodyMoved(t=0.0, body="R2", x=0.0, y=0.0, yaw=0.0, height=math.inf, roll=0.0, pitch=0.0))
     recorder.close()
     _, found = read(recorder.path)
     assert "/R2/pose" not in found

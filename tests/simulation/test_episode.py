@@ -58,6 +58,21 @@ def test_the_same_seed_is_the_same_run_in_another_process(exp1: ScenarioSpec, ca
     assert len(runs) == 1
 
 
+def test_height_roll_and_pitch_are_recorded_for_robots_without_wheels_only(
+    exp1: ScenarioSpec, catalog: Catalog
+) -> None:
+    sink = ListSink()
+    stage = dataclasses.replace(build_world(exp1, catalog, 1, sink), spatial=frozenset({"R2"}))
+    Episode(stage, (), control=exp1.rate.control_rate, duration=0.2, sink=sink).run()
+    moves = [e for e in sink.events if isinstance(e, BodyMoved)]
+    for moved in moves:
+        own = moved.body == "R2"
+        assert (moved.height is not None) == (moved.roll is not None) == (moved.pitch is not None) == own
+    last = moves[-1] if moves[-1].body == "R2" else moves[-2]
+    assert (last.x, last.y, last.height, last.roll, last.pitch, last.yaw) == stage.world.pose3("R2")
+    assert last.height == pytest.approx(stage.world.robots["R2"].height, abs=0.01)
+
+
 def test_driving_into_the_box_is_a_collision(exp1: ScenarioSpec, play: Play) -> None:
     sink = ListSink()
     result, mind, _ = play(at(exp1, -0.5, 1.8, -math.pi / 2), lambda t: (0.4, 0.4), sink, duration=4.0)

@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2, Twist2
+from ...geometry import Pose2, Pose3, Twist2
 from .body import Motors
 
 
@@ -57,6 +57,10 @@ class DriverWorld(Protocol):
 
     def pose(self, robot: str) -> Pose2:
         """Pose of a robot's base, world frame."""
+        ...
+
+    def pose3(self, robot: str) -> Pose3:
+        """Pose of a robot's base in space, world frame."""
         ...
 
     def position(self, robot: str) -> list[float]:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, UnknownName, unknown
-from ...geometry import Pose2, Twist2, pose2, wrap_angle
+from ...geometry import Pose2, Pose3, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
 from .body import MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .nearness import Among, ClearanceQuery
@@ -109,6 +109,13 @@ class MujocoWorld:
             pose = pose2((x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))))
             self._poses[robot] = self._revision, pose
         return pose
+
+    def pose3(self, robot: str) -> Pose3:
+        """True pose of a robot's base in space, world frame."""
+        q = self.body(robot).q
+        with self.lock:
+            state = self._qpos[q : q + 7].tolist()
+        return Pose3.from_quaternion(state[:3], state[3:])
 
     def position(self, robot: str) -> list[float]:
         """True position of the origin of a robot's base: x, y, z [m], world frame."""
