@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
-from .units import NONE, Dimension
+from .units import ANGLE, LENGTH, NONE, SPEED, Dimension
 
 
 @dataclass(frozen=True)
@@ -32,3 +34,21 @@ class Signal:
     def dimension(self) -> Dimension | None:
         """Common dimension of all values; None if they differ, as in a pose."""
         return self.dimensions[0] if len(set(self.dimensions)) == 1 else None
+
+
+_ANY_LENGTH, _ANY_SPEED, _RANGE = (-1e6, 1e6), (-1e3, 1e3), (0.0, math.inf)
+_OPTIONAL = (
+    Signal("course_speed", 1, (SPEED,), (0.0, 1e3), doc="Speed of the body in its direction of motion."),
+    Signal("lateral_speed", 1, (SPEED,), _ANY_SPEED, doc="Sideways speed of the body, left positive."),
+    Signal("climb", 1, (SPEED,), _ANY_SPEED, doc="Vertical speed of the body, up positive."),
+    Signal("tilt", 1, (ANGLE,), (0.0, math.pi), doc="Angle between the body's z axis and the vertical."),
+    Signal("height", 1, (LENGTH,), _ANY_LENGTH, doc="Height of the body above the plane z = 0 of the world."),
+    Signal("course_range", 1, (LENGTH,), _RANGE, doc="Range in the direction of motion; +inf while stationary."),
+    Signal("above", 1, (LENGTH,), _RANGE, doc="Ranges of the upward beams, each divided by its weight."),
+    Signal("below", 1, (LENGTH,), _RANGE, doc="Ranges of the downward beams, each divided by its weight."),
+)
+OPTIONAL_SIGNALS: Mapping[str, Signal] = MappingProxyType({signal.name: signal for signal in _OPTIONAL})
+"""Standard signals that only some robots have, by name; a rule that reads one must list it in `require`.
+
+`above` and `below` are groups, so their size depends on the robot. The declarations have no `max_age`.
+"""

@@ -13,6 +13,7 @@ from ..event import EventSink, RulesReplaced
 from ..expression import Environment
 from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
+from ..words import inactive_rule
 
 POLL = 0.2
 """Interval at which the thread of a RuleWatch checks the files [s]."""
@@ -98,7 +99,10 @@ class RuleFile:
             others = f" ({len(more)} more)" if more else ""
             accepted, detail = False, f"the old rules stay active: {first}{others}"
         else:
-            accepted, detail = True, f"active rules ({len(rules.rules)}): {', '.join(r.name for r in rules.rules)}"
+            active = f"active rules ({len(rules.rules)}): {', '.join(r.name for r in rules.rules)}"
+            robot = self._knowledge.graph.attributes(agent).get("model", agent)
+            inactive = [inactive_rule(rule.name, [robot], rule.missing).rstrip(".") for rule in rules.inactive]
+            accepted, detail = True, "; ".join([active, *inactive])
         sink.emit(RulesReplaced(t=clock.now(), agent=agent, rules=self.file.stem, accepted=accepted, detail=detail))
 
     def _load(self) -> RuleSet:

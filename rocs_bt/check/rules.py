@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
 
 from ..actions import ACTIONS
 from ..agent.build import thresholds
 from ..catalog import Catalog, Entry
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, unknown
 from ..expression import Environment
-from ..reactive import RuleSet, add_test_files, load_rules, rule_misfits
+from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
 from ..reactive.analysis import examine_rules
+from ..signal import OPTIONAL_SIGNALS
+from ..words import inactive_rule, listed
 from .stub_agent import stub_agent
 
 
 def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """Check a rule file for the robots of the scenarios that use it, or else for any robot."""
-    users = _users(entry, catalog)
-    for name in users or _any_robot(catalog):
+    users, inactive = _users(entry, catalog), list[tuple[str, InactiveRule]]()
+    for name in users or _any_robot(entry, catalog):
         try:
             robot = catalog.load_robot(name)
             if robot.code and not catalog.code:
@@ -31,8 +35,68 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
         with suppress(InputError):  # reported by examine_rules
             rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
             yield from add_test_files(rules, environment, ACTIONS)[1]
+            yield from inactive_faults(rules, name, catalog)
+            inactive += [(name, rule) for rule in rules.inactive]
             if name in users:  # otherwise no scenario combines this robot with these rules
                 yield from rule_misfits(rules.rules, ACTIONS, agent.knowledge)
+    for sentence, rule in inactive_rules(inactive):
+        yield Fault(sentence, warning=True, note=True).at(*_place(rule))
+
+
+def inactive_faults(rules: RuleSet, robot: str, catalog: Catalog) -> Iterable[Fault]:
+    """Faults of rules that are inactive on a robot.
+
+    A required signal that no robot has is an error; a file of which all rules are inactive gives a warning.
+
+    Args:
+        rules: Rules, as loaded for the robot.
+        robot: Name of the robot.
+        catalog: Source of the robots.
+    """
+    unknown_names = {name: rule for rule in rules.inactive for name in rule.missing if name not in OPTIONAL_SIGNALS}
+    known = _signals(catalog) if unknown_names else set()
+    for name, rule in unknown_names.items():
+        if name not in known:
+            fault = unknown("signal", name, known | {*OPTIONAL_SIGNALS})
+            yield replace(fault, message=f"no robot has a signal '{name}'.").at(*_place(rule))
+    if rules.inactive and not rules.rules:
+        missing = sorted({name for rule in rules.inactive for name in rule.missing})
+        message = f"all rules of '{rules.name}' are inactive: robot '{robot}' has no signal {listed(missing)}."
+        hint = "Use another rule file, or add a sensor and a monitor for the signal to the robot."
+        yield Fault(message, rules.files[-1], hint=hint, warning=True)
+
+
+def inactive_rules(found: Sequence[tuple[str, InactiveRule]]) -> list[tuple[str, InactiveRule]]:
+    """Sentences about inactive rules, one for all robots that lack the same signals.
+
+    Args:
+        found: Pairs of robot's name and inactive rule.
+
+    Returns:
+        Pairs of sentence and rule.
+    """
+    robots: dict[InactiveRule, list[str]] = {}
+    for robot, rule in found:
+        robots.setdefault(rule, []).append(robot)
+    return [(inactive_rule(rule.name, names, rule.missing), rule) for rule, names in robots.items()]
+
+
+def _place(rule: InactiveRule) -> tuple[Path, int, int]:
+    return rule.position.file, rule.position.line, rule.position.column
+
+
+def _signals(catalog: Catalog) -> set[str]:
+    """Names of the signals of all robots."""
+    return {name for robot in catalog.list("robot") for name in _environment(robot.name, catalog).signals}
+
+
+def _environment(robot: str, catalog: Catalog) -> Environment:
+    """Signals of a robot; none if it is invalid, or has code that may not run."""
+    with suppress(InputError):
+        spec = catalog.load_robot(robot)
+        if catalog.code or not spec.code:
+            return Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
+    return Environment.packed(())
 
 
 def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> list[tuple[str, RuleSet]]:
@@ -50,7 +114,7 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
         InputError: The file or its test file has faults, or does not fit a robot.
     """
     found = []
-    for name in [robot] if robot is not None else _users(entry, catalog) or _any_robot(catalog):
+    for name in [robot] if robot is not None else _users(entry, catalog) or _any_robot(entry, catalog):
         spec = catalog.load_robot(name)
         environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
         rules = load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))
@@ -61,9 +125,12 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     return found
 
 
-def _any_robot(catalog: Catalog) -> list[str]:
-    """First robot of the catalog, for a rule file that no scenario uses."""
-    return [entry.name for entry in catalog.list("robot")][:1]
+def _any_robot(entry: Entry, catalog: Catalog) -> list[str]:
+    """First robot with all signals that the rules require, or else the first one, for a file that no scenario uses."""
+    robots = [robot.name for robot in catalog.list("robot")]
+    required = required_signals(entry.path)
+    fitting = (name for name in robots if required <= _environment(name, catalog).signals.keys())
+    return [next(fitting, robots[0])] if required and robots else robots[:1]
 
 
 def _users(entry: Entry, catalog: Catalog) -> list[str]:

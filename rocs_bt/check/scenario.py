@@ -23,6 +23,7 @@ from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, fre
 from ..simulation.share import share_faults
 from .mission import built_faults, nodes_in, words_in
 from .robot import trial_faults
+from .rules import inactive_faults
 from .stub_agent import idle, stub_agent
 
 
@@ -116,9 +117,9 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
         own = thresholds(robot, file)
         yield from examine_fit(file, environment, actions, own, period, modes)
         with suppress(InputError):  # reported already
-            yield from rule_misfits(
-                load_rules(file, environment, actions, overrides=own).rules, actions, built.knowledge
-            )
+            rules = load_rules(file, environment, actions, overrides=own)
+            yield from inactive_faults(rules, robot.name, catalog)
+            yield from rule_misfits(rules.rules, actions, built.knowledge)
     signals = built.knowledge.signals
     known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
     yield from requirement_faults(scenario, agent.name, known)

@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..words import counted
+from ..words import counted, inactive_rule
 from .requirements import finding_line
 from .terminal import styled
 
@@ -99,6 +99,7 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
         f" {counted(agent.replans, 'replan')},"
         f" {counted(agent.route_switches, 'plan/reflex switch', 'es')}",
         *kept,
+        *(f"  {inactive_rule(rule, [agent.robot], missing)}" for rule, missing in agent.inactive_rules.items()),
         *faults,
     ]
 

@@ -11,7 +11,7 @@ import click
 
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
-from ..words import counted
+from ..words import counted, inactive_rule
 from .run import catalog_for
 from .terminal import echo, styled
 
@@ -36,13 +36,17 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
 
     Exits with 0 if all tests pass, with 1 if one fails.
     """
-    from ..check import fitted_rules
+    from ..check import fitted_rules, inactive_rules
     from ..reactive import run_tests
 
     done = failed = 0
     for entry, catalog in _entries(files):
         count = 0
-        for name, rules in fitted_rules(entry, catalog, robot):
+        fitted = fitted_rules(entry, catalog, robot)
+        skipped = inactive_rules([(name, rule) for name, rules in fitted for rule in rules.inactive])
+        for sentence, _ in skipped:
+            echo(f"{entry.path}: {sentence}")
+        for name, rules in fitted:
             for result in run_tests(rules):
                 count += 1
                 if not result.passed:
@@ -51,7 +55,7 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
                     failure = f"{position}: {styled('failed', fg='red', bold=True)}: {result.rule}, '{result.test}'"
                     echo(f"{failure}, on {name}: {result.message}", err=True)
         done += count
-        if not count:
+        if not count and not skipped:
             separate = entry.path.parent / "tests" / entry.path.name
             echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]], here or in {separate}.", err=True)
     echo(f"{counted(done, 'test')}: {done - failed} passed, {failed} failed.")
@@ -77,6 +81,7 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
     path = catalog.find("rules", file).path
     folder = out or (run if run.is_dir() else run.parent) / "rules"
     for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
+        _print_inactive(rules, info.robot)
         found = replay_rules(rules, reflex_input(recording, info))
         echo("\n".join(_table(found)))
         traces = found.traces()
@@ -126,7 +131,11 @@ def tune(
     path = catalog.find("rules", file).path
     recordings = [Recording.open(run) for run in runs]
     fitting = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
-    fitted = [(reflex_input(r, info), own) for r, found in zip(recordings, fitting, strict=True) for info, own in found]
+    pairs = [(r, info, own) for r, found in zip(recordings, fitting, strict=True) for info, own in found]
+    active = [pair for pair in pairs if rule.rpartition("/")[2] not in _inactive(pair[2])] or pairs
+    for _, info, own in pairs:
+        _print_inactive(own, info.robot)
+    fitted = [(reflex_input(recording, info), own) for recording, info, own in active]
     inputs, rules = [each for each, _ in fitted], fitted[0][1]
     rule_index(rule, rules)
     dimension = threshold_dimension(threshold, rules)
@@ -147,6 +156,15 @@ def tune(
     folder = out or (runs[0] if runs[0].is_dir() else runs[0].parent) / "rules"
     for picture in write_picture(f"{path.stem}-{rule.rpartition('/')[2]}-{threshold}", canvas, folder):
         echo(str(picture))
+
+
+def _inactive(rules: RuleSet) -> set[str]:
+    return {rule.name.rpartition("/")[2] for rule in rules.inactive}
+
+
+def _print_inactive(rules: RuleSet, robot: str) -> None:
+    for rule in rules.inactive:
+        echo(inactive_rule(rule.name, [robot], rule.missing), err=True)
 
 
 def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
+from ..words import inactive_rule
 from .run import catalog_for
 from .terminal import echo
 
@@ -82,4 +83,5 @@ def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:
         lines += [f"          until {rule.until.text}"] if rule.until is not None else []
         kept = f", keeps {', '.join(rule.keep)}" if rule.keep else ""
         lines.append(f"          {rule.action}, {'level' if rule.level else 'edge'}{kept}")
+    lines += [inactive_rule(rule.name, [robot], rule.missing) for rule in rules.inactive]
     return "\n".join(lines)

@@ -11,8 +11,8 @@ from .kernel_backend import kernel_missing
 from .python_backend import python_source
 from .reactive_model import ReactiveModel, Reflex
 from .reflex_arc import ReflexArc
-from .rule import Argument, OnInvalid, Position, Rule, RuleSet, RuleTest
-from .rule_file import check_rules, load_rules
+from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, RuleTest
+from .rule_file import check_rules, load_rules, required_signals
 from .rule_model import RuleModel
 from .rule_table import RuleTable, lower_rules
 from .rule_test import RuleTestResult, add_test_files, run_tests, tested_file
@@ -21,6 +21,7 @@ from .threshold import Override
 __all__ = [
     "Argument",
     "Backend",
+    "InactiveRule",
     "Machine",
     "OnInvalid",
     "Override",
@@ -43,6 +44,7 @@ __all__ = [
     "load_rules",
     "lower_rules",
     "python_source",
+    "required_signals",
     "rule_misfits",
     "run_tests",
     "tested_file",

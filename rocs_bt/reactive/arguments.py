@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -13,6 +14,7 @@ from ..errors import Fault, InputError, unknown
 from ..expression import TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
 from ..knowledge import Knowledge
 from ..units import TIME, Dimension, convert
+from ..words import listed
 from .rule import Argument, Position, Rule
 
 
@@ -23,14 +25,19 @@ class ExpressionReader:
         root: Root table of the file.
         environment: Names that expressions can use, with their types; the file's aliases are added while it is read.
         lines: Lines of the file; empty if its text is not available.
+        absent: Signals that the robot lacks, by name that has therefore no meaning: optional signals, other signals
+            that rules require, and aliases that read them.
 
     Attributes:
         never: Expression that is always false; it replaces the guard of a rule with an invalid guard.
     """
 
-    def __init__(self, root: Table, environment: Environment, lines: list[str]) -> None:
+    def __init__(
+        self, root: Table, environment: Environment, lines: list[str], absent: dict[str, tuple[str, ...]]
+    ) -> None:
         self.root = root
         self.environment = environment
+        self.absent = absent
         self.never = compile_node(Node("truth", TRUTH, value=False, text="False"))
         self._lines = lines
         self._parsed_with = environment
@@ -74,8 +81,13 @@ class ExpressionReader:
             return self._parsed(text)
         except InputError as error:
             for fault in error.faults:
-                self._note(table, key, text, fault)
+                self._note(table, key, text, self._explained(fault))
             return None
+
+    def missing(self, text: str) -> tuple[str, ...]:
+        """Optional signals that an expression needs and the robot lacks."""
+        unknown_words = words(text).difference(self.environment.names)
+        return tuple(sorted({name for word in unknown_words for name in self.absent.get(word, ())}))
 
     def position(self, table: Table, key: str, text: str = "") -> Position:
         """Position of a key, or of the first character of its value if this expression is given as `text`."""
@@ -107,6 +119,19 @@ class ExpressionReader:
             self._trees[text] = parse(text, self.environment)
         return self._trees[text]
 
+    def _explained(self, fault: Fault) -> Fault:
+        """Fault about a name that is known on other robots, with a hint about `require`; other faults are unchanged."""
+        found = _NO_NAME.fullmatch(fault.message)
+        if found is None or found[1] not in self.absent:
+            return fault
+        missing = self.absent[found[1]]
+        message = f"the robot has no signal {listed(missing)}"
+        reads = "" if missing == (found[1],) else f", which the alias '{found[1]}' reads"
+        written = ", ".join(f'"{name}"' for name in missing)
+        lack = "it" if len(missing) == 1 else "them"
+        hint = f"With require = [{written}], a rule is inactive on robots that lack {lack}."
+        return replace(fault, message=f"{message}{reads}.", hint=hint)
+
     def _note(self, table: Table, key: str, text: str, fault: Fault) -> None:
         position = self.position(table, key, text)
         column = position.column
@@ -115,7 +140,43 @@ class ExpressionReader:
         table.faults.append(replace(fault, file=table.file, line=position.line, column=column))
 
 
+def words(text: str) -> set[str]:
+    """Names in an expression."""
+    return set(_WORD.findall(text))
+
+
+_WORD = re.compile(r"[A-Za-z_]\w*")
+_NO_NAME = re.compile(re.escape(unknown("signal or alias", "NAME", ()).message).replace("NAME", r"(\w+)"))
 _PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
+
+
+def read_action(table: Table, actions: Mapping[str, type[Action]]) -> tuple[str, list[str], Table]:
+    """Read the name of a rule's action and the names of its parameters; faults are recorded in `table`.
+
+    Args:
+        table: `action` table of the rule.
+        actions: Actions of the agent, keyed by name.
+
+    Returns:
+        Name of the action, names of the written parameters, and the table of fallbacks.
+    """
+    name, fallbacks = table.text("name"), table.table("on_invalid")
+    keys = [key for key in table.keys() if key not in ("name", "on_invalid")]  # noqa: SIM118 - a Table is no mapping
+    for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
+        for key in used:
+            owner.raw(key)  # marks the key as read: its faults are reported here, not by Table
+    if name not in actions:
+        if name:
+            table.adopt("name", InputError(unknown("action", name, actions)))
+        return name, [], fallbacks
+    declared = parameters_of(actions[name])
+    for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
+        for key in used:
+            if key not in declared:
+                owner.adopt(key, InputError(unknown(f"parameter of {name}", key, declared, name)))
+    if missing := [p.name for p in declared.values() if p.required and p.name not in keys]:
+        table.fault("name", f"{name} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}.")
+    return name, keys, fallbacks
 
 
 def read_arguments(
@@ -128,25 +189,9 @@ def read_arguments(
         table: `action` table of the rule.
         actions: Actions of the agent, keyed by name.
     """
-    name = table.text("name")
-    fallbacks = table.table("on_invalid")
-    written = table.keys()
-    keys = [key for key in written if key not in ("name", "on_invalid")]
-    for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
-        for key in used:
-            owner.raw(key)  # marks the key as read: its faults are reported here, not by Table
-    if name not in actions:
-        if name:
-            table.adopt("name", InputError(unknown("action", name, actions)))
-        return name, {}
-    declared = parameters_of(actions[name])
-    for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
-        for key in used:
-            if key not in declared:
-                owner.adopt(key, InputError(unknown(f"parameter of {name}", key, declared, name)))
-    if missing := [p.name for p in declared.values() if p.required and p.name not in keys]:
-        table.fault("name", f"{name} needs {', '.join(missing)}.", hint=f"It takes: {', '.join(declared)}.")
-    arguments = {}
+    name, keys, fallbacks = read_action(table, actions)
+    arguments = dict[str, Argument]()
+    declared = parameters_of(actions[name]) if name in actions else {}
     for key, parameter in declared.items():
         if key in keys:
             arguments[key] = _argument(reader, table, fallbacks, parameter, name)

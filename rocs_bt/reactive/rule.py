@@ -108,6 +108,7 @@ class Rule:
             until the rule is released.
         tags: Tags such as `safety`.
         modes: Modes of the agent in which the rule is active; empty for all.
+        require: Names of the signals without which the rule is inactive.
         tests: Tests of the rule.
         positions: Positions of the rule's keys in its file, such as `when`; the empty key is the rule itself.
     """
@@ -126,6 +127,7 @@ class Rule:
     keep: tuple[str, ...] = ()
     tags: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
+    require: tuple[str, ...] = ()
     doc: str = ""
     tests: tuple[RuleTest, ...] = field(default=(), compare=False)
     positions: Mapping[str, Position] = field(default_factory=dict, compare=False)
@@ -158,19 +160,36 @@ class Rule:
 
 
 @dataclass(frozen=True)
+class InactiveRule:
+    """Rule that is not evaluated, because the robot lacks signals that the rule requires.
+
+    Attributes:
+        name: Name, as `file/Rule`.
+        missing: Names of the required signals that the robot lacks.
+        position: Position of the rule's `require` in its file.
+    """
+
+    name: str
+    missing: tuple[str, ...]
+    position: Position
+
+
+@dataclass(frozen=True)
 class RuleSet:
     """Rules of one file.
 
     Attributes:
         name: Name of the file without suffix.
         doc: Documentation text of the file.
-        rules: Rules in the order of the file, those of included files first.
+        rules: Rules in the order of the file, those of included files first; without the inactive ones.
+        inactive: Rules that are inactive, because the robot lacks signals that they require.
         files: Files from which the rules were read; the including file is last.
         thresholds: Values of the named thresholds after overrides by the robot, SI units.
     """
 
     name: str
     rules: tuple[Rule, ...]
+    inactive: tuple[InactiveRule, ...] = ()
     doc: str = ""
     files: tuple[Path, ...] = ()
     thresholds: Mapping[str, float] = field(default_factory=dict)

@@ -27,23 +27,30 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
+from typing import Any
 
 from ..action import Action
 from ..document import Table
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment, Node
-from .arguments import ExpressionReader, read_arguments
+from ..signal import OPTIONAL_SIGNALS
+from .arguments import ExpressionReader, read_action, read_arguments
 from .include import Document, read_documents
-from .rule import Argument, OnInvalid, Position, Rule, RuleSet, tie, ties
+from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, tie, ties
 from .rule_test import read_tests
 from .threshold import NAME, Override, override, read_thresholds, usable
 
 FORMAT = "reflex/1"
 MAX_PRIORITY = 1_000_000
 MAX_RULES = 5000  # including those of included files
-_KEYS = ("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "action")
+_KEYS = (
+    *("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "require"),
+    "action",
+)
+_Read = tuple[Rule | InactiveRule | None, Table]
+"""Rule and its table; None if the rule's guard is invalid."""
 
 
 def load_rules(
@@ -54,6 +61,8 @@ def load_rules(
     overrides: Mapping[str, Override] | None = None,
 ) -> RuleSet:
     """Load the rules of a file and check them against a robot.
+
+    A rule that requires signals which the robot lacks is inactive: its expressions are not read.
 
     Args:
         file: Path of the file, or its root table if the file is already parsed. With a table, a fault in an expression
@@ -107,9 +116,12 @@ def read_rules(
     thresholds, faults = override(thresholds, overrides, label)
     for key, node in thresholds.items():
         environment = environment.with_alias(key, node)
-    doc, rules = top.text("doc", ""), list[tuple[Rule | None, Table]]()
+    doc, rules = top.text("doc", ""), list[_Read]()
+    required = {signal for document in documents for signal in _names(document.table.data)}
+    missing = (required | OPTIONAL_SIGNALS.keys()) - environment.signals.keys()
+    absent = dict[str, tuple[str, ...]]({signal: (signal,) for signal in missing})
     for document in documents:
-        environment = _read_document(document, environment, label, actions, rules)
+        environment = _read_document(document, environment, label, actions, rules, absent)
     if not rules and not any(document.table.faults for document in documents):
         top.fault(None, "the file has no rule.", hint="Write one as [rule.Name] with when, priority and action.")
     _refuse_ties(rules)
@@ -120,7 +132,8 @@ def read_rules(
         faults.extend(document.table.faults)
     found = RuleSet(
         name=label,
-        rules=tuple(rule for rule, _ in rules if rule is not None),
+        rules=tuple(rule for rule, _ in rules if isinstance(rule, Rule)),
+        inactive=tuple(rule for rule, _ in rules if isinstance(rule, InactiveRule)),
         doc=doc,
         files=tuple(document.table.file for document in documents),
         thresholds={key: float(node.value) for key, node in thresholds.items()},
@@ -133,10 +146,11 @@ def _read_document(
     environment: Environment,
     label: str,
     actions: Mapping[str, type[Action]],
-    rules: list[tuple[Rule | None, Table]],
+    rules: list[_Read],
+    absent: dict[str, tuple[str, ...]],
 ) -> Environment:
     """Append the rules of one file to `rules`; return the environment with the aliases of the file."""
-    table, reader = document.table, ExpressionReader(document.table, environment, document.lines)
+    table, reader = document.table, ExpressionReader(document.table, environment, document.lines, absent)
     _aliases(reader)
     before = {rule.name for rule, _ in rules if rule is not None}
     for key, child in table.named_tables("rule").items():
@@ -149,21 +163,45 @@ def _read_document(
     return reader.environment
 
 
+def required_signals(file: Path | Table) -> set[str]:
+    """Names of the signals that rules of a file or of its included files require; none if the file cannot be read."""
+    try:
+        documents = read_documents(file)
+    except InputError:
+        return set()
+    return {name for document in documents for name in _names(document.table.data)}
+
+
+def _names(data: Mapping[str, Any]) -> Iterator[str]:
+    rules = data.get("rule")
+    for rule in rules.values() if isinstance(rules, dict) else ():
+        require = rule.get("require") if isinstance(rule, dict) else ()
+        yield from (name for name in require if isinstance(name, str)) if isinstance(require, list) else ()
+
+
 def _aliases(reader: ExpressionReader) -> None:
     table = reader.root.table("alias")
     for key in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
         text = table.text(key)
         if not usable(key, reader.environment.names):
             table.fault(key, f"'{key}' cannot be an alias.", hint="It must be a new word: no signal, function or unit.")
+        elif missing := reader.missing(text):
+            reader.absent[key] = missing
         elif (node := reader.node(table, key, text)) is not None:
             reader.environment = reader.environment.with_alias(key, node)
 
 
-def _rule(reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]) -> Rule | None:
+def _rule(
+    reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]
+) -> Rule | InactiveRule | None:
     """Read one rule; None if its guard is invalid."""
     short = name.rpartition("/")[2]
     if not NAME.fullmatch(short):
         table.fault(None, f"'{short}' cannot be a rule's name.", hint="Use letters, digits and '_'.")
+    require = _required(table)
+    if missing := tuple(signal for signal in require if signal not in reader.environment.signals):
+        _read_inactive(reader, table, short, actions)
+        return InactiveRule(name, missing, reader.position(table, "require"))
     tags = tuple(table.texts("tags", []))
     when = reader.guard(table, "when")
     until = reader.guard(table, "until") if "until" in table else None
@@ -178,6 +216,7 @@ def _rule(reader: ExpressionReader, table: Table, name: str, actions: Mapping[st
         doc=table.text("doc", ""),
         tags=tags,
         modes=_modes(table),
+        require=require,
         when=when or reader.never,
         until=until,
         hold=reader.duration(table, "for"),
@@ -193,6 +232,29 @@ def _rule(reader: ExpressionReader, table: Table, name: str, actions: Mapping[st
         positions=_positions(reader, table),
     )
     return rule if when else None
+
+
+def _required(table: Table) -> tuple[str, ...]:
+    require = table.texts("require", [])
+    for name in require:
+        if not NAME.fullmatch(name):
+            table.fault("require", f"'{name}' cannot be the name of a signal.", hint="Use letters, digits and '_'.")
+    return tuple(require)
+
+
+def _read_inactive(reader: ExpressionReader, table: Table, name: str, actions: Mapping[str, type[Action]]) -> None:
+    """Check the parts of an inactive rule that do not depend on signals."""
+    for key in ("when", "until", "keep", "test"):
+        table.raw(key, *([] if key == "when" else [None]))
+    table.text("doc", "")
+    table.choice("trigger", ["edge", "level"], "edge")
+    for key in ("for", "cooldown"):
+        reader.duration(table, key)
+    _priority(table)
+    _modes(table)
+    _on_invalid(reader, table, name, tuple(table.texts("tags", [])))
+    if isinstance(table.raw("action"), dict):
+        read_action(table.table("action"), actions)
 
 
 def _positions(reader: ExpressionReader, table: Table) -> dict[str, Position]:
@@ -257,9 +319,9 @@ def _on_invalid(reader: ExpressionReader, table: Table, name: str, tags: tuple[s
     return meaning, max_hold
 
 
-def _refuse_ties(rules: list[tuple[Rule | None, Table]]) -> None:
+def _refuse_ties(rules: list[_Read]) -> None:
     """Record a fault for each tie: rules of equal priority must have equal actions or no common mode."""
-    ranked = [(rule, table) for rule, table in rules if rule is not None and "priority" in table]
+    ranked = [(rule, table) for rule, table in rules if isinstance(rule, Rule) and "priority" in table]
     for k, others in ties([rule for rule, _ in ranked]):
         rule, table = ranked[k]
         table.fault("priority", tie(rule, [ranked[i][0] for i in others]), hint="Give each of them its own priority.")

@@ -69,7 +69,7 @@ def read_tests(table: Table, rule: str, environment: Environment, action: type[A
 def add_test_files(
     rules: RuleSet, environment: Environment, actions: Mapping[str, type[Action]]
 ) -> tuple[RuleSet, list[Fault]]:
-    """Add the tests in `tests/NAME.toml` beside each file of a rule set.
+    """Add the tests in `tests/NAME.toml` beside each file of a rule set; tests of inactive rules are not read.
 
     Args:
         rules: Rules, as read from their rule files.
@@ -80,6 +80,7 @@ def add_test_files(
         The rules with their tests, and the faults of the test files.
     """
     added: dict[str, tuple[RuleTest, ...]] = {}
+    skipped = {rule.name.rpartition("/")[2] for rule in rules.inactive}
     faults: list[Fault] = []
     for file in rules.files:
         path = file.parent / "tests" / file.name
@@ -92,9 +93,12 @@ def add_test_files(
             table.text("doc", "")
             for name, child in table.named_tables("rule").items():
                 rule = next((r for r in rules.rules if r.name == f"{rules.name}/{name}"), None)
+                if name in skipped:
+                    child.raw("test", None)
+                    continue
                 tests = read_tests(child, name, environment, actions.get(rule.action) if rule else None)
                 if rule is None:
-                    names = [r.name.rpartition("/")[2] for r in rules.rules]
+                    names = [*(r.name.rpartition("/")[2] for r in rules.rules), *skipped]
                     child.adopt(None, InputError(unknown("rule", name, names, rules.files[-1].name)))
                 else:
                     added[rule.name] = added.get(rule.name, ()) + tests

@@ -180,12 +180,16 @@ def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals."""
+    """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals.
+
+    `inactive` contains the rules that are inactive at the start, each with the required signals that the robot lacks.
+    """
 
     name: str
     robot: str
     mission: str
     rules: tuple[str, ...] = ()
+    inactive: Mapping[str, tuple[str, ...]] = {}
     nodes: tuple[TreeNode, ...] = ()
     signals: tuple[SignalInfo, ...] = ()
 

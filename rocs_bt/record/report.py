@@ -21,6 +21,7 @@ from ..event import (
     TicketChanged,
 )
 from ..raised import reported
+from ..words import inactive_rule
 from .animation import animation
 from .atomic_file import write_whole
 from .figures.plot import FIGURES
@@ -94,6 +95,7 @@ def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[st
         "numbers": [] if result is None else _numbers(result),
         "requirements": () if result is None else result.requirements,
         "tree": _tree(info, agent),
+        "inactive": [inactive_rule(rule, [info.robot], missing) for rule, missing in info.inactive.items()],
         "firings": agent.reflexes(run.end),
         "tickets": _tickets(agent),
         "learnt": learnt(agent.knowledge, run.header.start),

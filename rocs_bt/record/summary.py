@@ -100,6 +100,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         robot: Name of the robot.
         mission: Name of the mission.
         rules: Names of the rule files.
+        inactive_rules: Required signals that the robot lacks, by rule that is therefore inactive.
         outcome: Outcome (docs/architecture.md).
         reason: Reason of the outcome.
         time_to_goal: Time at which the goal was reached [s].
@@ -133,6 +134,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
     mission: str
     rules: tuple[str, ...]
     outcome: str
+    inactive_rules: Mapping[str, tuple[str, ...]] = {}
     reason: str = ""
     time_to_goal: float | None = None
     failed_block: str | None = None

@@ -27,6 +27,7 @@ from ..event import (
 from ..knowledge.history import State
 from ..knowledge.history.values import plain
 from ..raised import reported
+from ..words import inactive_rule
 from .diverge import describe
 from .header import nodes_after
 from .recording import Recording
@@ -51,6 +52,7 @@ class Why:
         tree: Last status of each node of the mission tree.
         ports: Given ports of its nodes as text, by path.
         rules: Last event of each active rule.
+        inactive: Sentences about the rules that were inactive at the start of the run.
         fired: Firings of rules so far, newest last.
         tickets: Open tickets by number.
         atomic: Atomic action that started last.
@@ -70,6 +72,7 @@ class Why:
     tree: dict[str, NodeTicked] = field(default_factory=dict)
     ports: dict[str, str] = field(default_factory=dict)
     rules: dict[str, RuleChanged] = field(default_factory=dict)
+    inactive: list[str] = field(default_factory=list)
     fired: list[RuleChanged] = field(default_factory=list)
     tickets: dict[int, TicketChanged] = field(default_factory=dict)
     atomic: AtomicStarted | None = None
@@ -105,9 +108,10 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
     name = agent if agent is not None else names[0] if names else ""
     if name not in names:
         raise InputError(unknown("agent", name, names, "The run"))
-    nodes = next(a.nodes for a in recording.header.agents if a.name == name)
-    ports = {node.path: node.ports for node in nodes}
-    why, last = Why(t, name, graph=State(name), ports=ports), recording.header.start
+    info = next(a for a in recording.header.agents if a.name == name)
+    ports = {node.path: node.ports for node in info.nodes}
+    inactive = [inactive_rule(rule, [info.robot], missing) for rule, missing in info.inactive.items()]
+    why, last = Why(t, name, graph=State(name), ports=ports, inactive=inactive), recording.header.start
     # Times given by users are rounded: tolerate half a millisecond.
     for event in recording.events():
         last = max(last, event.t)
@@ -194,6 +198,7 @@ def _render(why: Why) -> Iterable[str]:
     if why.fired:
         last = why.fired[-1]
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
+    yield from _part("", why.inactive)
     yield from _part(
         "planned", [f"{e.status:8} {e.node}{why.ports.get(e.node, '')}{_since(e, why.t)}" for e in why.tree.values()]
     )

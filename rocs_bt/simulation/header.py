@@ -133,6 +133,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         robot=spec.robot,
         mission=spec.mission,
         rules=spec.rules,
+        inactive={rule.name: rule.missing for file in agent.rule_files for rule in file.model.rules.inactive},
         nodes=nodes,
         signals=signals_of(agent),
     )

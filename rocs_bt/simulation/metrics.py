@@ -143,6 +143,7 @@ class Metrics:
             robot=agent.robot,
             mission=agent.mission,
             rules=agent.rules,
+            inactive_rules=agent.inactive,
             outcome=judged.outcome,
             reason=judged.reason,
             time_to_goal=judged.time_to_goal,

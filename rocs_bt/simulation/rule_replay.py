@@ -24,6 +24,7 @@ from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rule
 from ..record import AgentInfo, Recording, environment_of, samples_of
 from ..record.figures.rules import Compared, RuleTrace, spans
 from ..units import Dimension, parse_quantity
+from ..words import listed
 
 Series = NDArray[np.float64]
 
@@ -191,10 +192,14 @@ def rule_index(rule: str, rules: RuleSet) -> int:
     """Index of a rule in its set, by its name with or without the file's name.
 
     Raises:
-        UnknownName: There is no such rule.
+        UnknownName: There is no such rule, or it is inactive.
     """
     names = [r.name.rpartition("/")[2] for r in rules.rules]
     short = rule.rpartition("/")[2]
+    for inactive in rules.inactive:
+        if inactive.name.rpartition("/")[2] == short:
+            lacks = f"the recorded robot has no signal {listed(inactive.missing)}"
+            raise UnknownName(Fault(f"rule {short} is inactive: {lacks}."))
     if short not in names:
         raise UnknownName(unknown("rule", rule, names, f"The rule file '{rules.name}'"))
     return names.index(short)

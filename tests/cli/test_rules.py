@@ -161,6 +161,101 @@ class TestTests:
         assert "keep_clear.toml:28:1: at t = 0 s turn is" in done.stdout
 
 
+SIDEWAYS = """
+[rule.AvoidSideways]
+require = ["lateral_speed"]
+when = "abs(lateral_speed) > 0.1 m/s"
+until = "abs(lateral_speed) < 0.05 m/s"
+priority = 99
+action = { name = "Stop" }
+[[rule.AvoidSideways.test]]
+given = { lateral_speed = "0.2 m/s" }
+at = [{ t = "0 s" }]
+expect = [{ t = "0 s", fires = true }]
+"""
+INACTIVE = "rule AvoidSideways is inactive: robot 'rover' has no signal 'lateral_speed'."
+
+
+class TestInactiveRules:
+    """A rule that requires a signal that the robot of the project lacks."""
+
+    def test_every_command_names_it(self, project, rocs_bt):
+        file = project / RULES
+        file.write_text(file.read_text() + SIDEWAYS)
+        told = rocs_bt("check", "--strict")
+        assert told.code == 0
+        assert re.search(r"keep_clear.toml:31:1: note: " + re.escape(INACTIVE), told.out)
+        told = rocs_bt("rules", "test")
+        assert told.code == 0
+        assert told.out.endswith(f"keep_clear.toml: {INACTIVE}\n1 test: 1 passed, 0 failed.\n")
+        assert rocs_bt("show", "keep_clear", "--robot", "rover").out.endswith(INACTIVE + "\n")
+        assert INACTIVE in rocs_bt("run", "first", "--for", "1", "--out", "out").out
+        summary = json.loads((project / "out/summary.json").read_text())
+        assert summary["agents"]["R1"]["inactive_rules"] == {"keep_clear/AvoidSideways": ["lateral_speed"]}
+        shown = INACTIVE.replace("'", "&#39;")[1:]
+        assert shown in (project / "out/report.html").read_text()
+        (project / "out/summary.json").unlink()
+        assert INACTIVE in rocs_bt("report", "out").out
+        assert INACTIVE in rocs_bt("replay", "out", "--why", "0.5").out
+        assert rocs_bt("replay", "out").code == 0
+        told = rocs_bt("rules", "replay", "keep_clear", "out")
+        assert (told.code, told.err) == (0, INACTIVE + "\n")
+        assert "AvoidSideways" not in told.out
+        for command in ("replay", "tune"):
+            more = ["--threshold", "near"] if command == "tune" else []
+            told = rocs_bt("rules", command, "keep_clear", "out", "--rule", "AvoidSideways", *more)
+            assert told.code == 2
+            assert "rule AvoidSideways is inactive: the recorded robot has no signal 'lateral_speed'." in told.err
+
+    def test_a_required_signal_that_no_robot_has(self, project, rocs_bt):
+        file = project / RULES
+        file.write_text(file.read_text() + SIDEWAYS.replace('["lateral_speed"]', '["latteral_speed"]'))
+        for command in (["check"], ["check", "scenarios/first.toml"], ["run", "first"]):
+            told = rocs_bt(*command)
+            assert told.code == 2
+            text = "keep_clear.toml:31:1: no robot has a signal 'latteral_speed'. Did you mean 'lateral_speed'?"
+            assert text in told.out + told.err
+
+    def test_a_file_of_which_all_rules_are_inactive(self, project, rocs_bt):
+        (project / RULES).write_text('format = "reflex/1"' + SIDEWAYS)
+        told = rocs_bt("check", RULES, "--strict")
+        assert told.code == 2
+        text = "warning: all rules of 'keep_clear' are inactive: robot 'rover' has no signal 'lateral_speed'."
+        assert text in told.out
+        assert text in rocs_bt("run", "first", "--for", "0.1").err
+
+    def test_a_file_that_no_scenario_uses_is_checked_for_a_robot_with_the_signals(self, project, rocs_bt):
+        bearing = SIDEWAYS.replace('["lateral_speed"]', '["peer_bearing"]')
+        bearing = bearing[: bearing.index("[[")].replace("lateral_speed", "peer_bearing[0]")
+        (project / "rules/own.toml").write_text('format = "reflex/1"' + bearing)
+        told = rocs_bt("check", "rules/own.toml")
+        assert told.code == 2
+        assert "own.toml:4:9: 'abs(peer_bearing[0]) > 0.1 m/s': '>' needs one unit" in told.out
+        assert "is inactive" not in told.out
+
+    def test_a_change_during_a_run_names_it(self, project):
+        file, sink = project / RULES, ListSink()
+        before = file.read_text()
+
+        def progress(t):
+            if t >= 0.5 and file.read_text() == before:
+                file.write_text(before + SIDEWAYS)
+
+        run(
+            "first",
+            Catalog(project),
+            out=project / "out",
+            duration=1.0,
+            report=False,
+            sinks=[sink],
+            progress=progress,
+            watch_rules=True,
+        )
+        (replaced,) = [event for event in sink.events if isinstance(event, RulesReplaced)]
+        assert replaced.accepted
+        assert replaced.detail == "active rules (1): keep_clear/TurnAway; " + INACTIVE.rstrip(".")
+
+
 class TestReplay:
     def test_the_same_rules_fire_when_they_did(self, runs):
         recording = Recording.open(runs[0])

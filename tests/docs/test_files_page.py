@@ -171,6 +171,7 @@ ahead = "min(front)"
 doc = "One."
 tags = ["safety"]
 modes = ["drive"]
+require = ["front"]
 when = "ahead < 0.4 m"
 until = "ahead > 0.5 m"
 for = "0.1 s"

@@ -23,8 +23,9 @@ from rocs_bt.expression import (
 from rocs_bt.reactive import load_rules, run_tests
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.record import TRUTH
-from rocs_bt.signal import Signal
+from rocs_bt.signal import OPTIONAL_SIGNALS, Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE, Quantity
+from rocs_bt.words import inactive_rule
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "rules.md").read_text("utf-8")
 COURSE = PAGE[PAGE.index("## A course of six") : PAGE.index("## Test, replay, tune and watch rules")]
@@ -125,3 +126,23 @@ def test_the_requirements_load_and_ground_truth_is_listed(signals):
     assert [(name.strip("`"), unit) for name, _, unit in table("truth")] == [
         (s.name, ", ".join(map(str, s.dimensions))) for s in TRUTH
     ]
+
+
+def test_the_rule_with_an_optional_signal_is_inactive_on_wheels_and_passes_its_tests_elsewhere(signals, tmp_path):
+    (section,) = re.findall(r"^## Rules that need an optional signal\n(.*?)^## ", PAGE, re.DOTALL | re.MULTILINE)
+    text, sentence = re.findall(r"```(?:toml)?\n(.*?)```", section, re.DOTALL)
+    file = tmp_path / "sideways.toml"
+    file.write_text(text, "utf-8")
+    (inactive,) = load_rules(file, Environment.of(signals), ACTIONS).inactive
+    assert inactive_rule(inactive.name, ["pioneer_p3dx"], inactive.missing) == sentence.strip()
+    holonomic = Environment.packed([OPTIONAL_SIGNALS["lateral_speed"]])
+    assert [r.message for r in run_tests(load_rules(file, holonomic, ACTIONS))] == [""]
+    assert [fault for fault in examine_rules(file, holonomic, ACTIONS) if not fault.note] == []
+
+
+def test_the_optional_signals_are_those_of_the_robots_page():
+    page = (Path(__file__).resolve().parents[2] / "robots" / "README.md").read_text("utf-8")
+    (found,) = re.findall(r"<!-- optional -->\n(.*?)<!-- end -->", page, re.DOTALL)
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in found.splitlines()[2:]]
+    wanted = [(f"`{s.name}`", s.doc[0].lower() + s.doc[1:-1], str(s.dimension)) for s in OPTIONAL_SIGNALS.values()]
+    assert [tuple(row) for row in rows] == wanted

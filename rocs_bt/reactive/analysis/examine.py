@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,6 +10,7 @@ from ...action import Action
 from ...document import Table
 from ...errors import Fault, InputError
 from ...expression import Environment
+from ..arguments import words
 from ..include import Document, read_documents
 from ..rule import Rule
 from ..rule_file import read_rules
@@ -18,8 +18,7 @@ from ..threshold import Override
 from .case import Case
 from .checks import check_guards, check_modes, check_pairs, check_parameters, check_period, check_times
 
-_WORD = re.compile(r"[A-Za-z_]\w*")
-_PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid"})
+_PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require"})
 
 
 def unused_names(document: Document) -> list[Fault]:
@@ -39,11 +38,6 @@ def unused_names(document: Document) -> list[Fault]:
         for name in (root.data[kind] if isinstance(root.data.get(kind), dict) else ())
         if name not in used
     ]
-
-
-def words(text: str) -> set[str]:
-    """Names in an expression."""
-    return set(_WORD.findall(text))
 
 
 def _texts(value: Any, key: str = "") -> Iterator[str]:
