@@ -230,6 +230,8 @@ def describe(
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
         attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
+        if place.z is not None:
+            attributes["z"] = place.z
         with located_at(None, place.line):  # the caller adds the scenario's file
             knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
     for peer, tag in peers.items():

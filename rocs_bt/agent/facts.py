@@ -164,6 +164,7 @@ def _value(table: Table, key: str, attribute: Attribute) -> Any:
     if attribute.type is Pose2:
         pose = table.table(key)
         for extra in sorted({*pose.keys()} - {*POSE}):
-            table.fault(key, f"a pose has no '{extra}'.", did_you_mean(extra, POSE, "It"))
+            hint = "Write z as an attribute of the node." if extra == "z" else did_you_mean(extra, POSE, "It")
+            table.fault(key, f"a pose has no '{extra}'.", hint)
         return Pose2(pose.quantity("x", LENGTH), pose.quantity("y", LENGTH), pose.quantity("yaw", ANGLE, 0.0))
     return table.raw(key)  # the graph checks the type

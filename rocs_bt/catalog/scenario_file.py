@@ -31,6 +31,7 @@ class PlaceSpec:
         agents: Names of the agents that know the place.
         attributes: Further attributes of the node, in SI units.
         line: Line of the table in the file.
+        z: Height of the pose, world frame [m]; None on the floor.
     """
 
     name: str
@@ -40,6 +41,7 @@ class PlaceSpec:
     agents: tuple[str, ...]
     attributes: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
+    z: float | None = None
 
 
 @dataclass(frozen=True)
@@ -231,7 +233,7 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
 
 
 def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
-    known = ("name", "kind", "x", "y", "yaw", "tolerance", "agents")
+    known = ("name", "kind", "x", "y", "z", "yaw", "tolerance", "agents")
     kind = table.choice("kind", ("goal", "place", "object"), "goal")
     receivers = tuple(table.texts("agents", list(agents)))
     for name in receivers:
@@ -246,6 +248,7 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
         # Only objects have further attributes; an unknown key of a goal or a place is an error.
         attributes=free_parameters(table, known) if kind == "object" else {},
         line=table.position()[0],
+        z=table.quantity("z", LENGTH, low=-1e4, high=1e4) if "z" in table else None,
     )
 
 

@@ -83,6 +83,10 @@ class RobotModel(Model):
         """Forward speed of the centre [m/s]."""
         return self._value("speed", t)
 
+    def height(self, t: float | None = None) -> float:
+        """Height in the world frame, from the signal `height` [m]; NaN without this signal and while it is invalid."""
+        return self._value("height", t)
+
     def turn_rate(self, t: float | None = None) -> float:
         """Turn rate, left positive [rad/s]."""
         return self._value("turn_rate", t)

@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from ..errors import KnowledgeError
-from ..geometry import Pose2, Twist2, along_arc, twist2
+from ..geometry import Pose2, Pose3, Twist2, along_arc, twist2
 from .model import Model
 from .occupancy import OccupancyGrid
 
@@ -20,18 +20,21 @@ class WorldModel(Model):
 
     occupancy: OccupancyGrid | None = None
 
-    def place(self, name: str, pose: Pose2, kind: str = "place", **attributes: Any) -> None:
+    def place(self, name: str, pose: Pose2 | Pose3, kind: str = "place", **attributes: Any) -> None:
         """Add a node with a pose, or move it.
 
         Args:
             name: Name of the node; added if it does not exist.
-            pose: Pose in the world frame [m, m, rad].
+            pose: Pose in the world frame [m, m, rad]. A `Pose3` also sets the attribute `z`; its tilt is not stored.
             kind: Kind of the node: `goal`, `place`, `object`, `peer`, or another kind that has a pose.
             attributes: Further attributes of that kind.
 
         Raises:
             KnowledgeError: The node is of another kind, or the schema rejects an attribute.
         """
+        if isinstance(pose, Pose3):
+            attributes.setdefault("z", pose.z)
+            pose = pose.plane
         with self.graph.locked():
             if not self.graph.has(name):
                 self.graph.add(name, kind, pose=pose, **attributes)
@@ -49,6 +52,18 @@ class WorldModel(Model):
             return None if math.isnan(pose.x) else pose
         try:
             found: Pose2 | None = self.graph.get(name, "pose")
+        except KnowledgeError:  # its kind has no pose
+            return None
+        return found
+
+    def z_of(self, name: str) -> float | None:
+        """Height of a node's pose, world frame [m]; None on the floor, or while the height or the node is unknown."""
+        if name == self.name:
+            signals, t = self.signals, self.knowledge.clock.now()
+            height = signals.value("height", t) if "height" in signals else math.nan
+            return None if math.isnan(height) else height
+        try:
+            found: float | None = self.graph.get(name, "z") if self.graph.has(name) else None
         except KnowledgeError:  # its kind has no pose
             return None
         return found

@@ -20,7 +20,7 @@ OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position"
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
     **dict.fromkeys(("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics"), "s"),
-    **dict.fromkeys(("shortest_path", "tolerance"), "m"),
+    **dict.fromkeys(("shortest_path", "tolerance", "z"), "m"),
 }
 """Units of numeric fields."""
 

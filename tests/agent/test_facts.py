@@ -71,6 +71,13 @@ def test_facts_become_nodes_attributes_and_relations(tmp_path):
     assert (graph.get("R2", "mode"), graph.related("R2", "pursues")) == ("patrol", ["home"])
 
 
+def test_a_fact_has_a_height_beside_its_pose(tmp_path):
+    knowledge = told(
+        tmp_path, '[[fact]]\nnode = "shelf"\nkind = "place"\npose = { x = "1 m", y = "2 m" }\nz = "80 cm"\n'
+    )
+    assert (knowledge.world.pose_of("shelf"), knowledge.world.z_of("shelf")) == (Pose2(1.0, 2.0, 0.0), 0.8)
+
+
 def test_only_those_who_are_told_know(tmp_path):
     text = '[[fact]]\nnode = "hall"\nkind = "place"\npose = { x = "1 m", y = "2 m" }\nagents = ["R3"]\n'
     assert not told(tmp_path, text).graph.has("hall")
@@ -93,6 +100,7 @@ def test_only_those_who_are_told_know(tmp_path):
         ('node = "store"', 'node = "hall"', r":8:1: node 'hall' exists already"),
         ('pursues = "home"', 'pursues = ["home", "home"]', r":27:1: pursues leads to one node only, found 2"),
         ('yaw = "90 deg"', 'yew = "90 deg"', r":11:1: a pose has no 'yew'. Did you mean 'yaw'"),
+        ('yaw = "90 deg"', 'z = "1 m"', r":11:1: a pose has no 'z'. Write z as an attribute of the node"),
         ("agents = []", "", None),
     ],
 )

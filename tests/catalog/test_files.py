@@ -167,12 +167,18 @@ def test_a_scenario_is_read_in_si_units(project):
     assert (place.kind, place.tolerance, place.agents) == ("goal", 0.05, ("R1",))
     assert place.pose[:2] == (0.0, -0.1)
     assert math.isnan(place.pose.yaw)
-    assert place.attributes == {}
+    assert (place.attributes, place.z) == ({}, None)
     assert (agent.robot, agent.mission, agent.rules, agent.success) == ("bot", "go", ("calm",), "dock")
     assert agent.pose == (1.0, 2.0, math.pi)
     assert agent.jitter == (0.05, 0.0, pytest.approx(math.radians(10)))
     assert agent.parameters == {"goal": "dock", "cruise": "0.5 m/s"}
     assert (actor.script, actor.parameters) == ("random_walk", {"max_speed": 0.3})
+
+
+def test_a_place_may_have_a_height(scenario_file, project):
+    edit(scenario_file, 'y = "-10 cm"', 'y = "-10 cm"\nz = "120 cm"')
+    (place,) = Catalog(project).load_scenario("walk").places
+    assert (place.pose[:2], place.z) == ((0.0, -0.1), 1.2)
 
 
 def test_the_default_rates_are_those_of_the_conventions(project):

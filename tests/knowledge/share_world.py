@@ -53,7 +53,7 @@ class Peers:
         for name in names or self.names:
             self.starts[name] += 1
             knowledge = self.knowledge[name] = Knowledge(name, self.clock, self.sink, self.schema)
-            for signal, size in (("pose", 3), ("speed", 1), ("turn_rate", 1)):
+            for signal, size in (("pose", 3), ("speed", 1), ("turn_rate", 1), ("height", 1)):
                 knowledge.signals.declare(Signal(signal, size, (NONE,), max_age=math.inf))
             knowledge.signals.freeze()
             self.sharing[name] = sharing = Sharing(

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.errors import InputError, KnowledgeError
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2, Twist2
+from rocs_bt.geometry import Pose2, Pose3, Twist2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, RobotModel, StrategyModel, WorldModel
 from rocs_bt.units import TEMPERATURE
 
@@ -52,6 +52,21 @@ def test_a_pose_that_is_not_known_is_none(knowledge: Knowledge) -> None:
     assert knowledge.world.pose_of("R2") is None
     knowledge.signals.write("pose", [1.0, 2.0, 3.0], 0.0)
     assert knowledge.world.pose_of("R2") == Pose2(1.0, 2.0, 3.0)
+
+
+def test_a_pose_has_an_optional_height(knowledge: Knowledge) -> None:
+    world, graph = knowledge.world, knowledge.graph
+    world.place("shelf", Pose3(1.0, 2.0, 1.5, yaw=0.5))
+    world.place("floor", Pose2(0.0, 0.0))
+    assert (world.pose_of("shelf"), world.z_of("shelf"), graph.get("shelf", "z")) == (Pose2(1.0, 2.0, 0.5), 1.5, 1.5)
+    assert world.z_of("floor") is world.z_of("nobody") is world.z_of("R2") is None
+    world.place("shelf", Pose2(2.0, 2.0))
+    assert world.z_of("shelf") == 1.5  # a pose in the plane keeps the height
+    world.place("floor", Pose3(0.0, 0.0, 0.2))
+    assert knowledge.ask("place where z > 1 m give z").values == ((1.5,),)
+    assert knowledge.ask("place order by z give pose.x, z").values == ((0.0, 0.2), (2.0, 1.5))
+    with pytest.raises(InputError, match=r"a pose has no 'z', which is an attribute of the node; write place\.z\."):
+        knowledge.ask("place where place.pose.z > 1 m")
 
 
 def test_a_thing_cannot_become_another_kind(knowledge: Knowledge) -> None:

@@ -276,6 +276,16 @@ class TestAgeing:
         latest = peers.sharing["R0"].replica.value(("R1", "peer", "pose"))
         assert latest[0] < 0.05 * 100 - 0.35  # the word itself is that old
 
+    def test_the_height_of_a_robot_that_has_one_is_shared_with_its_pose(self, peers):
+        told_pose(peers, "R1", 2.0)
+        peers.knowledge["R1"].signals.update({"height": [1.25]}, peers.clock.now())
+        peers.turn(10)
+        world = peers.knowledge["R0"].world
+        assert (world.pose_of("R1"), world.z_of("R1")) == (Pose2(2.0, 0.0, 0.0), 1.25)
+        peers.kill("R1")
+        peers.turn(80)
+        assert world.pose_of("R1") is world.z_of("R1") is None
+
     def test_where_a_vanished_robot_is_nobody_knows_after_a_while_and_what_it_told_goes_later(self, peers):
         told_pose(peers, "R1", 2.0)
         peers.knowledge["R1"].graph.add("box", "object", radius=1.0)

@@ -49,8 +49,8 @@ FULL = ScenarioSpec(
     end_on_collision=False,
     rate=RateSpec(sensors=20.0),
     places=(
-        PlaceSpec("goal", "goal", HERE, 0.1, ("R1", "R2")),
-        PlaceSpec("box", "object", HERE._replace(yaw=math.nan), 0.1, ("R1",), {"width": 0.5, "near": ["goal"]}),
+        PlaceSpec("goal", "goal", HERE, 0.1, ("R1", "R2"), z=0.5),
+        PlaceSpec("box", "object", HERE._replace(yaw=math.nan), 0.1, ("R1",), {"width": 0.5, "near": ["goal"]}, z=1.0),
     ),
     agents=tuple(
         AgentSpec(name, "pioneer_p3dx", "go_to", ("a", "b"), HERE, HERE, "goal", False, {"box": 5.0}, 3.0, 0.1, told)
@@ -175,6 +175,6 @@ def test_texts_are_for_people_and_numbers_in_full_where_rounding_would_hide_a_di
     assert rows["script's max_speed"] == ("", "0.3 m/s")
     rows = {row.what: (row.first, row.second) for row in settings(FULL, None)}
     assert rows["duration"] == ("60 s", "")
-    assert rows["place goal"][0] == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2"
+    assert rows["place goal"][0] == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2; z: 0.5 m"
     assert rows["fact hall #2"][0] == "node: hall; agents: R2; at: 5 s; table: width 3 m"
     assert (rows["rate's control"][0], rows["actors"][0]) == ("20 Hz", "M1, door")

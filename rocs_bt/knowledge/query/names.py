@@ -176,6 +176,9 @@ class Names:
 
     def unknown(self, names: list[str]) -> str:
         """Error message for an unknown name, with similar known names."""
+        if names[-2:] == ["pose", "z"]:
+            written = "the signal height" if names[0] == "robot" else ".".join((*names[:-2], "z"))
+            return f"a pose has no 'z', which is an attribute of the node; write {written}."
         variables = {self.pattern.variables[i].name: i for i in self.pattern.shown}
         edges = {link.name: link for link in self.pattern.links if link.name}
         if len(names) > 1 and names[0] in variables:

@@ -15,7 +15,7 @@ from .replica import Entry, Key, Plain, Replica
 from .scope import PEER, Scope, agent_of, from_shared, to_shared
 from .wire import fits
 
-STATE = ("pose", "speed", "turn_rate", "spread")
+STATE = ("pose", "speed", "turn_rate", "spread", "z")
 """Attributes of a robot's node with which it reports its own state in every turn of sharing."""
 
 EXTRAPOLATION_LIMIT = 5.0
@@ -89,8 +89,9 @@ class Mirror:
         known = all(map(math.isfinite, pose))
         self._state_at = signals.stamp("pose") if known else t
         self._state["pose"] = list(pose) if known else None
-        for name, value in (("speed", robot.speed(t)), ("turn_rate", robot.turn_rate(t)), ("spread", spread)):
-            moves = name != "spread" and halted
+        speeds = {"speed": robot.speed(t), "turn_rate": robot.turn_rate(t)}
+        for name, value in {**speeds, "spread": spread, "z": robot.height(t)}.items():
+            moves = halted and name in speeds
             self._state[name] = (0.0 if moves else value) if known and (moves or math.isfinite(value)) else None
         self._dirty.update(dict.fromkeys((self._agent, name) for name in STATE))
         if self.visible((self._agent,)) != self._scope.kind("robot"):  # peers took this robot for another kind
