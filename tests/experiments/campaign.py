@@ -1,5 +1,7 @@
 """The experiments over many seeds, in lockstep: `python tests/experiments/campaign.py exp3 --seeds 101 200`.
 
+`--robot` plays an experiment with another robot: `campaign.py exp1 --robot rosbot_xl` is `exp1_mecanum`.
+
 Prints for each mind who came where, who touched what, and, for who follows, how it kept its distance; every share
 with its exact (Clopper-Pearson) 95 % interval. What is asked of a follower comes from its own parameters, which the
 scenario gives it: its band is `distance` +- (`distance` - `safety`), and it never drives nearer than `safety`.
@@ -26,28 +28,35 @@ LIMIT = 60.0  # [s] in which EXP1's goal must be reached
 
 
 @cache
-def variant(experiment: str, control: float) -> tuple[CachingCatalog, ScenarioSpec]:
-    """An experiment with another control rate, which is the sensors' too [1/s]; with its own it is as it is shipped."""
+def variant(experiment: str, control: float, robot: str | None) -> tuple[CachingCatalog, ScenarioSpec]:
+    """An experiment with another control rate, which is the sensors' too [1/s], and with another first robot."""
     catalog = CachingCatalog()
     scenario = catalog.load_scenario(experiment)
+    if robot is not None:
+        agents = (dataclasses.replace(scenario.agents[0], robot=robot), *scenario.agents[1:])
+        scenario = dataclasses.replace(scenario, agents=agents)
     if control == scenario.rate.control:
         return catalog, scenario
     rate = dataclasses.replace(scenario.rate, control=control, sensors=control)
     return catalog, dataclasses.replace(scenario, rate=rate)
 
 
-def episode(experiment: str, seed: int, control: float) -> dict[str, Any]:
+def episode(experiment: str, seed: int, control: float, robot: str | None = None) -> dict[str, Any]:
     """What came of one seed."""
-    catalog, scenario = variant(experiment, control)
+    catalog, scenario = variant(experiment, control, robot)
     return json.loads(run(scenario, catalog, seed=seed).summary.to_json())
 
 
-def campaign(experiment: str, seeds: Sequence[int], control: float, processes: int = 2) -> dict[str, Any]:
+def campaign(
+    experiment: str, seeds: Sequence[int], control: float, processes: int = 2, robot: str | None = None
+) -> dict[str, Any]:
     """All seeds, and what they come to for each mind."""
     with local_pool(processes) as pool:
-        runs = [future.result() for future in [pool.submit(episode, experiment, seed, control) for seed in seeds]]
+        jobs = [pool.submit(episode, experiment, seed, control, robot) for seed in seeds]
+        runs = [future.result() for future in jobs]
     minds = {name: summed(experiment, name, runs) for name in runs[0]["agents"]}
-    return {"experiment": experiment, "control": control, "seeds": [seeds[0], seeds[-1]], "agents": minds}
+    setting = {"experiment": experiment, "robot": robot, "control": control, "seeds": [seeds[0], seeds[-1]]}
+    return {**setting, "agents": minds}
 
 
 def share(count: int, of: int) -> dict[str, Any]:
@@ -61,10 +70,11 @@ def share(count: int, of: int) -> dict[str, Any]:
 def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     """One mind's figures.
 
-    In EXP1 a success is one in less than 60 s of the run's own time; the other experiments end by their own clock.
+    In EXP1 a success is one in less than 60 s of the run's own time; the other experiments end by their own clock. A
+    clean run is a success without a collision.
     """
     mine = [{"seed": r["seed"], **r["agents"][name]} for r in runs]
-    limit = LIMIT if experiment == "exp1" else math.inf
+    limit = LIMIT if experiment.partition("_")[0] == "exp1" else math.inf
     good = [r for r in mine if r["outcome"] == "success" and (r["time_to_goal"] or 0.0) < limit]
     touches: Counter[str] = Counter()
     for r in mine:
@@ -72,6 +82,7 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
     spent = [(r["time_reactive"], r["time_deliberative"]) for r in mine]
     found = {
         "success": share(len(good), len(mine)),
+        "clean": share(sum(not r["collisions"] for r in good), len(mine)),
         "collided": share(sum(r["collisions"] > 0 for r in mine), len(mine)),
         "struck": share(sum(r["struck"] > 0 for r in mine), len(mine)),
         "touches": dict(sorted(touches.items())),
@@ -120,9 +131,10 @@ def _words(found: dict[str, Any]) -> str:
 def report(found: dict[str, Any]) -> str:
     """The figures in words."""
     first, last = found["seeds"]
-    lines = [f"{found['experiment']}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
+    played = f"{found['experiment']}{f' with {robot}' if (robot := found['robot']) else ''}"
+    lines = [f"{played}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
     for name, mind in found["agents"].items():
-        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "collided", "struck")]
+        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "clean", "collided", "struck")]
         lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in mind['touches'].items()) or 'none'}")
         lines.append(
             f"  goals reached: {mind['goals']}; both routes in {mind['both_routes']}; median share of the reactive "
@@ -153,11 +165,13 @@ def report(found: dict[str, Any]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("experiment", nargs="?", default="exp1", help="exp1, exp2 or exp3, or a scenario's file")
+    parser.add_argument("--robot", help="robot of the first agent, instead of the scenario's")
     parser.add_argument("--control", type=float, default=20.0, help="control and sensor rate [1/s]")
     parser.add_argument("--seeds", type=int, nargs=2, default=(1, 200), help="the first and the last seed")
     parser.add_argument("--json", action="store_true", help="figures for a program")
     given = parser.parse_args()
-    found = campaign(given.experiment, range(given.seeds[0], given.seeds[1] + 1), given.control)
+    seeds = range(given.seeds[0], given.seeds[1] + 1)
+    found = campaign(given.experiment, seeds, given.control, robot=given.robot)
     sys.stdout.write((json.dumps(found) if given.json else report(found)) + "\n")
 
 
