@@ -274,6 +274,23 @@ class SafetyGate(Actuator):
         with self._lock:
             self._device = make(self._device)
 
+    def run(self, function: Callable[..., None], *args: object) -> None:
+        """Call a function of the driver outside of commands, such as its inner loop, without the gate's lock.
+
+        Args:
+            function: Function of the driver.
+            args: Arguments of the function.
+
+        Raises:
+            ActuatorError: The function raised an exception, and there is no `on_failure`.
+        """
+        try:
+            self._run(function, *args)
+        except ActuatorError as error:
+            self._report_failure(error)
+            if self.on_failure is None:
+                raise
+
     def close(self) -> None:
         self._device.close()
 

@@ -19,6 +19,11 @@ def noise_of(sensor: str) -> str:
     return f"noise of {sensor}"
 
 
+def loop_of(actuator: str) -> str:
+    """Purpose: inner loop of one actuator of the owner."""
+    return f"loop of {actuator}"
+
+
 def stream(scenario: str, seed: int, owner: str, purpose: str) -> np.random.Generator:
     """Generator of one owner and purpose in an episode.
 

@@ -4,12 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from ..agent import RobotDevices, robot_drive
 from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
-from ..drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compile_model, make_actuator, make_sensor
+from ..drivers.mujoco import (
+    MujocoActuator,
+    MujocoWorld,
+    RobotInstance,
+    SensorMount,
+    compile_model,
+    make_actuator,
+    make_sensor,
+)
 from ..errors import Fault, InputError, located_at
 from ..event import EventSink
 from ..geometry import Pose2
@@ -17,7 +26,7 @@ from ..safety import SafetyGate
 from .devices import mujoco_driver
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
-from .random_streams import START, noise_of, stream
+from .random_streams import START, loop_of, noise_of, stream
 from .scripted_objects import ScriptedObject, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
 
@@ -85,7 +94,7 @@ def build_world(
     for name in (agent.name for agent in scenario.agents):
         sensors[name] = _sensors(world, catalog, scenario, name, robots[name], seed)
         actuators[name] = {
-            a.name: _actuator(world, catalog, name, robots[name], a, scenario, sink, wheels)
+            a.name: _actuator(world, catalog, name, robots[name], a, scenario, seed, sink, wheels)
             for a in robots[name].actuators
         }
         for gate in actuators[name].values():
@@ -175,16 +184,22 @@ def _actuator(
     robot: RobotSpec,
     spec: ActuatorSpec,
     scenario: ScenarioSpec,
+    seed: int,
     sink: EventSink | None,
     wheels: dict[str, Callable[[], list[float]]],
 ) -> SafetyGate:
     """Safety gate of one actuator; adds the function for the true wheel speeds of the owner to `wheels`."""
     driver = mujoco_driver(catalog, robot, spec)
     with located_at(robot.file, spec.line), driver.running():
-        device = make_actuator(world, owner, spec.name, driver.make, driver.parameters)
+        rng = stream(scenario.name, seed, owner, loop_of(spec.name))
+        device = make_actuator(world, owner, spec.name, driver.make, driver.parameters, rng)
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
-    if spec.name == robot.drive.actuator and hasattr(device, "measured"):
-        wheels[owner] = device.measured
+    if isinstance(device, MujocoActuator) and device.has_loop:
+        world.attach(partial(gate.run, device.before_step))
+    if spec.name == robot.drive.actuator:
+        world.watch_motion(owner, gate)
+        if hasattr(device, "measured"):
+            wheels[owner] = device.measured
     return gate
 
 
@@ -200,7 +215,7 @@ def _actors(
     for actor in (m for m in scenario.actors if m.robot):
         robot = robots[actor.name]
         spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
-        gate = _actuator(world, catalog, actor.name, robot, spec, scenario, None, wheels)
+        gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
         with located_at(scenario.file, actor.line):
             made = make_scripted_robot(
                 actor.script,

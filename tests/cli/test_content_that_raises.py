@@ -44,6 +44,9 @@ class Wheels(MujocoActuator):
     def neutral(self):
         self.mount.world.drive(self.motors, [0.0, 0.0])
 
+    def before_step(self, t):
+        {loop}
+
     def measured(self):
         return [0.0975 * s for s in self.mount.world.motor_speeds(self.motors)]
 """
@@ -62,7 +65,7 @@ def own(project):
     """Gives the robot of a new project a sensor, a monitor and an actuator of its own, one of which raises."""
 
     def own(**raising):
-        places = {"sample": "pass", "interpret": "pass", "command": "pass"} | raising
+        places = {"sample": "pass", "interpret": "pass", "command": "pass", "loop": "pass"} | raising
         folder = project / "robots" / "rover"
         (folder / "own.py").write_text(CODE.format(**places))
         file = folder / "robot.toml"
@@ -102,8 +105,11 @@ def test_a_sensor_or_monitor_that_raises_does_not_end_the_run(method, kind, name
     assert summary(project)["exceptions"] == {f"{kind} {name}": 1}
 
 
-def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(own, project, rocs_bt):
-    line = own(command="self.mount.world.clock.now() > 1.0 and 1 / 0")
+@pytest.mark.parametrize(
+    "where", [{"command": "self.mount.world.clock.now() > 1.0 and 1 / 0"}, {"loop": "t > 1.0 and 1 / 0"}]
+)
+def test_an_actuator_that_raises_ends_the_run_with_exit_code_1(where, own, project, rocs_bt):
+    line = own(**where)
     told = rocs_bt("run", "first", "--no-report")
     assert told.code == 1
     what = f"actuator 'R1/wheels' raised: ZeroDivisionError: division by zero (own.py:{line})"

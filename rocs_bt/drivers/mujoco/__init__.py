@@ -4,7 +4,7 @@ MuJoCo itself is imported only when a world is constructed.
 """
 
 from .actuators import ACTUATORS, MujocoActuator, make_actuator
-from .body import Motors
+from .body import Controls, Motors
 from .compose import RobotInstance, SensorMount, compile_model, compose_world
 from .mount import DriverWorld, Mount
 from .sensor import MujocoSensor
@@ -15,6 +15,7 @@ __all__ = [
     "ACTUATORS",
     "SENSORS",
     "Contact",
+    "Controls",
     "DriverWorld",
     "Motors",
     "Mount",

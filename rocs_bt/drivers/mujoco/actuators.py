@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ...device import Actuator
 from ...errors import DeviceError
 from ..parameters import VelocityParameters, driver_class, read_parameters
@@ -32,6 +34,20 @@ class MujocoActuator(Actuator):
     def __init__(self, name: str, size: int, mount: Mount) -> None:
         super().__init__(name, size)
         self.mount = mount
+
+    def before_step(self, t: float) -> None:
+        """Inner loop, called before each physics step at time t [s], also after the robot was stopped.
+
+        A derived class may override it to set the controls of its robot (`mount.world.set_controls`); it must not wait.
+        `mount.world.lock` is held, and all members of `mount.world` are those of the present state. `mount.rng` is the
+        actuator's own random generator. An exception is a failure of the actuator, as in `command`; `neutral` follows,
+        and the loop continues, because a body without wheels needs it to stay upright.
+        """
+
+    @property
+    def has_loop(self) -> bool:
+        """Whether a derived class overrides `before_step`."""
+        return type(self).before_step is not MujocoActuator.before_step
 
 
 class Velocity(MujocoActuator):
@@ -72,9 +88,14 @@ ACTUATORS: Mapping[str, type[MujocoActuator]] = {"velocity": Velocity}
 
 
 def make_actuator(
-    world: MujocoWorld, robot: str, name: str, driver: str | type[MujocoActuator], parameters: Mapping[str, Any]
+    world: MujocoWorld,
+    robot: str,
+    name: str,
+    driver: str | type[MujocoActuator],
+    parameters: Mapping[str, Any],
+    rng: np.random.Generator | None = None,
 ) -> Actuator:
-    """Construct an actuator of a robot in the world, without a safety gate.
+    """Construct an actuator of a robot in the world, without a safety gate; its inner loop is not attached yet.
 
     Args:
         world: World of the robot.
@@ -82,11 +103,13 @@ def make_actuator(
         name: Name of the actuator in robot.toml.
         driver: Name of the driver, or a user's class, which is called with (name, mount, **parameters).
         parameters: Parameters of the driver, SI units.
+        rng: Random generator of the actuator; a fixed one by default.
 
     Raises:
         InputError: The driver is unknown, or parameters do not fit the driver or the model.
     """
     world.body(robot)
     cls: Any = driver_class(ACTUATORS, driver, "actuator", "mujoco")
-    actuator: Actuator = cls(name, Mount(world, robot), **parameters)
+    mount = Mount(world, robot) if rng is None else Mount(world, robot, rng=rng)
+    actuator: Actuator = cls(name, mount, **parameters)
     return actuator

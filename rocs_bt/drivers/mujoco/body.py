@@ -9,11 +9,15 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...geometry import Pose2
 from ...record.header import Outline, Point
 
 FLOOR = "floor"
+
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.intp]
 
 
 @dataclass(frozen=True)
@@ -195,6 +199,29 @@ def _convex(points: Sequence[Point]) -> list[Point]:
 
     ordered = sorted(set(points))
     return chain(ordered) + chain(ordered[::-1])
+
+
+@dataclass(frozen=True)
+class Controls:
+    """Actuators in a robot's model, for `set_controls` of the world.
+
+    Attributes:
+        robot: Name of the robot.
+        names: Names of the actuators, without the robot's prefix.
+        ids: Indices of the actuators in MuJoCo's control vector, shape (n,).
+        low: Minimum of each control value, in MuJoCo's unit of the actuator, shape (n,); -inf without a limit.
+        high: Maximum of each control value, shape (n,); +inf without a limit.
+        angles: Indices of the actuators' joints in MuJoCo's position vector, shape (n,); -1 without a joint.
+        joints: Indices of the actuators' joints in MuJoCo's velocity vector, shape (n,); -1 without a joint.
+    """
+
+    robot: str
+    names: tuple[str, ...]
+    ids: Indices
+    low: Array
+    high: Array
+    angles: Indices
+    joints: Indices
 
 
 @dataclass

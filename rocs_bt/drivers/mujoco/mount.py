@@ -11,7 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...geometry import Pose2, Pose3, Twist2
-from .body import Motors
+from .body import Controls, Motors
 
 
 class DriverWorld(Protocol):
@@ -143,6 +143,38 @@ class DriverWorld(Protocol):
 
     def motor_angles(self, motors: Motors) -> list[float]:
         """True angles of motors since the start [rad]."""
+        ...
+
+    def controls(self, robot: str, names: Sequence[str]) -> Controls:
+        """Get a handle of actuators in a robot's model: their ranges and joints.
+
+        Args:
+            robot: Name of the robot.
+            names: Names of the actuators in the robot's model, without the robot's prefix.
+
+        Raises:
+            UnknownName: The robot's model has no such actuator.
+        """
+        ...
+
+    def set_controls(self, controls: Controls, values: npt.ArrayLike) -> None:
+        """Set the control values of actuators, limited to their ranges, from the next physics step on.
+
+        Args:
+            controls: Handle of the actuators.
+            values: Control values, in MuJoCo's units of the actuators, shape (n,).
+
+        Raises:
+            DeviceError: The number of values is wrong, or a value is NaN.
+        """
+        ...
+
+    def joint_positions(self, controls: Controls) -> npt.NDArray[np.float64]:
+        """True positions of the joints of actuators [rad or m], shape (n,); NaN without a joint."""
+        ...
+
+    def joint_velocities(self, controls: Controls) -> npt.NDArray[np.float64]:
+        """True velocities of the joints of actuators [rad/s or m/s], shape (n,); NaN without a joint."""
         ...
 
 

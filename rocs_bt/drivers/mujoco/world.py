@@ -12,10 +12,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
-from ...errors import Fault, InputError, UnknownName, unknown
+from ...errors import DeviceError, Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Pose3, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
-from .body import MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
+from .body import Controls, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .nearness import Among, ClearanceQuery
 from .sight import LineOfSight
 from .touch import Contact, ContactDetector
@@ -68,6 +68,8 @@ class MujocoWorld:
         self._steps = 0  # number of physics steps since the start
         self._ramping: list[Motors] = []  # motors that have not reached their targets
         self._gates: list[SafetyGate] = []
+        self._loops: list[Callable[[float], None]] = []  # inner loops of actuators
+        self._motion: dict[str, SafetyGate] = {}  # gates of robots' motion actuators without velocity motors
         self._touch = ContactDetector(model, self.robots)
         self._clearance = ClearanceQuery(model, self.robots)
         self._sight = LineOfSight(model, self.robots)
@@ -209,16 +211,79 @@ class MujocoWorld:
         with self.lock:
             return [self._qpos[a] for a in motors.angles]
 
+    def controls(self, robot: str, names: Sequence[str]) -> Controls:
+        """Get a handle of actuators in a robot's model.
+
+        Args:
+            robot: Name of the robot.
+            names: Names of the actuators in the robot's model, without the robot's prefix.
+
+        Raises:
+            UnknownName: The model has no such actuator.
+        """
+        self.body(robot)
+        model, ids = self.model, np.array([self._id("actuator", robot, name) for name in names], np.intp)
+        low, high = model.actuator_ctrlrange[ids].T
+        limited = model.actuator_ctrllimited[ids].astype(bool)
+        joint = model.actuator_trntype[ids] == int(self._mj.mjtTrn.mjTRN_JOINT)
+        of = np.where(joint, model.actuator_trnid[ids, 0], 0)
+        angles, joints = (np.where(joint, of_joint[of], -1) for of_joint in (model.jnt_qposadr, model.jnt_dofadr))
+        low, high = np.where(limited, low, -np.inf), np.where(limited, high, np.inf)
+        return Controls(robot, tuple(names), ids, low, high, angles, joints)
+
+    def set_controls(self, controls: Controls, values: npt.ArrayLike) -> None:
+        """Set the control values of actuators, limited to their ranges, from the next physics step on.
+
+        Args:
+            controls: Handle of the actuators.
+            values: Control values, in MuJoCo's units of the actuators, shape (n,).
+
+        Raises:
+            DeviceError: The number of values is wrong, or a value is NaN.
+        """
+        wanted = np.asarray(values, np.float64)
+        if wanted.shape != controls.ids.shape:
+            raise DeviceError(f"{len(controls.ids)} actuators take as many values, found the shape {wanted.shape}.")
+        if np.isnan(wanted).any():
+            raise DeviceError(f"the value of '{controls.names[int(np.isnan(wanted).argmax())]}' is NaN.")
+        with self.lock:
+            self.data.ctrl[controls.ids] = np.minimum(np.maximum(wanted, controls.low), controls.high)
+
+    def joint_positions(self, controls: Controls) -> npt.NDArray[np.float64]:
+        """True positions of the joints of actuators [rad or m], shape (n,); NaN without a joint."""
+        with self.lock:
+            return np.where(controls.angles < 0, math.nan, self.data.qpos[controls.angles])
+
+    def joint_velocities(self, controls: Controls) -> npt.NDArray[np.float64]:
+        """True velocities of the joints of actuators [rad/s or m/s], shape (n,); NaN without a joint."""
+        with self.lock:
+            return np.where(controls.joints < 0, math.nan, self.data.qvel[controls.joints])
+
+    def attach(self, loop: Callable[[float], None]) -> None:
+        """Call a function before each physics step with the time [s], in the order of attachment, with `lock` held.
+
+        The function reads the present state, also the pose of a robot and `stamp`.
+        """
+        self._loops.append(loop)
+
+    def watch_motion(self, robot: str, gate: SafetyGate) -> None:
+        """Register the safety gate of a robot's motion actuator, so that `commanded` knows its commands.
+
+        A robot with velocity motors needs none, as the world knows the commands of these motors.
+        """
+        if not self._motors[robot]:
+            self._motion[robot] = gate
+
     def guard(self, gate: SafetyGate) -> None:
         """Register a safety gate; its watchdog is then checked before each physics step."""
         self._gates.append(gate)
 
     def commanded(self, robot: str) -> bool:
-        """Whether motors of a robot are commanded to turn, or are still braking."""
+        """Whether a robot is commanded to move: motors turn or brake, or the motion actuator has a command."""
         for m in self._motors[robot]:
             if not m.settled or any(m.target) or any(any(speeds) for _, speeds in m.coming):
                 return True
-        return False
+        return robot in self._motion and self._motion[robot].active
 
     def advance(self, steps: int) -> None:
         """Advance the world by a number of physics steps."""
@@ -238,9 +303,14 @@ class MujocoWorld:
                     self._ramp()
                 if self.objects:
                     data.mocap_pos += self._drift
+                for loop in self._loops:
+                    loop(self.stamp)
                 step(model, data)
                 self._steps += 1
                 self._tick()
+                if self._loops:
+                    self.stamp = now()
+                    self._revision += 1
                 if i == steps - 1 or data.ncon != touch.usual:
                     touch.update(data, now(), self.commanded)
             self.stamp = now()
