@@ -65,7 +65,7 @@ def follower(sampling: bool) -> Callable[[Plant], tuple[np.ndarray, float]]:
         if not sampling:
             reference.sample(plant.pose, DRIVE.twist(plant.command), times, 0.0)
         command = ours.step(plant.pose, None, reference, PERIOD)
-        return command.wheel_speeds, command.solve_time
+        return command.values, command.solve_time
 
     return tick
 

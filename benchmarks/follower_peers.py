@@ -8,8 +8,8 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from rocs_bt.control.drive import differential_drive
 from rocs_bt.control.follower_qp import Weights
+from rocs_bt.control.locomotion import differential_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference
@@ -47,9 +47,9 @@ class Plant:
         self.pose, self.wheels, self.command = START, np.zeros(2), np.zeros(2)
 
     def move(self, command: np.ndarray) -> None:
-        reach = DRIVE.max_wheel_acceleration * PERIOD
+        reach = DRIVE.max_acceleration.min() * PERIOD
         self.command = np.clip(command, self.command - reach, self.command + reach)
-        self.command = np.clip(self.command, -DRIVE.max_wheel_speed, DRIVE.max_wheel_speed)
+        self.command = np.clip(self.command, -DRIVE.max_speed.min(), DRIVE.max_speed.min())
         for _ in range(10):
             self.wheels = self.wheels + (self.command - self.wheels) * (1.0 - math.exp(-0.1 * PERIOD / 0.04))
             v, turn = self.wheels.mean(), 0.97 * (self.wheels[1] - self.wheels[0]) / 0.33
@@ -80,7 +80,7 @@ class PurePursuit:
         dx, dy = x - pose.x, y - pose.y
         left = -math.sin(pose.yaw) * dx + math.cos(pose.yaw) * dy
         turn = CRUISE * 2.0 * left / max(dx * dx + dy * dy, 1e-9) if dx or dy else 0.0
-        return DRIVE.saturate(DRIVE.wheel_speeds(Twist2(CRUISE, turn)))
+        return DRIVE.saturate(DRIVE.command(Twist2(CRUISE, turn)))
 
 
 class Nlp:
@@ -102,7 +102,7 @@ class Nlp:
                 "mu_strategy": "adaptive",
             }
         self._solver = ca.nlpsol("nlp", "ipopt", self._problem(), options)
-        limit, gain = DRIVE.max_wheel_speed, DRIVE.max_wheel_acceleration
+        limit, gain = DRIVE.max_speed.min(), DRIVE.max_acceleration.min()
         states = np.tile([np.inf, np.inf, np.inf, limit, limit], STAGES)
         self._upper = np.concatenate([states, np.full(2 * STAGES, gain)])
         self._plan = np.zeros(7 * STAGES)

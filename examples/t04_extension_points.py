@@ -40,7 +40,7 @@ from pathlib import Path
 import numpy as np
 
 import rocs_bt
-from rocs_bt.agent import Controller, RobotDevices, Runtime, robot_drive
+from rocs_bt.agent import Controller, RobotDevices, Runtime, robot_locomotion
 from rocs_bt.catalog import load_robot
 from rocs_bt.channel import Signals, Stamped
 from rocs_bt.clock import Rate
@@ -53,9 +53,9 @@ from rocs_bt.units import LENGTH, MetresPerSecond, Radians
 PERIOD = 0.05  # [s]
 
 ROBOT = f"""
-format = "robot/2"
+format = "robot/3"
 doc = "A shuttle with an echo sounder and a battery."
-[drive]
+[locomotion]
 kind = "differential"
 wheel_separation = "0.3 m"
 max_wheel_acceleration = "2 m/s2"
@@ -120,11 +120,11 @@ class Wheels(rocs_bt.Actuator):
 
     def command(self, values: Sequence[float]) -> None:
         """Set the wheel linear speeds, left and right [m/s]."""
-        self.robot.wheel_speeds = list(values)
+        self.robot.motion = list(values)
 
     def neutral(self) -> None:
         """Stop."""
-        self.robot.wheel_speeds = [0.0, 0.0]
+        self.robot.motion = [0.0, 0.0]
 
 
 @dataclass(kw_only=True, eq=False)
@@ -134,12 +134,12 @@ class Creep(rocs_bt.AtomicAction):
     speed: MetresPerSecond = 0.4
 
     def act(self, body):
-        """Command the wheels for one control period."""
+        """Command the body for one control period."""
         gap = body.knowledge.signals.value("gap", body.clock.now())
         if math.isnan(gap):
             return rocs_bt.Failure(rocs_bt.Reason.LOST_SENSOR, "the gap is not known")
         ahead = rocs_bt.Twist2(self.speed * min(1.0, gap))
-        body.wheels.command(body.drive.wheel_speeds(ahead).tolist())
+        body.move(ahead)
         return rocs_bt.Progress.RUNNING
 
 
@@ -151,10 +151,10 @@ class Spin(rocs_bt.AtomicAction):
     left: float = math.nan
 
     def act(self, body):
-        """Command the wheels for one control period."""
+        """Command the body for one control period."""
         self.left = self.angle if math.isnan(self.left) else self.left
         turn = math.copysign(min(abs(self.left), 2.0 * body.period), self.left)
-        body.wheels.command(body.drive.wheel_speeds(rocs_bt.Twist2(0.0, turn=turn / body.period)).tolist())
+        body.move(rocs_bt.Twist2(0.0, turn=turn / body.period))
         self.left -= turn
         return rocs_bt.Progress.RUNNING if self.left else rocs_bt.Progress.SUCCEEDED
 
@@ -174,8 +174,8 @@ class BackOff(rocs_bt.AtomicAction):
     """Drive backward until the rule is released."""
 
     def act(self, body):
-        """Command the wheels for one control period."""
-        body.wheels.command([-0.3, -0.3])
+        """Command the body for one control period."""
+        body.move(rocs_bt.Twist2(-0.3))
         return rocs_bt.Progress.RUNNING
 
 
@@ -309,7 +309,7 @@ def make_agent(clock: rocs_bt.SimulatedClock, world: MockWorld) -> tuple[rocs_bt
         file.write_text(ROBOT)
         file.with_name(Path(__file__).name).write_bytes(Path(__file__).read_bytes())
         spec = load_robot(file)
-    body = MockRobot(world, robot_drive(spec.drive), rocs_bt.Pose2(0.0, 0.0, 0.0))
+    body = MockRobot(world, robot_locomotion(spec.locomotion), rocs_bt.Pose2(0.0, 0.0, 0.0))
     gate = spec.actuators[0].guard(Wheels(body), clock, PERIOD)
     body.gates.append(gate)
     controller = Controller(

@@ -133,7 +133,7 @@ class Wheels(Actuator):
 '''
 
 ROBOT = """
-format = "robot/2"
+format = "robot/3"
 base = "pioneer_p3dx"
 doc = "A Pioneer P3-DX connected over UDP."
 

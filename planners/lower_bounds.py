@@ -13,7 +13,7 @@ class StandStill:
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Store the number of wheels."""
-        self._speeds = [0.0] * len(task.drive.wheels)
+        self._speeds = [0.0] * len(task.locomotion.values)
 
     def act(self, observation: Observation) -> list[float]:
         """Return zero speeds."""
@@ -36,7 +36,7 @@ class RandomSpeeds:
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Reset the state."""
         self._task, self._rng, self._until = task, rng, 0.0
-        self._speeds = [0.0] * len(task.drive.wheels)
+        self._speeds = [0.0] * len(task.locomotion.values)
 
     def act(self, observation: Observation) -> list[float] | None:
         """Hold the current speeds, or sample new ones."""

@@ -58,24 +58,24 @@ class DynamicWindow:
         steps = np.linspace(0.0, self.horizon, 9)[1:]
         poses = arcs(v, w, steps)
         gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses)
-        braking = v / (0.7 * robot.drive.max_wheel_acceleration) + self.period
+        braking = v / (0.7 * robot.locomotion.acceleration_limit) + self.period
         free = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1) > self.margin
         if not free.any():
-            return robot.wheels(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
+            return robot.move(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
         score = (
             self.heading * _normal(facing(aim, poses[:, 3]), free)
             + self.clearance * _normal(_until_contact(gaps, steps, self.margin), free)
             + self.speed * _normal(v, free)
         )
         best = int(np.argmax(np.where(free, score, -inf)))
-        return robot.wheels(float(v[best]), float(w[best]))
+        return robot.move(float(v[best]), float(w[best]))
 
     def _window(self, speed: float, turn: float) -> tuple[np.ndarray, np.ndarray]:
         """Speeds [m/s] and turn rates [rad/s] reachable within the period from the present ones, each of shape (k,)."""
-        drive = self._robot.drive
-        room = drive.max_wheel_acceleration * self.period
+        locomotion = self._robot.locomotion
+        room = locomotion.acceleration_limit * self.period
         v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
-        reach = room / drive.arm
+        reach = room / locomotion.arm
         w = np.linspace(max(-self.turn_rate, turn - reach), min(self.turn_rate, turn + reach), 15)
         grid = np.meshgrid(v, np.append(w, 0.0), indexing="ij")
         return grid[0].ravel(), grid[1].ravel()
@@ -132,7 +132,7 @@ class Mppi:
         weights = np.exp(-(cost - cost.min()) / self.temperature)
         self._plan = np.tensordot(weights / weights.sum(), tried, axes=1)
         speed, turn = self._plan[0].tolist()
-        return robot.wheels(speed, turn)
+        return robot.move(speed, turn)
 
     def _costs(self, observation: Observation, tried: np.ndarray) -> np.ndarray:
         """Cost of each trajectory [s], shape (k,)."""

@@ -109,10 +109,10 @@ def steered(
     ahead, aside = robot.lookahead_point(pose, path, look)
     distance = hypot(ahead, aside)
     if ahead <= 0.3 * distance:  # the point is beside or behind the robot
-        return robot.wheels(0.0, float(np.copysign(min(turn_rate, 1.0), aside)))
+        return robot.move(0.0, float(np.copysign(min(turn_rate, 1.0), aside)))
     curvature = 2.0 * aside / max(distance, 1e-6) ** 2
     straight = np.column_stack([np.linspace(0.0, 1.2, 7), np.zeros(7), np.zeros(7)])
     gaps = robot.clearances(pose, 2.0, straight) if robot.has_map else np.full(7, inf)
     room = straight[:, 0][gaps < 0.05]
     speed = min(cruise, max(0.15, float(room[0]) if len(room) else inf), turn_rate / max(abs(curvature), 1e-6))
-    return robot.wheels(speed, speed * curvature)
+    return robot.move(speed, speed * curvature)

@@ -39,10 +39,10 @@ class Braitenberg:
             return None
         left, right, ahead = (self._felt(signals[name]) for name in ("left_gap", "right_gap", "front"))
         _, bearing = robot.to_goal(observation)
-        turn = self.light * bearing + self.fear * (right - left) / robot.drive.arm * self.cruise
+        turn = self.light * bearing + self.fear * (right - left) / robot.locomotion.arm * self.cruise
         if ahead > 0.7 and abs(left - right) < 0.1:  # equal obstacles on both sides: turn toward the goal's side
             turn += self.fear * (1.0 if bearing >= 0.0 else -1.0)
-        return robot.wheels(self.cruise * (1.0 - ahead), turn)
+        return robot.move(self.cruise * (1.0 - ahead), turn)
 
     def _felt(self, gaps: np.ndarray) -> float:
         """Proximity of the nearest obstacle, from 0 at a gap of `reach` to 1 at contact; invalid values count as 1."""
@@ -94,7 +94,7 @@ class PotentialField:
             x, y = x + float(push[0]), y + float(push[1])
         heading = float(np.arctan2(y, x))
         speed = self.cruise * max(cos(heading), 0.0) * min(hypot(x, y), 1.0)
-        return robot.wheels(speed, float(np.clip(2.0 * wrap_angle(heading), -self.turn_rate, self.turn_rate)))
+        return robot.move(speed, float(np.clip(2.0 * wrap_angle(heading), -self.turn_rate, self.turn_rate)))
 
 
 @dataclass(kw_only=True)
@@ -137,7 +137,7 @@ class FiniteStateMachine:
             self._state = "to the goal"
         if self._state == "to the goal":
             turn = float(np.clip(2.0 * bearing, -1.5, 1.5))
-            return robot.wheels(self.cruise * max(cos(bearing), 0.0), turn)
+            return robot.move(self.cruise * max(cos(bearing), 0.0), turn)
         if ahead < self.stop:
-            return robot.wheels(0.0, 1.0)
-        return robot.wheels(self.edge, float(np.clip(2.0 * (self.keep - right), -1.0, 1.0)))
+            return robot.move(0.0, 1.0)
+        return robot.move(self.edge, float(np.clip(2.0 * (self.keep - right), -1.0, 1.0)))

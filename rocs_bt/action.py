@@ -31,8 +31,9 @@ from .parameter import Parameter as Parameter
 from .raised import Raised
 
 if TYPE_CHECKING:  # types of Body only: at run time this module imports no higher layer
-    from .control.drive import Drive
     from .control.follower import Follower
+    from .control.locomotion import Locomotion
+    from .geometry import Twist2, Twist3
     from .knowledge import Knowledge
     from .knowledge.share import Messenger
 
@@ -114,8 +115,8 @@ class Body(Protocol):
         ...
 
     @property
-    def drive(self) -> Drive:
-        """Kinematics and limits of the wheels."""
+    def locomotion(self) -> Locomotion:
+        """Kinematics, limits and response of the body."""
         ...
 
     @property
@@ -129,8 +130,16 @@ class Body(Protocol):
         ...
 
     @property
-    def wheels(self) -> Actuator:
-        """Actuator of the drive, which takes wheel linear speeds [m/s]."""
+    def motion(self) -> Actuator:
+        """Actuator of the locomotion; its commands are the values of `locomotion.values`."""
+        ...
+
+    def move(self, twist: Twist2 | Twist3) -> None:
+        """Command a body twist for this period; motions that the body cannot make are ignored."""
+        ...
+
+    def rest(self) -> None:
+        """Command the body not to move in this period: wheels brake, legs do not step, and a flying body hovers."""
         ...
 
     @property

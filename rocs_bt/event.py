@@ -390,6 +390,12 @@ class CommandExpired(Event, frozen=True, kw_only=True):
     actuator: str
 
 
+class LandingBegan(Event, frozen=True, kw_only=True):
+    """A flying robot began to land, because it had not been commanded to move for the time in `[locomotion]`."""
+
+    actuator: str
+
+
 class Stuck(Event, frozen=True, kw_only=True):
     """A robot on hardware made no progress for 15 s although it tried to move; the run continues.
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from .clock import Clock
 from .device import Actuator
 from .errors import ActuatorError, DeviceError, InputError, interrupts
-from .event import CommandExpired, CommandLimited, EventSink, NullSink
+from .event import CommandExpired, CommandLimited, EventSink, LandingBegan, NullSink
 from .raised import describe, raised_at
 
 _ROUNDING = 1e-9  # relative to the range; smaller differences are rounding errors, which emit no event
@@ -112,12 +112,28 @@ class Limits:
         return list(map(min, map(max, values, self.low), self.high))
 
 
+@dataclass(frozen=True)
+class Landing:
+    """Landing of a flying body that is not commanded to move.
+
+    Attributes:
+        after: Time at rest after which it lands [s]; +inf for never.
+        command: Command of the descent, shape (n,), as for the device.
+    """
+
+    after: float
+    command: tuple[float, ...]
+
+
 class SafetyGate(Actuator):
     """Wrapper of an actuator that adds limits and a watchdog; all methods are thread-safe.
 
     The watchdog sends the device to neutral if there was no command for `max_age`. For this, the loop that moves the
     device (the physics, or a driver's own thread) must call `check`. The limit on the rate of change does not apply to
     `neutral`.
+
+    With a `landing`, a body that has moved and then rests, in neutral or by commands not to move, lands after the time
+    of the landing: it descends until it is commanded to move.
 
     Args:
         device: Driver of the actuator; no other object may use it.
@@ -128,6 +144,7 @@ class SafetyGate(Actuator):
         max_age: Maximum time between commands before the watchdog goes to neutral [s].
         sink: Sink that receives the CommandLimited and CommandExpired events; None to emit none.
         agent: Name of the agent, for events.
+        landing: Landing of a flying body; None for other devices.
 
     Attributes:
         on_failure: Handler that is called once, at the first exception of the driver; None to leave it to the caller.
@@ -146,6 +163,7 @@ class SafetyGate(Actuator):
         max_age: float,
         sink: EventSink | None = None,
         agent: str = "",
+        landing: Landing | None = None,
     ) -> None:
         super().__init__(device.name, device.size)
         self.on_failure: Callable[[ActuatorError], None] | None = None
@@ -161,15 +179,19 @@ class SafetyGate(Actuator):
         self._given = self._before = self._rest  # last command, and last command of an earlier time
         self._given_at = self._before_at = -math.inf  # [s]
         self._last: float | None = None  # [s] time of the last command; None while neutral
+        self._landing = landing
+        self._resting_since = math.inf  # [s] time since which a body that has moved rests
+        self._lands = False
         self._shut = False
         self._stops = object()  # replaced by each neutral; a counter could lose one of two concurrent stops
         self._failed = False
 
     @property
     def expiry(self) -> float:
-        """Time at which the watchdog will send the device to neutral without a new command [s]; +inf while neutral."""
+        """Time at which `check` will send the device to neutral, or to land, without a new command [s]; else +inf."""
         last = self._last
-        return math.inf if last is None else last + self._max_age
+        neutral = math.inf if last is None else last + self._max_age
+        return neutral if self._landing is None else min(neutral, self._landing_at)
 
     @property
     def rest(self) -> list[float]:
@@ -209,7 +231,7 @@ class SafetyGate(Actuator):
                 if expired := self._overdue(self._last, now):  # the watchdog's `check` has not run yet
                     self._to_neutral()
                 given = self._limited(wanted, now)
-                self._run(self._device.command, given)
+                self._run(self._device.command, given if self._landing is None else self._landed(given, now))
                 self._given, self._last = given, self._clock.now()
                 if self._stops is not stops:  # stopped by another thread during the command
                     self._to_neutral()
@@ -248,9 +270,14 @@ class SafetyGate(Actuator):
         self.neutral()
 
     def check(self) -> bool:
-        """Watchdog: send the device to neutral if the last command is too old; returns whether this call did so."""
+        """Watchdog: send the device to neutral if the last command is too old; returns whether this call did so.
+
+        It also begins the landing of a flying body that has rested long enough.
+        """
         last, now = self._last, self._clock.now()
         if not self._overdue(last, now):
+            if self._landing is not None and now >= self._landing_at - 5e-7:
+                self._land(self._landing, now)
             return False
         try:
             with self._locked_soon():
@@ -352,6 +379,36 @@ class SafetyGate(Actuator):
         return any(abs(w - g) > _ROUNDING * s for w, g, s in zip(wanted, given, sizes, strict=True))
 
     def _to_neutral(self) -> None:
-        self._run(self._device.neutral)
+        if self._landing is None or not self._lands:
+            self._run(self._device.neutral)
+        else:  # neutral would stop the descent
+            self._run(self._device.command, list(self._landing.command))
+        if self._given != self._rest:
+            self._resting_since = self._clock.now()
         self._last = None
         self._given = self._before = self._rest
+
+    @property
+    def _landing_at(self) -> float:
+        """Time at which the landing begins [s]; +inf while the body moves, lands or has landed."""
+        return math.inf if self._lands or self._landing is None else self._resting_since + self._landing.after
+
+    def _landed(self, given: list[float], now: float) -> list[float]:
+        """Command for the device of a body that can land: the descent while it lands and is not commanded to move."""
+        if given != self._rest:
+            self._resting_since, self._lands = math.inf, False
+        elif self._given != self._rest:
+            self._resting_since = now
+        return list(self._landing.command) if self._landing is not None and self._lands else given
+
+    def _land(self, landing: Landing, now: float) -> None:
+        """Begin the descent of a body that has rested long enough."""
+        try:
+            with self._locked_soon():
+                self._lands = True
+                self._run(self._device.command, list(landing.command))
+        except ActuatorError as error:
+            self._report_failure(error)
+            if self.on_failure is None:
+                raise
+        self._sink.emit(LandingBegan(t=now, agent=self._agent, actuator=self.name))

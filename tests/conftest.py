@@ -9,8 +9,8 @@ import pytest
 from rocs_bt import clock
 from rocs_bt.actions import action_table
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
 from rocs_bt.control.follower import Follower
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.device import Actuator
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import ListSink
@@ -35,16 +35,16 @@ for _number, _handler in ((signal.SIGINT, signal.default_int_handler), (signal.S
     if signal.getsignal(_number) is signal.SIG_IGN:
         signal.signal(_number, _handler)
 
-DRIVE = make_drive("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 FOLLOWER = Follower(DRIVE)  # one for all tests: whoever uses it resets it first
 
 
 class _Wheels(Actuator):
-    """Wheels that turn as told from now on."""
+    """Wheels, or another body, that move as commanded at once."""
 
-    def __init__(self):
-        super().__init__("wheels", 2)
-        self.speeds = [0.0, 0.0]
+    def __init__(self, size):
+        super().__init__("wheels", size)
+        self.speeds = [0.0] * size
         self.broken = False
 
     def command(self, values):
@@ -53,7 +53,7 @@ class _Wheels(Actuator):
         self.speeds = list(values)
 
     def neutral(self):
-        self.speeds = [0.0, 0.0]
+        self.speeds = [0.0] * self.size
 
 
 class Rig:
@@ -62,6 +62,7 @@ class Rig:
     Args:
         period: Control period [s].
         ring: Whether the robot has a size, beams all round and an estimated pose, instead of the signals of few beams.
+        locomotion: How the robot moves.
 
     Attributes:
         pose: Where the robot truly is.
@@ -70,12 +71,13 @@ class Rig:
         path: Every pose so far.
     """
 
-    def __init__(self, period=0.05, ring=False):
-        self.clock, self.sink, self.wheels = SimulatedClock(period), ListSink(), _Wheels()
+    def __init__(self, period=0.05, ring=False, locomotion=DRIVE):
+        self.clock, self.sink = SimulatedClock(period), ListSink()
+        self.locomotion, self.wheels = locomotion, _Wheels(len(locomotion.values))
         self.pose, self.lost, self.path = Pose2(0.0, 0.0, 0.0), False, []
         self.heard = {"pose_spread": 0.0} if ring else {}
         self.knowledge = Knowledge("R1", self.clock, self.sink)
-        self.knowledge.robot.drive = DRIVE
+        self.knowledge.robot.locomotion = locomotion
         few = (
             ("room_ahead", 5, (LENGTH,) * 5),
             ("room_behind", 5, (LENGTH,) * 5),
@@ -87,7 +89,9 @@ class Rig:
             self.knowledge.graph.set("R1", length=0.455, width=0.381)
         for name, size, dimensions in (
             ("pose", 3, (LENGTH, LENGTH, ANGLE)),
-            ("wheel_speeds", 2, (SPEED,)),
+            *((("wheel_speeds", len(locomotion.wheels), (SPEED,)),) if locomotion.wheels else ()),
+            *((("lateral_speed", 1, (SPEED,)),) if "vy" in locomotion.axes else ()),
+            *((("climb", 1, (SPEED,)),) if "vz" in locomotion.axes else ()),
             ("speed", 1, (SPEED,)),
             ("turn_rate", 1, (TURN_RATE,)),
             ("front", 1, (LENGTH,)),
@@ -100,16 +104,17 @@ class Rig:
         self.knowledge.signals.freeze()
         self.actions = action_table()
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
-        limits = Limits((-DRIVE.max_wheel_speed,), (DRIVE.max_wheel_speed,), together=True)
+        fastest = tuple(locomotion.max_speed.tolist())
+        limits = Limits(tuple(-limit for limit in fastest), fastest, together=True)
         self.gate = SafetyGate(self.wheels, self.clock, limits, period=period, max_age=0.2, sink=self.sink, agent="R1")
         self.body = RobotBody(
             knowledge=self.knowledge,
-            drive=DRIVE,
-            follower=FOLLOWER,
+            locomotion=locomotion,
+            follower=FOLLOWER if locomotion is DRIVE else Follower(locomotion),
             clock=self.clock,
             period=period,
             actuators={"wheels": self.gate},
-            wheels="wheels",
+            motion="wheels",
             sink=self.sink,
         )
         self.execute = Execute(self.pipeline, self.body)
@@ -117,10 +122,14 @@ class Rig:
 
     def sense(self):
         t, signals = self.clock.now(), self.knowledge.signals
-        twist = DRIVE.twist(self.wheels.speeds)
+        twist = self.locomotion.twist3(self.wheels.speeds)
         if not self.lost:
             signals.write("pose", self.pose, t)
-        signals.write("wheel_speeds", self.wheels.speeds, t)
+        if self.locomotion.wheels:
+            signals.write("wheel_speeds", self.wheels.speeds, t)
+        for name, value in (("lateral_speed", twist.left), ("climb", twist.up)):
+            if name in signals:
+                signals.write(name, [value], t)
         signals.write("speed", [twist.forward], t)
         signals.write("turn_rate", [twist.turn], t)
         for name, value in self.heard.items():
@@ -133,9 +142,9 @@ class Rig:
         """Execute, move on, sense."""
         for _ in range(periods):
             self.execute.run(self.clock.now())
-            twist, period = DRIVE.twist(self.wheels.speeds), self.body.period
-            half = 0.5 * period * twist.turn
-            x, y = Pose2(self.pose.x, self.pose.y, self.pose.yaw + half).transform(twist.forward * period, 0.0)
+            twist, period = self.locomotion.twist(self.wheels.speeds), self.body.period
+            half, ahead, aside = 0.5 * period * twist.turn, twist.forward * period, twist.left * period
+            x, y = Pose2(self.pose.x, self.pose.y, self.pose.yaw + half).transform(ahead, aside)
             self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + 2.0 * half))
             self.path.append(self.pose)
             self.clock.advance()

@@ -126,7 +126,7 @@ class Sense(Sensor):
 '''
 
 ROBOT = f"""
-format = "robot/2"
+format = "robot/3"
 base = "pioneer_p3dx"
 
 [[actuator]]

@@ -218,7 +218,7 @@ class Encounters:
         twist = Twist2(robot.speed(now), robot.turn_rate(now))
         if math.isnan(twist.forward + twist.turn):
             twist = Twist2(0.0)
-        rim = max(map(abs, robot.drive.wheel_speeds(twist).tolist()))
+        rim = max(map(abs, robot.locomotion.command(twist).tolist()))
         braking = rim / self._deceleration
         horizon = max(self._horizon, self._reaction + braking)
         times = [i * STEP for i in range(math.ceil(horizon / STEP - 1e-9) + 1)]

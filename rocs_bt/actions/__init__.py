@@ -13,6 +13,7 @@ from .follow_route import FollowRoute
 from .go_to import GoTo
 from .go_to_origin import GoToOrigin
 from .send_message import SendMessage
+from .set_twist import SetTwist
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
 from .table import ACTIONS, action_table
@@ -29,6 +30,7 @@ __all__ = [
     "GoTo",
     "GoToOrigin",
     "SendMessage",
+    "SetTwist",
     "SetWheelSpeed",
     "Stop",
     "TurnAngle",

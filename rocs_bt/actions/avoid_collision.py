@@ -9,7 +9,7 @@ from ..action import Action, Body, MacroAction
 from ..geometry import Twist2
 from ..units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
 from .room import free_turn, room_back
-from .set_wheel_speed import SetWheelSpeed
+from .set_twist import hold_twist
 from .turn import TurnAngle
 
 BACK = 0.3  # [m] maximum distance of backing off
@@ -42,11 +42,7 @@ class AvoidCollision(MacroAction):
 
     def decompose(self, body: Body) -> Iterator[Action]:
         if abs(free_turn(body, self.turn)) < 0.5 * abs(self.turn) and (back := min(room_back(body), BACK)) > 0.0:
-            yield _straight(body, -BACKING, back / BACKING)
+            yield hold_twist(body, Twist2(-BACKING), back / BACKING)
         turn = free_turn(body, self.turn)
         yield TurnAngle(angle=turn, rate=self.rate, tolerance=max(LEFT * abs(turn), TurnAngle.tolerance))
-        yield _straight(body, self.speed, self.duration)
-
-
-def _straight(body: Body, speed: float, duration: float) -> SetWheelSpeed:
-    return SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(speed)).tolist(), duration=duration)
+        yield hold_twist(body, Twist2(self.speed), self.duration)

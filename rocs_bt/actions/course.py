@@ -10,7 +10,7 @@ from collections import deque
 
 import numpy as np
 
-from ..control.drive import Array
+from ..control.locomotion import Array
 from ..geometry import Pose2, Twist2
 
 SPAN = 1.0

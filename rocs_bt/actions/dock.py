@@ -7,13 +7,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated
 
+import numpy as np
+
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
 from ..control.path import Path
 from ..errors import did_you_mean
-from ..geometry import Pose2, wrap_angle
+from ..geometry import Pose2, Twist2, wrap_angle
 from ..units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from .path_drive import PathDrive
-from .set_wheel_speed import SetWheelSpeed
+from .set_twist import hold
 from .stop import Stop
 from .turn import TurnTo
 
@@ -81,8 +83,9 @@ class Dock(MacroAction):
             if not missed:
                 return
             if attempt < self.attempts:
-                back = [-self.creep] * len(body.drive.wheels)
-                yield SetWheelSpeed(speeds=back, duration=0.5 * self.staging / self.creep)
+                # Rounded, so that wheels turn exactly alike on the way straight back.
+                back = np.round(body.locomotion.command(Twist2(-self.creep)), 12)
+                yield hold(body, back.tolist(), 0.5 * self.staging / self.creep)
         raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {self.attempts} times; last error: {missed}")
 
     def _drive(

@@ -186,4 +186,4 @@ def _ahead(pose: Pose2, place: Pose2) -> float:
 
 def _drive(body: Body, speed: float, bend: float = 0.0) -> None:
     twist = Twist2(speed, speed * bend)
-    body.wheels.command(body.drive.wheel_speeds(twist).tolist())
+    body.move(twist)

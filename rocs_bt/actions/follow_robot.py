@@ -11,7 +11,7 @@ import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
 from ..control.arcs import along
-from ..control.drive import Array
+from ..control.locomotion import Array
 from ..control.reference import Reference, TimedReference, TurnReference
 from ..errors import Fault, InputError, did_you_mean
 from ..geometry import Pose2, Twist2, wrap_angle
@@ -27,7 +27,7 @@ from .course import Course
 from .give_way import GiveWay, trailer_path
 from .path_drive import TURN_FIRST, PathDrive
 from .room import Room, free_turn, may_turn
-from .set_wheel_speed import SetWheelSpeed
+from .set_twist import hold_twist
 
 STEP = 0.1  # [s] between poses of the planned path
 AHEAD = 2.5  # [s] duration of the planned path: the follower's horizon plus the lag of the wheels
@@ -80,8 +80,7 @@ class _Search:
             raise ActionFailed(Reason.LOST_LEADER, evidence)
         rate = self._side * follow.search_rate if searched < round_trip else 0.0
         rate = free_turn(body, rate * body.period) / body.period
-        speeds = body.drive.wheel_speeds(Twist2(0.0, rate))
-        return SetWheelSpeed(speeds=speeds.tolist(), duration=body.period)
+        return hold_twist(body, Twist2(0.0, rate), body.period)
 
 
 @dataclass(kw_only=True, eq=False)
@@ -175,7 +174,7 @@ class FollowRobot(MacroAction):
             room=self.room,
             half=(0.5 * (hull.get("length") or 0.0), 0.5 * (hull.get("width") or 0.0)),
             speed=self.cruise,
-            braking=BRAKING * body.drive.max_wheel_acceleration,
+            braking=BRAKING * body.locomotion.acceleration_limit,
             times=np.linspace(0.0, AHEAD, round(AHEAD / STEP) + 1),
             leader_times=np.linspace(0.0, AFAR, round(AFAR / STEP) + 1),
         )
@@ -201,7 +200,7 @@ class FollowRobot(MacroAction):
             turn = 0.0 if first is None else wrap_angle(first[2] - pose.yaw)
         if abs(turn) > TURN_FIRST:
             return TurnReference(
-                wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, icr_offset=body.drive.icr_offset
+                wrap_angle(pose.yaw + free_turn(body, turn)), pose.x, pose.y, icr_offset=body.locomotion.icr_offset
             )
         return None if first is None else TimedReference(times, path, body.clock.now)
 

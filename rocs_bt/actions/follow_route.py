@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Annotated, ClassVar
 import numpy as np
 
 from ..action import Action, ActionFailed, Body, MacroAction, Reason
-from ..control.drive import Array
 from ..control.footprint import Footprint
+from ..control.locomotion import Array
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
@@ -154,7 +154,7 @@ class _Room:
         known = body.knowledge.graph.attributes(body.knowledge.agent)
         length, width = known.get("length"), known.get("width")
         self._footprint = Footprint(length, width) if length and width else None
-        self._icr_offset = body.drive.icr_offset
+        self._icr_offset = body.locomotion.icr_offset
         self._grid = body.knowledge.world.occupancy
         self._revision, self._updated = -1, -np.inf
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..control.arcs import BENDS, HEADINGS, sinc
-from ..control.drive import Array
+from ..control.locomotion import Array
 from ..control.reference import TURN_RATE
 from ..geometry import Pose2
 from .room import Room

@@ -11,7 +11,7 @@ from ..action import Action, Body, MacroAction
 from ..geometry import Pose2, Twist2
 from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from .pose import PoseWatch
-from .set_wheel_speed import SetWheelSpeed
+from .set_twist import hold_twist
 from .stop import Stop
 from .turn import TurnToPosition
 
@@ -47,7 +47,7 @@ class GoToOrigin(MacroAction):
         world.pursue(ORIGIN)
         while (pose := watch.read(body)) is None or pose.distance(_POSE) > self.tolerance:
             yield TurnToPosition(x=0.0, y=0.0)
-            yield SetWheelSpeed(speeds=body.drive.wheel_speeds(Twist2(self.speed)).tolist(), until=self._stops)
+            yield hold_twist(body, Twist2(self.speed), until=self._stops)
         world.pursue(None)
         yield Stop()
 

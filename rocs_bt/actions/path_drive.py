@@ -7,29 +7,29 @@ import math
 import numpy as np
 
 from ..action import Action, Body
-from ..control.drive import Array
+from ..control.locomotion import Array
 from ..control.path import Path
 from ..control.profile import speed_profile
 from ..control.reference import PathReference, Reference
 from ..event import FollowerStepped
 from ..geometry import Pose2, Twist2, wrap_angle
 from .pose import PoseWatch
-from .set_wheel_speed import SetWheelSpeed
+from .set_twist import hold
 
 TURN_FIRST = math.radians(60.0)
 """Heading error beyond which the robot turns on the spot before it follows a path [rad]."""
 
 STANDING = 0.05
-"""Wheel linear speed below which the robot counts as stationary [m/s]."""
+"""Wheel linear speed, or speed of an axis, below which the robot counts as stationary [m/s, rad/s]."""
 
 OFF = 0.3
 """Distance from the path beyond which a new path from the robot's position is planned [m]."""
 
 
 class PathDrive:
-    """Converter from paths to SetWheelSpeed actions, one per control period, for one motion action.
+    """Converter from paths to motion actions (`hold`), one per control period, for one motion action.
 
-    The constructor resets the follower, which then starts from the measured wheel speeds.
+    The constructor resets the follower, which then starts from the measured motion.
 
     Args:
         body: Robot.
@@ -52,7 +52,7 @@ class PathDrive:
         self._watch = PoseWatch()
         self._reference: PathReference | None = None
         self._cross_track = 0.0
-        self._owns_wheels = False
+        self._owns_motion = False
         self._backward = False
         self._follower = body.follower
         self._follower.reset()
@@ -65,7 +65,7 @@ class PathDrive:
     @backward.setter
     def backward(self, backward: bool) -> None:
         if backward is not self._backward:
-            self._backward, self._owns_wheels = backward, False
+            self._backward, self._owns_motion = backward, False
             self._follower = self._body.follower.backward if backward else self._body.follower
             self._follower.reset()
 
@@ -108,13 +108,15 @@ class PathDrive:
     def _along(self, path: Path, limit: Array | None, end_speed: float) -> PathReference:
         profile = speed_profile(
             path,
-            self._body.drive,
+            self._body.locomotion,
             cruise=self._cruise,
             lateral_acceleration=self._lateral_acceleration,
             end_speed=end_speed,
             limit=limit,
         )
-        return PathReference(path, profile, turn_first=self._turn_first, icr_offset=self._follower.drive.icr_offset)
+        return PathReference(
+            path, profile, turn_first=self._turn_first, icr_offset=self._follower.locomotion.icr_offset
+        )
 
     def pose(self) -> Pose2 | None:
         """Pose of the robot, world frame; None while it is unknown. While it is None, the action must `brake`.
@@ -125,8 +127,8 @@ class PathDrive:
         return self._watch.read(self._body)
 
     def stationary(self) -> bool:
-        """Whether the wheels are stationary; true if their speeds are not measured."""
-        return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.wheel_speeds().tolist())
+        """Whether the robot is stationary; true if its motion is not measured."""
+        return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.motion().tolist())
 
     def step(self, pose: Pose2) -> Action:
         """Return the action that drives along the path in this period; it brakes if there is no path."""
@@ -135,12 +137,12 @@ class PathDrive:
         return self.follow(pose, self._reference)
 
     def follow(self, pose: Pose2, reference: Reference) -> Action:
-        """Compute the wheel speeds of this period with the follower, and return the action that commands them."""
+        """Compute the motion of this period with the follower, and return the action that commands it."""
         body = self._body
         if self._backward:  # the follower plans for a robot turned by 180 deg
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
-        speeds = None if self._owns_wheels else self._wheels()
-        command = self._follower.step(pose, speeds, reference, body.period)
+        measured = None if self._owns_motion else self._measured()
+        command = self._follower.step(pose, measured, reference, body.period)
         if math.isfinite(command.cross_track):
             self._cross_track = command.cross_track
             body.note(
@@ -150,23 +152,23 @@ class PathDrive:
                 rung=command.rung,
                 solve_time=command.solve_time if math.isfinite(command.solve_time) else 0.0,
             )
-        wheels = self._turned(command.wheel_speeds) if self._backward else command.wheel_speeds
-        return SetWheelSpeed(speeds=wheels.tolist(), duration=body.period)
+        values = self._turned(command.values) if self._backward else command.values
+        return hold(body, values.tolist(), body.period)
 
     def brake(self) -> Action:
-        """Return the action that commands zero wheel speeds in this period."""
-        self._owns_wheels = False
-        return SetWheelSpeed(speeds=[0.0] * len(self._body.drive.wheels), duration=self._body.period)
+        """Return the action that commands the body not to move in this period."""
+        self._owns_motion = False
+        return hold(self._body, self._body.locomotion.rest, self._body.period)
 
-    def _turned(self, wheels: Array) -> Array:
-        """Convert wheel speeds (w,) [m/s] between the robot and a robot turned by 180 deg, in either direction."""
-        twist = self._body.drive.twist(wheels)
-        return self._body.drive.wheel_speeds(Twist2(-twist.forward, twist.turn, -twist.left))
+    def _turned(self, values: Array) -> Array:
+        """Convert values (m,) of a motion between the robot and a robot turned by 180 deg, in either direction."""
+        twist = self._body.locomotion.twist(values)
+        return self._body.locomotion.command(Twist2(-twist.forward, twist.turn, -twist.left))
 
-    def _wheels(self) -> Array | None:
-        """Measured wheel speeds (w,) [m/s] for the follower to start from; None while unknown."""
-        self._owns_wheels = True
-        speeds = self._body.knowledge.robot.wheel_speeds()
-        if not np.isfinite(speeds).all():
+    def _measured(self) -> Array | None:
+        """Measured motion (m,) for the follower to start from; None while unknown."""
+        self._owns_motion = True
+        values = self._body.knowledge.robot.motion()
+        if not np.isfinite(values).all():
             return None
-        return self._turned(speeds) if self._backward else speeds
+        return self._turned(values) if self._backward else values

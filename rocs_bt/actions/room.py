@@ -9,7 +9,7 @@ import numpy as np
 
 from ..action import Body
 from ..control.arcs import BENDS, HEADINGS, STRAIGHT
-from ..control.drive import Array
+from ..control.locomotion import Array
 
 BEHIND = 0.25
 """Gap that the robot keeps to obstacles behind it [m]."""

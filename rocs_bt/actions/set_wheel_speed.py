@@ -10,8 +10,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..errors import KnowledgeError
 from ..units import SPEED, Bounds, Seconds
+from .timing import HoldTimer
 
 if TYPE_CHECKING:
+    from ..control.locomotion import Locomotion
     from ..knowledge import Knowledge
 
 
@@ -31,34 +33,35 @@ class SetWheelSpeed(AtomicAction):
     speeds: Annotated[Sequence[float], SPEED]
     duration: Annotated[Seconds, Bounds(0.0, infinite=True)] = math.inf
     until: Callable[[Body], bool] | None = None
-    _begun: float | None = field(default=None, init=False, repr=False)
+    _timer: HoldTimer = field(default_factory=HoldTimer, init=False, repr=False)
 
     @classmethod
     def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterator[tuple[str, str]]:
         try:
-            wheels = knowledge.robot.drive.wheels
-        except KnowledgeError:  # a robot without wheels, which fails when it acts
+            locomotion = knowledge.robot.locomotion
+        except KnowledgeError:
             return
-        if "speeds" in parameters and len(speeds := parameters["speeds"]) != len(wheels):
-            wanted = f"the drive takes {len(wheels)} wheel speeds ({', '.join(wheels)})"
-            yield "speeds", f"{wanted}, found {len(speeds)}"
+        if "speeds" in parameters and (wrong := _misfit(locomotion, parameters["speeds"], len(parameters["speeds"]))):
+            yield "speeds", wrong
 
     @classmethod
     def can_move(cls, parameters: Mapping[str, Any]) -> bool:
         return any(parameters.get("speeds", (math.nan,)))
 
     def act(self, body: Body) -> Progress | Failure:
-        speeds, wheels = [float(speed) for speed in self.speeds], body.drive.wheels
-        if len(speeds) != len(wheels):
-            wanted = f"the drive takes {len(wheels)} wheel speeds ({', '.join(wheels)})"
-            return Failure(Reason.CANNOT, f"{wanted}, found {speeds}")
-        now = body.clock.now()
-        if self._begun is None:
-            self._begun = now
-        elapsed = now - self._begun
-        if elapsed >= self.duration or (self.until is not None and self.until(body)):
+        speeds = [float(speed) for speed in self.speeds]
+        if wrong := _misfit(body.locomotion, speeds, speeds):
+            return Failure(Reason.CANNOT, wrong)
+        if self._timer.over(body, self.duration, self.until):
             return Progress.SUCCEEDED
-        body.wheels.command(speeds)
-        # Half a period of tolerance absorbs the jitter of real time and rounds the duration to whole periods.
-        last = elapsed + 1.5 * body.period > self.duration
-        return Progress.SUCCEEDED if last else Progress.RUNNING
+        body.motion.command(speeds)
+        return self._timer.progress(body, self.duration)
+
+
+def _misfit(locomotion: Locomotion, speeds: Sequence[float], found: object) -> str:
+    """Reason why wheel speeds do not fit a locomotion, with what was found; empty if they do."""
+    wheels = locomotion.wheels
+    if not wheels:
+        return f"a '{locomotion.kind}' locomotion has no wheels; use SetTwist"
+    wanted = f"the drive takes {len(wheels)} wheel speeds ({', '.join(wheels)})"
+    return "" if len(speeds) == len(wheels) else f"{wanted}, found {found}"

@@ -14,11 +14,13 @@ from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
 
 @dataclass(kw_only=True, eq=False)
 class Stop(AtomicAction):
-    """Command zero wheel speeds until the wheels are stationary.
+    """Command the body not to move until it is stationary: wheels brake, legs do not step, and a flying body hovers.
+
+    A body that hovers lands when it has not been commanded to move for a time.
 
     Attributes:
-        below: Wheel linear speed below which a wheel counts as stationary [m/s].
-        patience: Duration of the command if the wheel speeds are unknown [s].
+        below: Speed below which a wheel, or an axis of another body, counts as stationary [m/s, rad/s].
+        patience: Duration of the command if the speeds are unknown [s].
     """
 
     below: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.02
@@ -33,8 +35,8 @@ class Stop(AtomicAction):
         now = body.clock.now()
         if self._begun is None:
             self._begun = now
-        body.wheels.command([0.0] * len(body.drive.wheels))
-        speeds = body.knowledge.robot.wheel_speeds()
+        body.rest()
+        speeds = body.knowledge.robot.motion()
         if np.isfinite(speeds).all():
             stationary = bool(np.abs(speeds).max(initial=0.0) < self.below)
         else:

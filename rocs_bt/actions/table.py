@@ -16,6 +16,7 @@ from .follow_route import FollowRoute
 from .go_to import GoTo
 from .go_to_origin import GoToOrigin
 from .send_message import SendMessage
+from .set_twist import SetTwist
 from .set_wheel_speed import SetWheelSpeed
 from .stop import Stop
 from .turn import TurnAngle, TurnTo, TurnToOrigin, TurnToPosition
@@ -30,6 +31,7 @@ _SHIPPED: tuple[type[Action], ...] = (
     GoTo,
     GoToOrigin,
     SendMessage,
+    SetTwist,
     SetWheelSpeed,
     Stop,
     TurnAngle,

@@ -12,16 +12,16 @@ from ..units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
 from .pose import PoseWatch
 from .stop import Stop
 
-SLOWEST = 0.08  # [rad/s] minimum turn rate, because real wheels do not move at lower rates
+SLOWEST = 0.08  # [rad/s] minimum turn rate, because real robots do not turn at lower rates
 SLACK = 3.0  # [s] time limit of a turn, in addition to twice its ideal duration
 
 
 @dataclass(kw_only=True, eq=False)
 class TurnAngle(AtomicAction):
-    """Turn on the spot by an angle, with feedback from the yaw and within the acceleration limits of the wheels.
+    """Turn on the spot by an angle, with feedback from the yaw and within the acceleration limits of the body.
 
     The angle counts from the yaw at the start of the turn. An `update` during the turn changes only the rate. The sign
-    gives the direction, also for angles beyond half a revolution. Without a valid pose the wheels stop, and the turn
+    gives the direction, also for angles beyond half a revolution. Without a valid pose the robot stops, and the turn
     fails with LOST_POSE if the pose stays lost.
 
     Attributes:
@@ -43,7 +43,7 @@ class TurnAngle(AtomicAction):
         pose = self._watch.read(body)
         if pose is None:
             self._speed = 0.0
-            body.wheels.command([0.0] * len(body.drive.wheels))
+            body.rest()
             return Progress.RUNNING
         if self._left is None:
             if not (math.isfinite(self.angle) and self.rate > 0.0):
@@ -59,8 +59,7 @@ class TurnAngle(AtomicAction):
             degrees = math.degrees(self._left)
             return Failure(Reason.TIMEOUT, f"{degrees:.0f} of {math.degrees(self.angle):.0f} deg were left")
         self._speed = self._next_speed(body, self._left)
-        wheels = body.drive.wheel_speeds(Twist2(0.0, turn=self._speed))
-        body.wheels.command(wheels.tolist())
+        body.move(Twist2(0.0, turn=self._speed))
         return Progress.RUNNING
 
     def _next_speed(self, body: Body, left: float) -> float:
@@ -70,13 +69,13 @@ class TurnAngle(AtomicAction):
             body: Robot.
             left: Angle that is left to turn, left positive [rad].
         """
-        limit: float = body.drive.max_wheel_acceleration / body.drive.arm
-        # During the delay of the motors the robot continues at its present rate.
-        late = max(self._speed * math.copysign(body.follower.settings.late, left), 0.0)
+        limit = body.locomotion.turn_acceleration_limit
+        # During the delay of its response the robot continues at its present rate.
+        late = max(self._speed * math.copysign(body.locomotion.response.late, left), 0.0)
         rest = max(abs(left) - late, 0.0)
-        # Braking is planned at half the limit and ends in a decay over two periods, because the wheels lag.
+        # Braking is planned at half the limit and ends in a decay over two periods, because the body lags.
         brake = min(math.sqrt(limit * rest), 0.5 * rest / body.period)
-        rate = max(min(self.rate, body.drive.turn_limit, brake), SLOWEST)
+        rate = max(min(self.rate, body.locomotion.turn_limit, brake), SLOWEST)
         wanted = math.copysign(min(rate, rest / body.period), left)
         return min(max(wanted, self._speed - limit * body.period), self._speed + limit * body.period)
 

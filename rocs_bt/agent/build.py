@@ -12,11 +12,11 @@ from typing import Any
 
 from ..action import Action
 from ..actions import action_table
-from ..catalog import ActuatorSpec, DriveSpec, FactSpec, PlaceSpec, RobotSpec, robot_drive
+from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec, robot_locomotion
 from ..catalog import load_class as load_class_from_file
 from ..clock import Clock
-from ..control.drive import Drive
-from ..control.follower import Follower, FollowerSettings
+from ..control.follower import Follower
+from ..control.locomotion import Locomotion
 from ..device import Sensor
 from ..errors import Fault, InputError, located_at
 from ..event import EventSink, NullSink
@@ -104,9 +104,9 @@ def build_agent(
         InputError: A class, signal, action or parameter is unknown, or content is faulty; the error lists all faults.
     """
     robot, clock, sink = devices.robot, runtime.clock, runtime.sink
-    drive = robot_drive(robot.drive)
-    knowledge = _knowledge(name, robot, drive, controller, clock, sink)
-    _check_wheels(robot, drive, devices.actuators)
+    locomotion = robot_locomotion(robot.locomotion)
+    knowledge = _knowledge(name, robot, locomotion, controller, clock, sink)
+    _check_motion(robot, locomotion, devices.actuators)
     monitors = make_monitors(robot, knowledge, devices.sensors, devices.sensor_rates, sink, load_class)
     analyzers = make_analyzers(robot, knowledge, monitors, sink, load_class)
     declare_signals(knowledge, [*monitors, *analyzers], robot)
@@ -118,7 +118,7 @@ def build_agent(
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
     sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
-    body = _body(devices, knowledge, drive, rates, runtime, sharing)
+    body = _body(devices, knowledge, locomotion, rates, runtime, sharing)
     arc = ReflexArc(knowledge.reactive_models, pipeline, actions, sink, name, clock)
     mission = Mission(
         controller.mission,
@@ -139,17 +139,22 @@ def build_agent(
 
 
 def _body(
-    devices: RobotDevices, knowledge: Knowledge, drive: Drive, rates: Rates, runtime: Runtime, sharing: Sharing | None
+    devices: RobotDevices,
+    knowledge: Knowledge,
+    locomotion: Locomotion,
+    rates: Rates,
+    runtime: Runtime,
+    sharing: Sharing | None,
 ) -> RobotBody:
     """Create the body of the robot, which the agent's actions use."""
     body = RobotBody(
         knowledge=knowledge,
-        drive=drive,
-        follower=Follower(drive, _follower_settings(devices.robot.drive), runtime.timer),
+        locomotion=locomotion,
+        follower=Follower(locomotion, timer=runtime.timer),
         clock=runtime.clock,
         period=rates.control.period,
         actuators=devices.actuators,
-        wheels=devices.robot.drive.actuator,
+        motion=devices.robot.locomotion.actuator,
         sink=runtime.sink,
     )
     body.messenger = None if sharing is None else sharing.messenger
@@ -157,17 +162,17 @@ def _body(
 
 
 def _knowledge(
-    name: str, robot: RobotSpec, drive: Drive, controller: Controller, clock: Clock, sink: EventSink
+    name: str, robot: RobotSpec, locomotion: Locomotion, controller: Controller, clock: Clock, sink: EventSink
 ) -> Knowledge:
     """Create the Knowledge at the beginning of the run; also checks that the scheduled facts can be added."""
     knowledge = Knowledge(
         name, clock, sink, controller.schema, controller.world_model, controller.robot_model, controller.strategy_model
     )
-    describe(knowledge, robot, drive, controller.places, controller.peers)
+    describe(knowledge, robot, locomotion, controller.places, controller.peers)
     add_facts(knowledge, [fact for fact in controller.facts if not fact.at])
     if any(fact.at for fact in controller.facts):  # a dry run finds faults of scheduled facts before the run
         rehearsal = Knowledge(name, clock, NullSink(), controller.schema)
-        describe(rehearsal, robot, drive, controller.places, controller.peers)
+        describe(rehearsal, robot, locomotion, controller.places, controller.peers)
         add_facts(rehearsal, sorted(controller.facts, key=lambda fact: fact.at))
     return knowledge
 
@@ -202,20 +207,27 @@ def _plan(controller: Controller, mission: Mission) -> Plan:
 
 
 def describe(
-    knowledge: Knowledge, robot: RobotSpec, drive: Drive, places: Sequence[PlaceSpec], peers: Mapping[str, int]
+    knowledge: Knowledge,
+    robot: RobotSpec,
+    locomotion: Locomotion,
+    places: Sequence[PlaceSpec],
+    peers: Mapping[str, int],
 ) -> None:
     """Write the robot, its devices, the places and the peers to the Knowledge graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
-    knowledge.robot.drive = drive
+    knowledge.robot.locomotion = locomotion
+    wheels = {}
+    if locomotion.wheels:
+        limits = float(locomotion.max_speed.min()), float(locomotion.max_acceleration.min())
+        wheels = dict(zip(("wheel_speed_limit", "wheel_acceleration_limit"), limits, strict=True))
     sizes = {key: value for key, value in (("length", robot.length), ("width", robot.width)) if math.isfinite(value)}
     graph.set(
         name,
         model=robot.name,
-        drive=robot.drive.kind,
-        speed_limit=drive.speed_limit,
-        turn_limit=drive.turn_limit,
-        wheel_speed_limit=drive.max_wheel_speed,
-        wheel_acceleration_limit=drive.max_wheel_acceleration,
+        drive=robot.locomotion.kind,
+        speed_limit=locomotion.speed_limit,
+        turn_limit=locomotion.turn_limit,
+        **wheels,
         **sizes,
     )
     for sensor in robot.sensors:
@@ -269,22 +281,22 @@ def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
     return sharing
 
 
-def _check_wheels(robot: RobotSpec, drive: Drive, actuators: Mapping[str, SafetyGate]) -> None:
-    """Check that the drive's actuator has one motor per wheel.
+def _check_motion(robot: RobotSpec, locomotion: Locomotion, actuators: Mapping[str, SafetyGate]) -> None:
+    """Check that the actuator of the locomotion takes as many values as the locomotion has.
 
     Raises:
         InputError: The numbers differ.
     """
-    size, wheels = actuators[robot.drive.actuator].size, drive.wheels
-    if size != len(wheels):
-        line = next((a.line for a in robot.actuators if a.name == robot.drive.actuator), 0)
+    size, values = actuators[robot.locomotion.actuator].size, locomotion.values
+    if size != len(values):
+        line = next((a.line for a in robot.actuators if a.name == robot.locomotion.actuator), 0)
         raise InputError(
             Fault(
-                f"the actuator '{robot.drive.actuator}' takes {size} wheel speeds, but a '{robot.drive.kind}' drive "
-                f"has {len(wheels)} wheels.",
+                f"the actuator '{robot.locomotion.actuator}' takes {size} values, but a '{locomotion.kind}' locomotion "
+                f"has {len(values)}.",
                 robot.file,
                 line,
-                hint=f"Give it a motor for each: {', '.join(wheels)}.",
+                hint=f"Give it one for each: {', '.join(values)}.",
             )
         )
 
@@ -295,7 +307,3 @@ def _source(build: Callable[..., Any]) -> tuple[Path | None, int]:
         return file, 0
     code = getattr(inspect.unwrap(build), "__code__", None)
     return (None, 0) if code is None else (Path(code.co_filename), code.co_firstlineno)
-
-
-def _follower_settings(drive: DriveSpec) -> FollowerSettings:
-    return FollowerSettings(**{k: drive.parameters[k] for k in ("wheel_delay", "wheel_lag") if k in drive.parameters})

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from ..channel import Signals, Stamped
-from ..control.drive import Array
 from ..control.footprint import Footprint
+from ..control.locomotion import Array
 from ..errors import Fault, InputError
 from ..event import Change
 from ..geometry import Pose2, wrap_angle

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..channel import Signals, Stamped
-from ..control.drive import Array
+from ..control.locomotion import Array
 from ..control.pose_filter import PoseFilter, PoseNoise
 from ..errors import Fault, InputError
 from ..event import Change
@@ -134,7 +134,7 @@ class Localise(Analyze):
         self._travel, self._moved_at = travel, sample.t
         if self._filter is None or before is None or sample.t <= since:
             return True
-        forward, turn, left = self.knowledge.robot.drive.twist(travel - before)
+        forward, turn, left = self.knowledge.robot.locomotion.twist(travel - before)
         dt = sample.t - since
         (rate,) = sample.value.get("gyro_rate", (math.nan,))
         self._filter.predict(forward, left, turn, dt, rate)

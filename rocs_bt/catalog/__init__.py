@@ -12,12 +12,12 @@ from .robot_file import load_robot
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
-    DriveSpec,
+    LocomotionSpec,
     MonitorSpec,
     RobotSpec,
     SensorSpec,
     command_size,
-    robot_drive,
+    robot_locomotion,
 )
 from .scenario_file import ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
 from .scenario_tables import FactSpec, RateSpec, ShareSpec
@@ -31,10 +31,10 @@ __all__ = [
     "AnalyzeSpec",
     "CachingCatalog",
     "Catalog",
-    "DriveSpec",
     "Entry",
     "FactSpec",
     "KeyChange",
+    "LocomotionSpec",
     "MonitorSpec",
     "PlaceSpec",
     "PlannerSpec",
@@ -59,7 +59,7 @@ __all__ = [
     "make_entry",
     "read_planner",
     "read_scenario",
-    "robot_drive",
+    "robot_locomotion",
     "running",
     "running_class",
     "shipped_root",

@@ -35,30 +35,52 @@ class Renamed:
 
 
 @dataclass(frozen=True)
+class Moved:
+    """Keys of one table that belong to another table, or to none, since a format.
+
+    Attributes:
+        table: Names of the tables that lead to the old place; arrays of tables count as one step.
+        keys: Moved keys.
+        where: Key and value that the table must have, such as `class` and `WheelMonitor`; None for any table.
+        to: Table of the root that has the keys now; empty if they were removed.
+    """
+
+    table: tuple[str, ...]
+    keys: tuple[str, ...]
+    where: tuple[str, str] | None
+    to: str
+
+
+@dataclass(frozen=True)
 class Format:
     """Format of a kind of content file.
 
     Attributes:
-        name: Present format, such as `robot/2`.
+        name: Present format, such as `robot/3`.
         old: Formats that `rocs-bt upgrade` rewrites.
         renamed: Renamed keys.
+        moved: Keys that moved to another table, by their present names and places.
     """
 
     name: str
     old: tuple[str, ...]
     renamed: tuple[Renamed, ...]
+    moved: tuple[Moved, ...] = ()
 
 
 ROBOT = Format(
-    "robot/2",
-    ("robot/1",),
+    "robot/3",
+    ("robot/1", "robot/2"),
     (
+        Renamed((), {"drive": "locomotion"}),
         Renamed(
-            ("drive",),
+            ("locomotion",),
             {
                 "track": "wheel_separation",
                 "effective_track": "effective_wheel_separation",
                 "pivot": "icr_offset",
+                "wheel_delay": "delay",
+                "wheel_lag": "lag",
             },
         ),
         Renamed(("sensor",), {"reach": "max_range", "slots": "max_peers"}, ("driver", "robot_sensor")),
@@ -101,6 +123,10 @@ ROBOT = Format(
             {"reach": "max_range", "largest": "max_object_size", "mobility": "speed_noise"},
             ("class", "TrackObjects"),
         ),
+    ),
+    (
+        Moved(("monitor",), ("latency", "deceleration"), ("class", "WheelMonitor"), "locomotion"),
+        Moved(("locomotion",), ("wheel_radius",), None, ""),
     ),
 )
 """Format of robot.toml."""
@@ -157,6 +183,22 @@ def old_keys(
                 yield from (((*key, old), renamed.keys[old]) for old in found)
 
 
+def moved_keys(
+    data: Mapping[str, Any], form: Format, base: Mapping[str, Any] | None = None
+) -> Iterator[tuple[Key, str]]:
+    """Keys of a document that belong to another table: the full key, and that table; empty if the key was removed.
+
+    Args:
+        data: Document with present names.
+        form: Format of the document, which may be an old one.
+        base: Merged content of the bases, with present names.
+    """
+    for moved in form.moved:
+        for key, row, inherited in _rows(data, base or {}, moved.table, {}, ()):
+            if moved.where is None or {**inherited, **row}.get(moved.where[0]) == moved.where[1]:
+                yield from (((*key, name), moved.to) for name in moved.keys if name in row)
+
+
 def foreign_keys(data: Mapping[str, Any], form: Format, files: Sequence[Path]) -> Iterator[tuple[Key, str]]:
     """Keys of a project's own drivers and blocks that a shipped class has renamed: the full key, and the class."""
     renamed = {key for key, _ in old_keys(data, form, files)}
@@ -196,6 +238,11 @@ def refuse_old_keys(table: Table) -> None:
     for key, new in old_keys(table.data, form, (table.file, *table.bases)):
         line, column = table.position_of(key)
         message = f"the key '{key[-1]}' is called '{new}' since {form.name}."
+        faults.append(Fault(message, table.file, line, column, hint=_advice(table)))
+    for key, to in moved_keys(table.data, form):
+        line, column = table.position_of(key)
+        place = f"belongs to [{to}]" if to else "does not exist any more"
+        message = f"the key '{key[-1]}' {place} since {form.name}."
         faults.append(Fault(message, table.file, line, column, hint=_advice(table)))
     if faults:
         raise InputError(*sorted(faults, key=lambda fault: (fault.line, fault.column)))

@@ -1,4 +1,4 @@
-"""Robot files (robot/2): drive, devices and the wiring of Monitor and Analyze blocks (docs/architecture.md)."""
+"""Robot files (robot/3): locomotion, devices and the wiring of Monitor and Analyze blocks (docs/architecture.md)."""
 
 from __future__ import annotations
 
@@ -10,26 +10,26 @@ from typing import Any
 
 from ..analyze import ANALYZERS
 from ..confine import is_file
-from ..control.drive import DRIVES, LIMITS
+from ..control.locomotion import AXES, LAND_AFTER, LANDING_SPEED, LIMITS, LOCOMOTIONS, AxisLimits
 from ..document import Table
 from ..errors import InputError, did_you_mean
 from ..geometry import Pose2
 from ..monitor import MONITORS
 from ..python_content import classes_in, is_reference
-from ..safety import Limits
+from ..safety import Landing, Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from .inherit import DEVICE_KEYS, FindBase, no_base, read_with_base
 from .renamed_keys import ROBOT
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
-    DriveSpec,
+    LocomotionSpec,
     MonitorSpec,
     RobotSpec,
     SensorSpec,
-    robot_drive,
+    robot_locomotion,
 )
-from .values import drive_parameters, driver_parameters, free_parameters, read_name
+from .values import driver_parameters, free_parameters, locomotion_parameters, read_name
 
 FORMAT = ROBOT.name
 
@@ -56,17 +56,21 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
     monitors = (*made, *_wire_monitors(monitor_tables, sensors))
     analyzers = tuple(_analyze(t, monitors) for t in _unique(root.tables("analyze")))
-    drive_table = root.table("drive", optional=False)
-    wheels = drive_table.text("actuator", "wheels")
-    actuators = tuple(_actuator(t, wheels) for t in actuator_tables)
-    drive = _drive(drive_table, wheels, actuators, monitor_tables)
+    locomotion_table = root.table("locomotion", optional=False)
+    kind = locomotion_table.choice("kind", LOCOMOTIONS)
+    motion = locomotion_table.text("actuator", "wheels")
+    parameters = locomotion_parameters(locomotion_table, kind)
+    actuators = tuple(_actuator(t, motion, parameters) for t in actuator_tables)
+    locomotion = _locomotion(locomotion_table, LocomotionSpec(kind, motion, parameters), actuators, monitor_tables)
     thresholds = {
         rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
     }
     root.done()
     name, wiring = file.parent.name, (sensors, monitors, analyzers, actuators)
-    return RobotSpec(name, file, doc, model, drive, length, width, *wiring, bases=root.bases, thresholds=thresholds)
+    return RobotSpec(
+        name, file, doc, model, locomotion, length, width, *wiring, bases=root.bases, thresholds=thresholds
+    )
 
 
 def _model(root: Table) -> Path | None:
@@ -90,21 +94,22 @@ def _beside(table: Table, key: str, named: str) -> bool:
     return False
 
 
-def _drive(table: Table, wheels: str, actuators: Sequence[ActuatorSpec], monitors: Sequence[Table]) -> DriveSpec:
-    kind, before = table.choice("kind", DRIVES), len(table.faults)
-    numbers = drive_parameters(table, kind)
-    actuator = next((a for a in actuators if a.name == wheels), None)
+def _locomotion(
+    table: Table, spec: LocomotionSpec, actuators: Sequence[ActuatorSpec], monitors: Sequence[Table]
+) -> LocomotionSpec:
+    """Complete the limits of wheels by those of their actuator, and check the locomotion."""
+    actuator = next((a for a in actuators if a.name == spec.actuator), None)
     if actuator is None:
-        _unknown(table, "actuator", wheels, [a.name for a in actuators], "actuator")
-    else:
+        _unknown(table, "actuator", spec.actuator, [a.name for a in actuators], "actuator")
+    elif "axes" not in spec.parameters:
         ramp = actuator.parameters.get("max_acceleration", math.inf)
         ramp = ramp if actuator.driver == "velocity" else math.inf
-        check_braking(monitors, min(actuator.limits.max_change, ramp))
-        numbers |= drive_limits(table, numbers, actuator.limits, ramp)
-    spec = DriveSpec(kind, wheels, numbers)
-    if kind in DRIVES and len(table.faults) == before:
+        check_braking([table, *monitors], min(actuator.limits.max_change, ramp))
+        limits = locomotion_limits(table, spec.parameters, actuator.limits, ramp)
+        spec = replace(spec, parameters={**spec.parameters, **limits})
+    if spec.kind in LOCOMOTIONS and not table.faults:
         try:
-            robot_drive(spec)
+            robot_locomotion(spec)
         except InputError as error:
             table.adopt(None, error)
     return spec
@@ -188,18 +193,42 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
     return AnalyzeSpec(read_name(table), cls, tuple(wanted), free_parameters(table, known), table.position()[0])
 
 
-def _actuator(table: Table, wheels: str) -> ActuatorSpec:
-    moves = table.raw("name", None) == wheels
-    dimension = _dimension(table, "m/s" if moves else "1")
-    if moves and dimension != SPEED:
-        table.fault("unit", f"unit of the wheels must be m/s, found '{table.raw('unit')}'.", 'Write unit = "m/s".')
-    limits = actuator_limits(table, dimension, together=moves)
+def _actuator(table: Table, motion: str, locomotion: Mapping[str, Any]) -> ActuatorSpec:
+    moves, axes = table.raw("name", None) == motion, locomotion.get("axes")
+    if moves and axes is not None:
+        limits = _twist_limits(table, axes)
+    else:
+        dimension = _dimension(table, "m/s" if moves else "1")
+        if moves and dimension != SPEED:
+            table.fault("unit", f"unit of the wheels must be m/s, found '{table.raw('unit')}'.", 'Write unit = "m/s".')
+        limits = actuator_limits(table, dimension, together=moves)
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
     parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
     positions = {key: table.position(key) for key in parameters}
     line, isolated = table.position()[0], table.flag("isolated", False)
-    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated)
+    landing = _landing(locomotion) if moves and "vz" in (axes or ()) else None
+    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated, landing)
+
+
+def _twist_limits(table: Table, axes: Mapping[str, AxisLimits]) -> Limits:
+    """Limits of the actuator of a body that accepts twists: those of the axes in `[locomotion]`."""
+    for key in ("range", "max_change", "unit"):
+        if key in table:
+            table.raw(key)
+            message = f"{key} is not for the actuator of twists: the axes in [locomotion] declare its limits."
+            table.fault(key, message, "Remove the line.")
+    high = tuple(axes[axis].max_speed for axis in AXES if axis in axes)
+    try:
+        return Limits(tuple(-limit for limit in high), high, together=True) if high else UNKNOWN
+    except InputError:  # reported for the axis
+        return UNKNOWN
+
+
+def _landing(locomotion: Mapping[str, Any]) -> Landing:
+    axes = locomotion["axes"]
+    down = tuple(-min(LANDING_SPEED, axes[a].max_speed) if a == "vz" else 0.0 for a in AXES if a in axes)
+    return Landing(locomotion.get("land_after", LAND_AFTER), down)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:
@@ -274,12 +303,12 @@ def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limit
         return UNKNOWN
 
 
-def drive_limits(drive: Table, given: Mapping[str, float], limits: Limits, ramp: float) -> dict[str, float]:
-    """Maximum planned wheel speed and acceleration: the actuator's limits, or lower values in `[drive]`.
+def locomotion_limits(table: Table, given: Mapping[str, Any], limits: Limits, ramp: float) -> dict[str, float]:
+    """Maximum planned wheel speed and acceleration: the actuator's limits, or lower values in `[locomotion]`.
 
     Args:
-        drive: `[drive]` table; faults are noted in it.
-        given: Numbers of the table, by name, in SI units.
+        table: `[locomotion]` table; faults are noted in it.
+        given: Parameters of the table, by name, in SI units.
         limits: Limits of the wheels' actuator [m/s, m/s2].
         ramp: Maximum wheel acceleration of the actuator's electronics [m/s2]; +inf if the driver declares none.
     """
@@ -289,25 +318,25 @@ def drive_limits(drive: Table, given: Mapping[str, float], limits: Limits, ramp:
     for (name, limit), unit in zip(allowed.items(), ("m/s", "m/s2"), strict=True):
         if name in given and given[name] > limit * (1.0 + 1e-9):
             message = f"{name} is {given[name]:g} {unit}, but the actuator allows {limit:g} {unit}."
-            drive.fault(name, message, "Use at most the actuator's limit, or remove the line.")
+            table.fault(name, message, "Use at most the actuator's limit, or remove the line.")
         elif name not in given and math.isinf(limit):
-            message = "neither [drive] nor its actuator limits the wheel acceleration."
-            drive.fault(None, message, 'Write max_wheel_acceleration = "1 m/s2", or the actuator\'s max_change.')
+            message = "neither [locomotion] nor its actuator limits the wheel acceleration."
+            table.fault(None, message, 'Write max_wheel_acceleration = "1 m/s2", or the actuator\'s max_change.')
     return {name: given.get(name, 1.0 if math.isinf(limit) else limit) for name, limit in allowed.items()}
 
 
-def check_braking(monitors: Sequence[Table], limit: float) -> None:
-    """Note a fault if a monitor assumes a higher deceleration than the wheels' actuator allows.
+def check_braking(tables: Sequence[Table], limit: float) -> None:
+    """Note a fault if a table declares a higher deceleration than the wheels' actuator allows.
 
     Args:
-        monitors: `[[monitor]]` tables.
+        tables: `[locomotion]` and `[[monitor]]` tables.
         limit: Maximum wheel acceleration of the actuator [m/s2].
     """
-    for table in monitors:
+    for table in tables:
         try:
             wanted = convert(table.data.get("deceleration", "0 m/s2"), ACCELERATION, what="deceleration")
         except InputError:
-            continue  # reported by the monitor itself
+            continue  # reported where it is read
         if wanted > limit * (1.0 + 1e-9):
             message = f"deceleration is {wanted:g} m/s2, but the actuator allows {limit:g} m/s2."
             table.fault("deceleration", message, "`stop_distance` would be too short. Measure it: rocs-bt identify.")

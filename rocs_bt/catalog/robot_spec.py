@@ -1,4 +1,4 @@
-"""RobotSpec: content of a robot.toml, that is drive, devices and the wiring of blocks."""
+"""RobotSpec: content of a robot.toml, that is locomotion, devices and the wiring of blocks."""
 
 from __future__ import annotations
 
@@ -9,26 +9,24 @@ from typing import Any
 
 from ..clock import Clock
 from ..confine import is_file
-from ..control.drive import Drive, make_drive
+from ..control.locomotion import Locomotion, make_locomotion
 from ..device import Actuator
 from ..event import EventSink
 from ..geometry import Pose2
 from ..python_content import is_reference
-from ..safety import Limits, SafetyGate
+from ..safety import Landing, Limits, SafetyGate
 from ..units import NONE, Dimension
 from .values import to_si
 
-_NO_DRIVE_NUMBERS = ("wheel_radius", "wheel_delay", "wheel_lag")  # keys of [drive] for the driver and the follower
-
 
 @dataclass(frozen=True)
-class DriveSpec:
-    """`[drive]` table: kinematics of the wheels.
+class LocomotionSpec:
+    """`[locomotion]` table: how the robot moves.
 
     Attributes:
-        kind: Kind of drive, such as `differential`.
-        actuator: Name of the actuator that takes wheel linear speeds.
-        parameters: Dimensions and limits, in SI units.
+        kind: Kind of locomotion, such as `differential`.
+        actuator: Name of the actuator that takes the motion commands.
+        parameters: Parameters for `make_locomotion`, in SI units.
     """
 
     kind: str
@@ -134,6 +132,7 @@ class ActuatorSpec:
         line: Line of the table in the file.
         positions: Line and column of each parameter.
         isolated: Whether the device runs in a process of its own; on hardware only.
+        landing: Landing of a flying body without commands; None for other bodies and actuators.
     """
 
     name: str
@@ -145,6 +144,7 @@ class ActuatorSpec:
     line: int = 0
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     isolated: bool = False
+    landing: Landing | None = None
 
     def guard(
         self, device: Actuator, clock: Clock, period: float, sink: EventSink | None = None, agent: str = ""
@@ -162,7 +162,14 @@ class ActuatorSpec:
             InputError: The number of bounds differs from the number of values of the device.
         """
         return SafetyGate(
-            device, clock, self.limits, period=period, max_age=self.max_command_age, sink=sink, agent=agent
+            device,
+            clock,
+            self.limits,
+            period=period,
+            max_age=self.max_command_age,
+            sink=sink,
+            agent=agent,
+            landing=self.landing,
         )
 
 
@@ -175,7 +182,7 @@ class RobotSpec:
         file: The robot.toml.
         doc: One-sentence description.
         model: MJCF file; None for a robot without a body in simulation.
-        drive: Kinematics of the wheels.
+        locomotion: Locomotion of the robot.
         length: Length of the outline along x [m]; NaN if robot.toml omits it.
         width: Width of the outline along y [m]; NaN if robot.toml omits it.
         sensors, monitors, analyzers, actuators: Devices and blocks; the agent consists of exactly these.
@@ -187,7 +194,7 @@ class RobotSpec:
     file: Path
     doc: str
     model: Path | None
-    drive: DriveSpec
+    locomotion: LocomotionSpec
     length: float
     width: float
     sensors: tuple[SensorSpec, ...]
@@ -214,17 +221,19 @@ class RobotSpec:
         return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
 
 
-def robot_drive(spec: DriveSpec) -> Drive:
-    """Kinematics from the `[drive]` table of a robot.toml.
+def robot_locomotion(spec: LocomotionSpec) -> Locomotion:
+    """Locomotion from the `[locomotion]` table of a robot.toml.
 
     Raises:
-        InputError: Unknown kind, or a number is missing or invalid.
+        InputError: Unknown kind, or a parameter is missing or invalid.
     """
-    return make_drive(spec.kind, **{k: v for k, v in spec.parameters.items() if k not in _NO_DRIVE_NUMBERS})
+    return make_locomotion(spec.kind, **spec.parameters)
 
 
 def command_size(robot: RobotSpec, actuator: ActuatorSpec) -> int:
-    """Number of values of an actuator's command, from its driver, the drive or its range, without a device."""
+    """Number of values of an actuator's command, from its driver, the locomotion or its range, without a device."""
     if actuator.size is not None:
         return actuator.size
-    return len(robot_drive(robot.drive).wheels) if actuator.name == robot.drive.actuator else len(actuator.limits.low)
+    if actuator.name == robot.locomotion.actuator:
+        return len(robot_locomotion(robot.locomotion).values)
+    return len(actuator.limits.low)

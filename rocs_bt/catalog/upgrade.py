@@ -1,4 +1,4 @@
-"""Upgrade of content files of old formats: the format line and renamed keys, and nothing else."""
+"""Upgrade of content files of old formats: the format line, renamed and moved keys, and nothing else."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..toml_text import Key, comment_starts, key_parts, parse_toml
 from .catalog import Catalog
 from .entry import find_project, kind_of
 from .inherit import FindBase, merged_data
-from .renamed_keys import FORMATS, Format, foreign_keys, old_keys
+from .renamed_keys import FORMATS, Format, foreign_keys, moved_keys, old_keys
 
 _FORMAT = re.compile(rf"""^\s*["']?format["']?\s*=\s*["']+\s*({"|".join(FORMATS)})["']""", re.MULTILINE)
 _BASE = re.compile(r"^\s*base\s*=", re.MULTILINE)
@@ -114,12 +114,15 @@ def upgraded(text: str, file: Path, find: FindBase) -> Upgrade:
         expected["format"] = form.name
     if parse_toml(new, file)[0] != expected:
         raise _not_by_names(file)
-    changes = tuple(KeyChange(text.count("\n", 0, edit.start) + 1, edit.old, edit.new) for edit in edits)
+    changes = [KeyChange(text.count("\n", 0, edit.start) + 1, edit.old, edit.new) for edit in edits]
+    moves = list(moved_keys(expected, form, base))
+    new, moved = _moved(new, expected, moves, file)
+    changes = sorted([*changes, *moved], key=lambda change: change.line)
     notes = tuple(
         Fault(f"'{key[-1]}' belongs to your own '{owner}' and stays.", file, *own.position_of(key), warning=True)
         for key, owner in foreign_keys(data, form, (file, *bases))
     )
-    return Upgrade(file, changes, new if changes else "", notes)
+    return Upgrade(file, tuple(changes), new if changes else "", notes)
 
 
 def _not_by_names(file: Path) -> InputError:
@@ -199,6 +202,55 @@ def _renamed(value: Any, renamed: Mapping[Key, str], key: Key) -> Any:
     if isinstance(value, dict):
         return {renamed.get((*key, name), name): _renamed(each, renamed, (*key, name)) for name, each in value.items()}
     return [_renamed(each, renamed, (*key, i)) for i, each in enumerate(value)] if isinstance(value, list) else value
+
+
+def _moved(
+    text: str, data: dict[str, Any], moves: Sequence[tuple[Key, str]], file: Path
+) -> tuple[str, list[KeyChange]]:
+    """Move whole lines of a text to the table that their keys belong to, or remove them.
+
+    Args:
+        text: Text with present names.
+        data: Document of the text; it is changed.
+        moves: Keys and their tables, as `moved_keys` returns.
+        file: File of the text.
+
+    Returns:
+        New text, and the changes with the lines of the old one.
+
+    Raises:
+        InputError: A key is not in a line of its own, or its new table has it already.
+    """
+    if not moves:
+        return text, []
+    parts = {part.key: part for part in key_parts(text)}
+    lines, changes, taken = text.splitlines(keepends=True), list[KeyChange](), dict[str, list[str]]()
+    for key, to in moves:
+        number = text.count("\n", 0, parts[key].start)
+        line = lines[number]
+        row: Any = data
+        for part in key[:-1]:
+            row = row[part]
+        table = data.setdefault(to, {}) if to else {}
+        if line.lstrip().partition("=")[0].strip() != key[-1] or key[-1] in table:
+            raise _not_by_names(file)
+        table[key[-1]] = row.pop(key[-1])
+        taken.setdefault(to, []).append(line if line.endswith("\n") else line + "\n")
+        changes.append(KeyChange(number + 1, str(key[-1]), f"{to}.{key[-1]}" if to else "(removed)"))
+    gone = {change.line - 1 for change in changes}
+    for to, moved in taken.items():
+        if not to:
+            continue
+        own = {text.count("\n", 0, part.start) for part in parts.values() if part.key[0] == to}
+        if own - gone:
+            last = max(own - gone)
+            lines[last] = (lines[last] if lines[last].endswith("\n") else lines[last] + "\n") + "".join(moved)
+        else:
+            lines.append(f"\n[{to}]\n" + "".join(moved))
+    new = "".join(line for number, line in enumerate(lines) if number not in gone)
+    if parse_toml(new, file)[0] != data:
+        raise _not_by_names(file)
+    return new, changes
 
 
 class _Edit(NamedTuple):

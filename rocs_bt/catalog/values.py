@@ -1,31 +1,28 @@
-"""Parameters of drives, drivers and blocks read from robot.toml, in SI units."""
+"""Parameters of locomotion, drivers and blocks read from robot.toml, in SI units."""
 
 from __future__ import annotations
 
 import math
 import re
 import typing
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from typing import Any
 
-from ..control.drive import DRIVES, LIMITS
+from ..control.locomotion import AXES, LIMITS, LOCOMOTIONS, AxisLimits, Response
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
 from ..parameter import Parameter
 from ..python_content import is_reference
-from ..units import ACCELERATION, LENGTH, SPEED, TIME, parse_quantity
+from ..units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 
-_DRIVE_NUMBERS = {
+_DIMENSIONS = {
     "wheel_separation": LENGTH,
     "effective_wheel_separation": LENGTH,
     "icr_offset": LENGTH,
     "half_length": LENGTH,
     "half_width": LENGTH,
-    "wheel_radius": LENGTH,
-    "wheel_delay": TIME,
-    "wheel_lag": TIME,
     "max_wheel_speed": SPEED,
     "max_wheel_acceleration": ACCELERATION,
 }
@@ -74,15 +71,45 @@ def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
     return found
 
 
-def drive_parameters(table: Table, kind: str) -> dict[str, Any]:
-    """Read the numbers of a `[drive]` table; reports a fault for each missing number that the kind of drive needs."""
-    needed = [name for name in (DRIVES[kind][1] if kind in DRIVES else ()) if name not in LIMITS]
+def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
+    """Read a `[locomotion]` table, for `make_locomotion`; reports a fault for each parameter that the kind needs.
+
+    Limits of wheels that the table omits are missing in the result: those of the actuator apply.
+    """
+    needed = [name for name in (LOCOMOTIONS[kind][1] if kind in LOCOMOTIONS else ()) if name not in LIMITS]
     for name in needed:
-        if name not in table:
-            table.fault(None, f"a '{kind}' drive needs '{name}'.", f"Add a line '{name} = ...'.")
+        if name != "axes" and name not in table:
+            table.fault(None, f"a '{kind}' locomotion needs '{name}'.", f"Add a line '{name} = ...'.")
     minimum = {"icr_offset": -math.inf}  # the centre of rotation may be behind the base
-    given = {name: of for name, of in _DRIVE_NUMBERS.items() if name in table}
-    return {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
+    given = {name: of for name, of in _DIMENSIONS.items() if name in table and "axes" not in needed}
+    found: dict[str, Any] = {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
+    axes = {axis: table.table(axis) for axis in AXES if axis in table}
+    if "axes" in needed:
+        found["axes"] = {axis: _axis_limits(own, axis) for axis, own in axes.items()}
+    if kind == "flying" and "land_after" in table:
+        found["land_after"] = table.quantity("land_after", TIME, low=0.0, high=math.inf)
+    found["response"] = _response(table, {axis: own for axis, own in axes.items() if axis != "wz"})
+    return found
+
+
+def _axis_limits(table: Table, axis: str) -> AxisLimits:
+    """Read the limits of one axis of a body that accepts twists."""
+    speed = TURN_RATE if axis == "wz" else SPEED
+    return AxisLimits(
+        table.quantity("max_speed", speed, low=1e-6), table.quantity("max_acceleration", speed / TIME, low=1e-6)
+    )
+
+
+def _response(table: Table, axes: Mapping[str, Table]) -> Response:
+    """Read delays and decelerations of a `[locomotion]` table; an axis without a deceleration has that of the table."""
+    numbers = {name: table.quantity(name, TIME, low=0.0) for name in ("delay", "lag", "latency") if name in table}
+    braking: dict[str, float] = {}
+    if "deceleration" in table:
+        braking = dict.fromkeys(("vx", "vy", "vz"), table.quantity("deceleration", ACCELERATION, low=1e-6))
+    for axis, own in axes.items():
+        if "deceleration" in own:
+            braking[axis] = own.quantity("deceleration", ACCELERATION, low=1e-6)
+    return Response(**numbers, deceleration=braking)
 
 
 def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry import Pose2, Twist2
-from .drive import Array
+from .locomotion import Array
 
 BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)
 """Curvatures, left positive for forward motion [rad/m]; `room_ahead` and `room_behind` have one value for each."""

@@ -11,8 +11,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from .drive import Array
 from .footprint import Footprint
+from .locomotion import Array
 
 STEP = 0.1
 """Distance between the points of a path [m]."""

@@ -1,7 +1,7 @@
 """Trajectory follower: one small quadratic program per control period, with fallbacks if the solver fails.
 
-The follower computes the next wheel speeds from a reference and a pose in bounded time. Its commands are always within
-the wheel limits. The last fallback is a braking ramp, never an exception or NaN.
+The follower computes the next motion command from a reference and a pose in bounded time. Its commands are always
+within the limits of the locomotion. The last fallback is a braking ramp, never an exception or NaN.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
-from .drive import Array, Drive
 from .follower_qp import Layout, Weights, build
+from .locomotion import Array, Locomotion
 from .reference import Reference
 
 Rung: TypeAlias = Literal["solved", "previous plan", "braking"]
@@ -42,8 +42,6 @@ class FollowerSettings:
         weights: Weights of the cost.
         iterations: Maximum number of solver iterations per period.
         patience: Maximum number of consecutive periods that use the previous plan after failed solves.
-        wheel_delay: Dead time between a command and the response of the wheels [s].
-        wheel_lag: Time constant of the wheels' first-order response after the dead time [s].
         jump: Distance between the poses of two periods beyond which the plan is discarded, because the robot must have
             been carried [m].
     """
@@ -53,14 +51,7 @@ class FollowerSettings:
     weights: Weights = field(default_factory=Weights)
     iterations: int = 200
     patience: int = 3
-    wheel_delay: float = 0.0
-    wheel_lag: float = 0.0
     jump: float = 0.5
-
-    @property
-    def late(self) -> float:
-        """Steady-state lag of the wheel speeds behind a ramp command [s]: dead time plus time constant."""
-        return self.wheel_delay + self.wheel_lag
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,14 +59,14 @@ class Command:
     """Command for the coming period, and its source.
 
     Attributes:
-        wheel_speeds: Wheel linear speeds to command, shape (w,) [m/s].
+        values: Values of the motion command, shape (m,); for wheels their linear speeds [m/s].
         rung: Source of the command: `solved`, `previous plan` if the solver failed, or `braking` as the last fallback.
         cross_track: Cross-track error, left of the reference positive [m]; NaN if unknown.
         heading_error: Yaw minus the reference's [rad]; NaN if unknown.
         solve_time: Duration of this step by the injected timer [s]; NaN without a timer.
     """
 
-    wheel_speeds: Array
+    values: Array
     rung: Rung
     cross_track: float
     heading_error: float
@@ -88,35 +79,33 @@ class Command:
 
 
 class Follower:
-    """Trajectory follower of one drive.
+    """Trajectory follower of one body.
 
-    The follower assumes that the wheels have the speeds that it commanded last, which makes every quadratic program
-    feasible. Pass `wheel_speeds` to `step` if something else, such as a reflex, has commanded the wheels since.
+    The follower assumes that the body moves as it commanded last, which makes every quadratic program feasible. Pass
+    `measured` to `step` if something else, such as a reflex, has commanded the body since.
 
     Args:
-        drive: Drive to command.
+        locomotion: Locomotion of the body.
         settings: Settings; None for the default ones.
         timer: Timer such as `time.perf_counter`, for `Command.solve_time` only [s].
     """
 
     def __init__(
         self,
-        drive: Drive,
+        locomotion: Locomotion,
         settings: FollowerSettings | None = None,
         timer: Callable[[], float] | None = None,
     ) -> None:
-        self.drive = drive
+        self.locomotion = locomotion
         self.settings = settings or FollowerSettings()
-        for name in ("wheel_delay", "wheel_lag"):
-            if not 0.0 <= (value := getattr(self.settings, name)) < math.inf:
-                raise InputError(f"{name} must be 0 s or more, found {value} s.")
+        self._delay, self._lag = locomotion.response.delay, locomotion.response.lag
         self._timer = timer
-        self._layout = Layout(drive, self.settings.blocks, self.settings.dt)
+        self._layout = Layout(locomotion, self.settings.blocks, self.settings.dt)
         self._times = np.arange(1.0, self._layout.stages + 1.0) * self.settings.dt
         self._rows = np.vstack([self._layout.speed_rows, self._layout.acceleration_rows])
         self._shift, self._shift_period = np.eye(len(self.settings.blocks) + 1), math.nan
         self._program = _Program(self._layout, self.settings)
-        self._rest = np.zeros(len(self.drive.wheels))
+        self._rest = np.zeros(len(self.locomotion.values))
         self.reset()
 
     @cached_property
@@ -124,45 +113,45 @@ class Follower:
         """Follower for backward driving, in which a skid drive turns nearly about its base: no ICR offset."""
         return (
             self
-            if self.drive.icr_offset == 0.0
-            else Follower(self.drive.without_icr_offset, self.settings, self._timer)
+            if self.locomotion.icr_offset == 0.0
+            else Follower(self.locomotion.without_icr_offset, self.settings, self._timer)
         )
 
     def reset(self) -> None:
-        """Reset plan, wheel speeds and history to those of a robot at rest."""
-        self._wheels = self._rest
+        """Reset plan, command and history to those of a robot at rest."""
+        self._values = self._rest
         self._twist = Twist2(0.0)
         self._plan: Array | None = None  # (blocks + 1, n) nodes of q; the first is the last command
         self._misses = 0
         self._pose: Pose2 | None = None
         self._sent: deque[tuple[float, Array]] = deque()  # commands within the dead time, the oldest first
-        self._turning = self._rest  # (w,) modelled wheel speeds after the dead time [m/s]
+        self._turning = self._rest  # (m,) modelled values after the dead time
 
-    def step(self, pose: Pose2, wheel_speeds: Array | None, reference: Reference, period: float) -> Command:
-        """Compute the command of one control period; NaN input never raises and never gives NaN wheel speeds.
+    def step(self, pose: Pose2, measured: Array | None, reference: Reference, period: float) -> Command:
+        """Compute the command of one control period; NaN input never raises and never gives a NaN command.
 
         Args:
             pose: Pose of the robot, world frame.
-            wheel_speeds: Present wheel linear speeds, shape (w,) [m/s], if they are not the last commanded ones; else
-                None.
+            measured: Present values of the motion, shape (m,), such as wheel linear speeds [m/s], if they are not the
+                last commanded ones; else None.
             reference: Reference to follow.
             period: Control period, for which the command holds [s].
 
         Returns:
-            Command within the speed limit and within acceleration limit * period of the present speeds.
+            Command within the speed limit and within acceleration limit * period of the present values.
 
         Raises:
-            InputError: The period is not positive, or the number of wheel speeds is wrong.
+            InputError: The period is not positive, or the number of values is wrong.
         """
         if not 0.0 < period < math.inf:
             raise InputError(f"a control period must be a positive time, found {period} s.")
         start = self._timer() if self._timer else math.nan
         rung: Rung = BRAKING
         wanted, cross, heading = self._rest, math.nan, math.nan
-        known = wheel_speeds is None or self._take_over(wheel_speeds)
+        known = measured is None or self._take_over(measured)
         if known and abs(pose.x) < FARTHEST and abs(pose.y) < FARTHEST and abs(pose.yaw) < FARTHEST:
             arrived, turning = self._predict(pose)
-            preview = reference.sample(arrived, self._twist, self._times, self.settings.wheel_delay)
+            preview = reference.sample(arrived, self._twist, self._times, self._delay)
             cross, heading = preview.cross_track, preview.heading_error
             lead, stages = self._lead(period), np.asarray(preview.stages, float)
             if lead != 0.0:
@@ -171,31 +160,32 @@ class Follower:
                 rung, wanted = self._plan_ahead(self._ahead(arrived, turning, lead), stages, period)
         if rung == BRAKING:
             self._plan = None
-        self._wheels = self.drive.approach(self._wheels, wanted, period)
-        self._twist = self.drive.twist(self._wheels)
+        self._values = self.locomotion.approach(self._values, wanted, period)
+        self._twist = self.locomotion.twist(self._values)
         self._send(period)
         took = self._timer() - start if self._timer else math.nan
-        return Command(self._wheels.copy(), rung, cross, heading, took)
+        return Command(self._values.copy(), rung, cross, heading, took)
 
-    def _take_over(self, wheel_speeds: Array) -> bool:
-        """Adopt measured wheel speeds; False if they are not finite."""
-        speeds = np.asarray(wheel_speeds, dtype=float)
-        if speeds.shape != self._wheels.shape:
-            raise InputError(f"drive '{self.drive.name}' has wheels {self.drive.wheels}, found {speeds.size} speeds.")
+    def _take_over(self, measured: Array) -> bool:
+        """Adopt measured values of the motion; False if they are not finite."""
+        speeds = np.asarray(measured, dtype=float)
+        if speeds.shape != self._values.shape:
+            names = ", ".join(self.locomotion.values)
+            raise InputError(f"a '{self.locomotion.kind}' locomotion has the values {names}, found {speeds.size}.")
         if not np.isfinite(speeds).all():
             return False
-        self._wheels = self.drive.saturate(speeds)
-        self._twist = self.drive.twist(self._wheels)
-        self._turning = self._wheels
+        self._values = self.locomotion.saturate(speeds)
+        self._twist = self.locomotion.twist(self._values)
+        self._turning = self._values
         return True
 
     def _lead(self, period: float) -> float:
         """Lead time of the plan before a command takes effect [s].
 
-        If the wheels follow with a time constant T, the point p + T dp/dt moves as commanded, for pose p. The plan
-        ramps the wheels to the command that is held from now on, so the command is half a period ahead of the plan.
+        If the motion follows with a time constant T, the point p + T dp/dt moves as commanded, for pose p. The plan
+        ramps the values to the command that is held from now on, so the command is half a period ahead of the plan.
         """
-        return max(self.settings.wheel_lag - 0.5 * period, -self.settings.wheel_delay)
+        return max(self._lag - 0.5 * period, -self._delay)
 
     def _ahead(self, pose: Pose2, turning: Array, lead: float) -> Pose2:
         """Point ahead of the robot that responds to the coming command without lag, as a pose.
@@ -204,7 +194,7 @@ class Follower:
         """
         ahead = pose
         if lead != 0.0:
-            twist = self.drive.twist(turning)
+            twist = self.locomotion.twist(turning)
             ahead = Pose2(*pose.transform(lead * twist.forward, lead * twist.left), pose.yaw + lead * twist.turn)
         before, self._pose = self._pose, ahead
         if before is not None and not before.distance(ahead) <= self.settings.jump:
@@ -212,44 +202,44 @@ class Follower:
         return ahead
 
     def _predict(self, pose: Pose2) -> tuple[Pose2, Array]:
-        """Pose and modelled wheel speeds (w,) [m/s] when the coming command reaches the wheels."""
+        """Pose and modelled values (m,) when the coming command takes effect."""
         turning = self._turning
-        for time, wheels in self._sent:
-            then, mean = self._respond(turning, wheels, time)
-            pose, turning = _moved(pose, self.drive.twist(mean), time), then
+        for time, values in self._sent:
+            then, mean = self._respond(turning, values, time)
+            pose, turning = _moved(pose, self.locomotion.twist(mean), time), then
         return Pose2(pose.x, pose.y, wrap_angle(pose.yaw)), turning
 
     def _send(self, period: float) -> None:
-        """Queue the present command; apply queued commands older than the dead time to the modelled wheel speeds."""
-        delay, lag = self.settings.wheel_delay, self.settings.wheel_lag
+        """Queue the present command; apply queued commands older than the dead time to the modelled values."""
+        delay, lag = self._delay, self._lag
         if delay == lag == 0.0:
             return
-        self._sent.append((period, self._wheels))
+        self._sent.append((period, self._values))
         left = sum(time for time, _ in self._sent) - delay
         while left > _INSTANT:
-            time, wheels = self._sent.popleft()
+            time, values = self._sent.popleft()
             arrived = min(time, left)
-            self._turning = self._respond(self._turning, wheels, arrived)[0]
+            self._turning = self._respond(self._turning, values, arrived)[0]
             if time > left + _INSTANT:
-                self._sent.appendleft((time - left, wheels))
+                self._sent.appendleft((time - left, values))
             left -= arrived
 
-    def _respond(self, turning: Array, wheels: Array, time: float) -> tuple[Array, Array]:
-        """Model the response of the wheels to a command that is held for a time.
+    def _respond(self, turning: Array, wanted: Array, time: float) -> tuple[Array, Array]:
+        """Model the response of the body to a command that is held for a time.
 
         Args:
-            turning: Wheel speeds before, shape (w,) [m/s].
-            wheels: Commanded wheel speeds, shape (w,) [m/s].
+            turning: Values before, shape (m,).
+            wanted: Commanded values, shape (m,).
             time: Time [s].
 
         Returns:
-            Wheel speeds after that time, and their mean over it, each of shape (w,) [m/s].
+            Values after that time, and their mean over it, each of shape (m,).
         """
-        lag = self.settings.wheel_lag
+        lag = self._lag
         if lag == 0.0:
-            return wheels, wheels
-        decay, off = math.exp(-time / lag), turning - wheels
-        return wheels + decay * off, wheels + (lag / time) * (1.0 - decay) * off
+            return wanted, wanted
+        decay, off = math.exp(-time / lag), turning - wanted
+        return wanted + decay * off, wanted + (lag / time) * (1.0 - decay) * off
 
     def _plan_ahead(self, pose: Pose2, stages: Array, period: float) -> tuple[Rung, Array]:
         """Solve the quadratic program, or fall back to the previous plan or to braking.
@@ -260,12 +250,12 @@ class Follower:
             period: Control period [s].
 
         Returns:
-            Source of the command, and desired wheel speeds at the end of the period, shape (w,) [m/s].
+            Source of the command, and desired values at the end of the period, shape (m,).
         """
         if period != self._shift_period:
             times = np.concatenate([[0.0], self._layout.ends[1:]]) + period
             self._shift, self._shift_period = self._layout.interpolation(times), period
-        q = self.drive.coordinates(self._wheels)
+        q = self.locomotion.coordinates(self._values)
         # The starting point may have caused a failed solve, so the next one starts from the present speeds.
         start = q if self._plan is None or self._misses > 0 else self._plan[1:]
         rung: Rung = SOLVED
@@ -277,7 +267,7 @@ class Follower:
             rung, self._misses, self._plan = PREVIOUS, self._misses + 1, self._shift.dot(self._plan)
         else:
             return BRAKING, self._rest
-        return rung, self.drive.wheels_from_q.dot(self._plan[0])
+        return rung, self.locomotion.values_from_q.dot(self._plan[0])
 
 
 class _Program:
@@ -292,7 +282,7 @@ class _Program:
         self._output = self._nodes.reshape(-1)[n:]  # the nodes after the first
         self._start = self._input[3 + n : 3 + n + size].reshape(-1, n)
         self._wanted = self._input[3 + n + size :].reshape(layout.stages, 3 + n)
-        self._q_from_twist = layout.drive.q_from_twist.T
+        self._q_from_twist = layout.locomotion.q_from_twist.T
         self._n = n
         self._buffer, self._trigger = self._function.buffer()
         self._buffer.set_arg(0, self._input.data)
@@ -303,12 +293,12 @@ class _Program:
 
         Args:
             pose: Pose of the robot, world frame.
-            q: Present drive coordinates, shape (n,).
+            q: Present coordinates, shape (n,).
             start: Plan at which the problem is linearised, shape (blocks, n).
             stages: Reference, as in `Preview.stages`.
 
         Returns:
-            Drive coordinates now and at the end of each block, shape (blocks + 1, n); NaN where the solver wrote
+            Coordinates now and at the end of each block, shape (blocks + 1, n); NaN where the solver wrote
             nothing.
         """
         self._input[:3] = pose

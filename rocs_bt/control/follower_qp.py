@@ -1,8 +1,9 @@
 """Quadratic program of the follower: linearised, condensed, move-blocked, and solved in one CasADi Function.
 
-The plan consists of the drive coordinates q at the ends of a few blocks, with linear interpolation between them. Wheel
-speed limits are bounds at the block ends, wheel acceleration limits are constraints on neighbours; both are exact. A
-braking plan from the commanded speed always exists, so the program is feasible by construction.
+The plan consists of the coordinates q of the motion at the ends of a few blocks, with linear interpolation between
+them. The speed limits of a command's values are bounds at the block ends, the acceleration limits are constraints on
+neighbours; both are exact. A braking plan from the commanded speed always exists, so the program is feasible by
+construction.
 
 The condensing uses the group structure of planar motions. The discretised pose moves by
 p+ = p + dt R(yaw + dt w / 2) v, which commutes with rigid motions of the world. A small change of q during stage j
@@ -27,7 +28,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from .drive import Array, Drive
+from .locomotion import Array, Locomotion
 
 
 @dataclass(frozen=True)
@@ -38,8 +39,8 @@ class Weights:
         along: Weight of the position error along the reference's heading [1/m2].
         across: Weight of the position error across the reference's heading [1/m2].
         heading: Weight of the heading error [1/rad2].
-        speed: Weight of the wheel speeds' difference from the reference [s2/m2].
-        acceleration: Weight of the wheel accelerations [s4/m2].
+        speed: Weight of the difference of a command's values, such as wheel speeds, from the reference [s2/m2].
+        acceleration: Weight of the rates of change of these values [s4/m2].
         terminal: Factor on the last stage, instead of a terminal set [1].
     """
 
@@ -56,12 +57,12 @@ class Layout:
     """Sizes and constant matrices of the quadratic program.
 
     Attributes:
-        drive: Drive with the wheel limits.
+        locomotion: Locomotion with its limits.
         blocks: Lengths of the move blocks, in stages.
         dt: Duration of a stage [s].
     """
 
-    drive: Drive
+    locomotion: Locomotion
     blocks: tuple[int, ...]
     dt: float
 
@@ -74,9 +75,9 @@ class Layout:
     @cached_property
     def _content(self) -> tuple[object, ...]:
         """All data that determine the program, for equality and hash."""
-        drive = self.drive
-        matrices = tuple((m.shape, m.tobytes()) for m in (drive.twist_from_q, drive.wheels_from_q))
-        return matrices, drive.max_wheel_speed, drive.max_wheel_acceleration, self.blocks, self.dt
+        locomotion = self.locomotion
+        arrays = (locomotion.twist_from_q, locomotion.values_from_q, locomotion.max_speed, locomotion.max_acceleration)
+        return tuple((a.shape, a.tobytes()) for a in arrays), self.blocks, self.dt
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Layout) and self._content == other._content
@@ -86,8 +87,8 @@ class Layout:
 
     @property
     def n(self) -> int:
-        """Number of drive coordinates."""
-        return int(self.drive.twist_from_q.shape[1])
+        """Number of coordinates q."""
+        return int(self.locomotion.twist_from_q.shape[1])
 
     @property
     def stages(self) -> int:
@@ -105,26 +106,41 @@ class Layout:
         return self.dt * np.concatenate([[0.0], np.cumsum(self.blocks)])
 
     @cached_property
+    def _distinct(self) -> list[int]:
+        """Indices of the r values of a command that depend on q and are not limited like an earlier one."""
+        loco, kept = self.locomotion, list[int]()
+        for i, row in enumerate(loco.values_from_q):
+            same = (
+                k for k in kept if np.allclose(row, loco.values_from_q[k]) or np.allclose(row, -loco.values_from_q[k])
+            )
+            limits = [(loco.max_speed[k], loco.max_acceleration[k]) for k in same]
+            if row.any() and (loco.max_speed[i], loco.max_acceleration[i]) not in limits:
+                kept.append(i)
+        return kept
+
+    @cached_property
     def rows(self) -> Array:
-        """Matrix from the drive coordinates q to the r distinct wheel speeds, shape (r, n) [1]."""
-        kept: list[Array] = []
-        for row in self.drive.wheels_from_q:
-            if not any(np.allclose(row, k) or np.allclose(row, -k) for k in kept):
-                kept.append(row)
-        return np.array(kept)
+        """Matrix from the coordinates q to the r distinct values of a command, shape (r, n)."""
+        return np.asarray(self.locomotion.values_from_q[self._distinct])
+
+    @property
+    def speeds(self) -> Array:
+        """Speed limits of the distinct values, shape (r,)."""
+        return np.asarray(self.locomotion.max_speed[self._distinct])
 
     @cached_property
     def speed_rows(self) -> Array:
-        """Matrix from (present q, plan) to wheel speeds as shares of the limit, shape (r * blocks, size + n)."""
+        """Matrix from (present q, plan) to values as shares of their limits, shape (r * blocks, size + n)."""
         pick = np.eye(len(self.blocks) + 1)[1:]
-        return np.asarray(np.kron(pick, self.rows) / self.drive.max_wheel_speed, dtype=float)
+        limits = np.tile(self.speeds, len(self.blocks))[:, None]
+        return np.asarray(np.kron(pick, self.rows) / limits, dtype=float)
 
     @cached_property
     def acceleration_rows(self) -> Array:
-        """Matrix from (present q, plan) to wheel accelerations as shares of the limit, shape (r * blocks, size + n)."""
+        """Matrix from (present q, plan) to accelerations as shares of their limits, shape (r * blocks, size + n)."""
         differences = np.diff(np.eye(len(self.blocks) + 1), axis=0) / np.diff(self.ends)[:, None]
-        rows = np.kron(differences, self.rows) / self.drive.max_wheel_acceleration
-        return np.asarray(rows, dtype=float)
+        limits = np.tile(self.locomotion.max_acceleration[self._distinct], len(self.blocks))[:, None]
+        return np.asarray(np.kron(differences, self.rows) / limits, dtype=float)
 
     def interpolation(self, times: npt.NDArray[np.floating[Any]]) -> Array:
         """Interpolation weights of the nodes at times (k,) [s], constant after the last, shape (k, blocks + 1)."""
@@ -153,7 +169,7 @@ def build(layout: Layout, weights: Weights, iterations: int) -> Any:
     rows = layout.acceleration_rows if boxed else np.vstack([layout.acceleration_rows, layout.speed_rows])
     offset = ca.DM(rows) @ ca.vertcat(now, plan)
     free = ca.DM(rows[:, layout.n :])
-    speed = layout.drive.max_wheel_speed if boxed else np.inf
+    speed = ca.DM(np.tile(layout.speeds, len(layout.blocks))) if boxed else np.inf
     bounds = [-speed - plan, speed - plan, -1.0 - offset, 1.0 - offset]
     linearise = ca.Function("linearise", [p], [hessian, gradient, *bounds], {"cse": True})
     shape = {"h": hessian.sparsity(), "a": free.sparsity()}
@@ -178,8 +194,9 @@ def _linearise(ca: Any, layout: Layout, weights: Weights, p: Any) -> tuple[Any, 
 
 
 def _speed_cost(ca: Any, layout: Layout, weights: Weights, nodes: Any, wanted: Any) -> tuple[Any, Any]:
-    """Hessian and gradient of the exactly quadratic cost: wheel speeds at stage ends, and wheel accelerations."""
-    metric = layout.rows.T @ layout.rows * (layout.n / len(layout.rows))
+    """Hessian and gradient of the exactly quadratic cost: values at stage ends, and their rates of change."""
+    rows = layout.rows * (layout.speeds[0] / layout.speeds)[:, None]  # limits weigh turn rates like speeds
+    metric = rows.T @ rows * (layout.n / len(rows))
     ends = layout.interpolation(layout.dt * np.arange(1, layout.stages + 1))
     worth = np.full(layout.stages, weights.speed)
     worth[-1] *= weights.terminal
@@ -236,7 +253,7 @@ def _roll_out(ca: Any, layout: Layout, weights: Weights, pose: Any, nodes: Any, 
 
     Positions are relative to the robot, so numbers stay small in a large world.
     """
-    linear, turn = ca.DM(layout.drive.twist_from_q[:2]), ca.DM(layout.drive.twist_from_q[2:])
+    linear, turn = ca.DM(layout.locomotion.twist_from_q[:2]), ca.DM(layout.locomotion.twist_from_q[2:])
     middles = nodes @ ca.DM(layout.interpolation(layout.dt * (np.arange(layout.stages) + 0.5)).T)
     at, yaw = ca.SX(2, 1), pose[2]
     twists, metrics, pulls = [], [], []

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry import Twist2
-from .drive import Array
+from .locomotion import Array
 
 GROUP = 4
 """Number of consecutive poses for which the nearest points are searched together."""

@@ -16,7 +16,7 @@ from functools import lru_cache, partial
 import numpy as np
 
 from ..geometry import Pose2, wrap_angle
-from .drive import Array
+from .locomotion import Array
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InputError
-from .drive import Array
+from .locomotion import Array
 
 SPACING = 0.01  # [m] cuts a right-angled corner by less than 4 mm
 MAX_SAMPLES = 1_000_000  # 10 km at that spacing: about 100 MB of arrays

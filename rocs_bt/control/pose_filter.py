@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..geometry import Pose2, wrap_angle
-from .drive import Array
+from .locomotion import Array
 
 
 @dataclass(frozen=True)

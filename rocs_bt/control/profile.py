@@ -1,7 +1,7 @@
 """Speed profile along a path.
 
-Source: the two-pass scheme of Lynch and Park, Modern Robotics (2017), 9.4, with limits on wheels and lateral
-acceleration.
+Source: the two-pass scheme of Lynch and Park, Modern Robotics (2017), 9.4, with limits on the motion command and the
+lateral acceleration.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..errors import InputError
-from .drive import Array, Drive
+from .locomotion import Array, Locomotion
 from .path import Path
 
 CRAWL = 1e-6
@@ -77,7 +77,7 @@ class SpeedProfile:
 
 def speed_profile(
     path: Path,
-    drive: Drive,
+    locomotion: Locomotion,
     *,
     cruise: float,
     lateral_acceleration: float = 1.0,
@@ -86,19 +86,18 @@ def speed_profile(
     end_speed: float = 0.0,
     limit: Array | None = None,
 ) -> SpeedProfile:
-    """Fastest profile within the limits of wheels, lateral acceleration and cruise speed.
+    """Fastest profile within the limits of the locomotion, of lateral acceleration and of cruise speed.
 
-    Each sample allows min(cruise, v_max / (1 + |k| arm), sqrt(a_lat / |k|)) at curvature k; `arm` is half the wheel
-    separation. The second term keeps the outer wheel, which is faster than the body, within its limit. A forward and
-    a backward pass then limit the acceleration. In a curve, the limit of the acceleration is also divided by
-    (1 + |k| arm).
+    Each sample allows min(cruise, v_max / f, sqrt(a_lat / |k|)) at curvature k. On wheels f is 1 + |k| arm, with half
+    the wheel separation as arm: it keeps the outer wheel, which is faster than the body, within its limit. A forward
+    and a backward pass then limit the acceleration. In a curve, the limit of the acceleration is also divided by f.
 
     Args:
         path: Path to drive.
-        drive: Drive with the wheel limits.
+        locomotion: Locomotion with its limits.
         cruise: Speed on straight parts [m/s].
         lateral_acceleration: Maximum lateral acceleration in curves [m/s2].
-        acceleration: Maximum acceleration along the path [m/s2]; None for the limit of the wheels.
+        acceleration: Maximum acceleration along the path [m/s2]; None for the limit of the locomotion.
         start_speed: Speed limit at the start [m/s]; None for no limit, for a robot that may join anywhere.
         end_speed: Speed limit at the end [m/s].
         limit: Additional speed limits at each sample, for example from clearance, shape (n,) [m/s].
@@ -106,7 +105,7 @@ def speed_profile(
     Raises:
         InputError: A speed or an acceleration is out of range.
     """
-    along = drive.max_wheel_acceleration if acceleration is None else acceleration
+    along = locomotion.acceleration_limit if acceleration is None else acceleration
     for name, value in (("cruise", cruise), ("lateral_acceleration", lateral_acceleration), ("acceleration", along)):
         if not (0.0 < value < np.inf):
             raise InputError(f"{name} of a speed profile must be a positive number, found {value}.")
@@ -115,15 +114,15 @@ def speed_profile(
             raise InputError(f"{name} of a speed profile must be 0 or more, found {end}.")
     stations = np.arange(len(path.samples), dtype=float) * path.spacing
     bend = np.abs(path.samples[:, 3])
-    wheels = 1.0 + bend * drive.arm
-    squared = np.minimum(min(cruise, drive.speed_limit), drive.speed_limit / wheels) ** 2
+    factor = locomotion.curve_factor(bend)
+    squared = np.minimum(min(cruise, locomotion.speed_limit), locomotion.speed_limit / factor) ** 2
     squared = np.minimum(squared, lateral_acceleration / np.maximum(bend, 1e-9))
     if limit is not None:
         squared = np.minimum(squared, limit**2)
     if start_speed is not None:
         squared[0] = min(squared[0], start_speed**2)
     squared[-1] = min(squared[-1], end_speed**2)
-    speeds = np.sqrt(_two_passes(squared, along / wheels, path.spacing))
+    speeds = np.sqrt(_two_passes(squared, along / factor, path.spacing))
     return SpeedProfile(stations, speeds, _times(speeds, path.spacing), along)
 
 

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
-from .drive import Array
+from .locomotion import Array
 from .path import REACH, Grid, Path
 from .profile import SpeedProfile
 
@@ -64,7 +64,7 @@ class PathReference(Reference):
         turn_first: Heading error beyond which the robot turns on the spot [rad].
         turn_rate: Maximum turn rate on the spot [rad/s].
         turn_acceleration: Angular acceleration on the spot [rad/s2].
-        icr_offset: Distance of the drive's centre of rotation ahead of its base, see `Drive.icr_offset` [m].
+        icr_offset: Distance of the centre of rotation ahead of its base, see `Locomotion.icr_offset` [m].
 
     Raises:
         InputError: The profile was made for another path.
@@ -196,7 +196,7 @@ class TurnReference(Reference):
         y: Position of the turn, world frame [m].
         rate: Maximum turn rate [rad/s].
         acceleration: Angular acceleration [rad/s2].
-        icr_offset: Distance of the drive's centre of rotation ahead of its base, see `Drive.icr_offset` [m].
+        icr_offset: Distance of the centre of rotation ahead of its base, see `Locomotion.icr_offset` [m].
     """
 
     def __init__(

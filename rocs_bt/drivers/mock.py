@@ -17,7 +17,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ..clock import Clock
-from ..control.drive import Drive
+from ..control.locomotion import Locomotion
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
@@ -79,22 +79,24 @@ class MockWorld:
 
 
 class MockRobot:
-    """Ideal robot without dynamics: wheels take a command immediately, and the motion follows the kinematics exactly.
+    """Ideal robot without dynamics: the body takes a command immediately, and moves by the kinematics exactly.
 
     Args:
         world: World of the robot.
-        drive: Kinematics of the robot's drive.
+        locomotion: Locomotion of the robot.
         pose: Start pose, world frame.
         mounts: Mounting poses of the range sensors, body frame, by name of the site.
     """
 
-    def __init__(self, world: MockWorld, drive: Drive, pose: Pose2, mounts: Mapping[str, Pose2] | None = None) -> None:
+    def __init__(
+        self, world: MockWorld, locomotion: Locomotion, pose: Pose2, mounts: Mapping[str, Pose2] | None = None
+    ) -> None:
         self.world = world
-        self.drive = drive
+        self.locomotion = locomotion
         self.pose = pose
         self.mounts = dict(mounts or {})
-        self.wheel_speeds = [0.0] * len(drive.wheels)  # [m/s]
-        self.wheel_travel = [0.0] * len(drive.wheels)  # [m]
+        self.motion = list(locomotion.rest)  # values of the last command
+        self.wheel_travel = [0.0] * len(locomotion.wheels)  # [m]
         self.gates: list[SafetyGate] = []
         world.robots.append(self)
 
@@ -102,8 +104,8 @@ class MockRobot:
         """Move the robot for a duration [s], along an exact arc."""
         for gate in self.gates:
             gate.check()
-        self.pose = along_arc(self.pose, self.drive.twist(np.array(self.wheel_speeds)), duration)
-        travelled = zip(self.wheel_travel, self.wheel_speeds, strict=True)
+        self.pose = along_arc(self.pose, self.locomotion.twist(np.array(self.motion)), duration)
+        travelled = zip(self.wheel_travel, self.motion, strict=False)
         self.wheel_travel = [travel + speed * duration for travel, speed in travelled]
 
 
@@ -157,7 +159,7 @@ class MockWheelSpeed(MockSensor):
     """Wheel encoders: the commanded wheel linear speeds [m/s]."""
 
     def sample(self) -> list[float]:
-        return list(self.robot.wheel_speeds)
+        return list(self.robot.motion)
 
 
 class MockWheelTravel(MockSensor):
@@ -241,7 +243,7 @@ class MockWheels(Actuator):
     """Wheels that reach their commanded speed immediately."""
 
     def __init__(self, name: str, robot: MockRobot, parameters: VelocityParameters) -> None:
-        super().__init__(name, len(robot.drive.wheels))
+        super().__init__(name, len(robot.locomotion.wheels))
         self._robot = robot
         if len(parameters.motors) != self.size:
             raise InputError(
@@ -251,10 +253,10 @@ class MockWheels(Actuator):
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:
             raise DeviceError(f"actuator '{self.name}' takes {self.size} wheel speeds, found {len(values)}.")
-        self._robot.wheel_speeds = [float(v) for v in values]
+        self._robot.motion = [float(v) for v in values]
 
     def neutral(self) -> None:
-        self._robot.wheel_speeds = [0.0] * self.size
+        self._robot.motion = [0.0] * self.size
 
 
 class MockMailbox(MockSensor):

@@ -10,11 +10,12 @@ from ..clock import Clock
 from ..device import Actuator
 from ..errors import DeviceError, WiringError, unknown
 from ..event import ActuatorCommanded, Event, EventSink, pack
+from ..geometry import Twist2, Twist3
 from ..safety import SafetyGate
 
 if TYPE_CHECKING:
-    from ..control.drive import Drive
     from ..control.follower import Follower
+    from ..control.locomotion import Locomotion
     from ..knowledge import Knowledge
     from ..knowledge.share import Messenger
 
@@ -90,12 +91,12 @@ class RobotBody:
 
     Args:
         knowledge: Knowledge of the agent.
-        drive: Kinematics of the drive.
+        locomotion: Locomotion of the robot.
         follower: Trajectory follower.
         clock: Clock of the run.
         period: Control period [s].
         actuators: Safety gates of all actuators, by name.
-        wheels: Name of the actuator that takes wheel linear speeds.
+        motion: Name of the actuator of the locomotion.
         sink: Sink for all events.
 
     Attributes:
@@ -103,26 +104,26 @@ class RobotBody:
         messenger: Sender of messages to other robots; None without sharing.
 
     Raises:
-        WiringError: There is no actuator named `wheels`.
+        WiringError: There is no actuator of that name.
     """
 
     def __init__(
         self,
         *,
         knowledge: Knowledge,
-        drive: Drive,
+        locomotion: Locomotion,
         follower: Follower,
         clock: Clock,
         period: float,
         actuators: Mapping[str, SafetyGate],
-        wheels: str,
+        motion: str,
         sink: EventSink,
     ) -> None:
-        if wheels not in actuators:
-            raise WiringError(unknown("actuator", wheels, actuators, "The robot"))
+        if motion not in actuators:
+            raise WiringError(unknown("actuator", motion, actuators, "The robot"))
         self.agent = knowledge.agent
         self.knowledge = knowledge
-        self.drive = drive
+        self.locomotion = locomotion
         self.follower = follower
         self.clock = clock
         self.period = period
@@ -130,7 +131,15 @@ class RobotBody:
         self.control_period = ControlPeriod()
         self._sink = sink
         self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}
-        self.wheels = self.actuators[wheels]
+        self.motion = self.actuators[motion]
+
+    def move(self, twist: Twist2 | Twist3) -> None:
+        """Command a body twist for this period; motions that the body cannot make are ignored."""
+        self.motion.command(self.locomotion.command(twist).tolist())
+
+    def rest(self) -> None:
+        """Command the body not to move in this period."""
+        self.motion.command(self.locomotion.rest)
 
     def note(self, event: type[Event], **values: Any) -> None:
         """Emit an event of this agent with the present time.

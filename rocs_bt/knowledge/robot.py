@@ -16,8 +16,8 @@ from .base import KnowledgeBase
 from .model import Model
 from .signals import Array
 
-if TYPE_CHECKING:  # the agent passes the drive, so that at run time knowledge imports no upper layer
-    from ..control.drive import Drive
+if TYPE_CHECKING:  # the agent passes the locomotion, so that at run time knowledge imports no upper layer
+    from ..control.locomotion import Locomotion
 
 
 @dataclass(frozen=True)
@@ -49,22 +49,22 @@ class RobotModel(Model):
 
     def __init__(self, knowledge: KnowledgeBase) -> None:
         super().__init__(knowledge)
-        self._drive: Drive | None = None
+        self._locomotion: Locomotion | None = None
 
     @property
-    def drive(self) -> Drive:
-        """Kinematics and limits of the wheels; set by the agent.
+    def locomotion(self) -> Locomotion:
+        """Kinematics, limits and response of the body; set by the agent.
 
         Raises:
-            KnowledgeError: The drive has not been set.
+            KnowledgeError: The locomotion has not been set.
         """
-        if self._drive is None:
-            raise KnowledgeError(f"the robot '{self.name}' has no drive; set `knowledge.robot.drive` first.")
-        return self._drive
+        if self._locomotion is None:
+            raise KnowledgeError(f"the robot '{self.name}' has no locomotion; set `knowledge.robot.locomotion` first.")
+        return self._locomotion
 
-    @drive.setter
-    def drive(self, drive: Drive) -> None:
-        self._drive = drive
+    @locomotion.setter
+    def locomotion(self, locomotion: Locomotion) -> None:
+        self._locomotion = locomotion
 
     def pose(self, t: float | None = None) -> Pose2:
         """Pose of the robot in the world frame [m, m, rad]; all NaN while unknown."""
@@ -74,10 +74,20 @@ class RobotModel(Model):
         return pose2((x, y, yaw))
 
     def wheel_speeds(self, t: float | None = None) -> Array:
-        """Measured wheel linear speeds in the drive's order [m/s], shape (wheels,)."""
+        """Measured wheel linear speeds in the order of `locomotion.wheels` [m/s], shape (wheels,)."""
         if "wheel_speeds" not in self.signals:
-            return np.full(len(self.drive.wheels), math.nan)
+            return np.full(len(self.locomotion.wheels), math.nan)
         return self.signals.read("wheel_speeds", self._time(t))
+
+    def motion(self, t: float | None = None) -> Array:
+        """Measured values of the motion, as in a motion command, shape (m,): wheel speeds, or components of the twist.
+
+        They are NaN where the robot measures none, except for a lateral speed without a sensor, which counts as 0.
+        """
+        if self.locomotion.wheels:
+            return self.wheel_speeds(t)
+        speeds = {"vx": self.speed(t), "vy": self._value("lateral_speed", t, 0.0), "vz": self._value("climb", t)}
+        return np.array([speeds.get(axis, self.turn_rate(t)) for axis in self.locomotion.values])
 
     def speed(self, t: float | None = None) -> float:
         """Forward speed of the centre [m/s]."""
@@ -92,22 +102,22 @@ class RobotModel(Model):
         return self._value("turn_rate", t)
 
     def twist(self, t: float | None = None) -> Twist2:
-        """Body-frame twist from `speed` and `turn_rate`, including the sideways skid in a turn."""
+        """Body-frame twist from `speed`, `turn_rate` and `lateral_speed`; without the last with the skid in a turn."""
         turn = self.turn_rate(t)
-        return Twist2(self.speed(t), turn, -self.icr_offset * turn)
+        return Twist2(self.speed(t), turn, self._value("lateral_speed", t, -self.icr_offset * turn))
 
     @property
     def icr_offset(self) -> float:
-        """Forward distance from the base to the point that never moves sideways [m]; 0 without a drive."""
-        return 0.0 if self._drive is None else self._drive.icr_offset
+        """Forward distance from the base to the point that never moves sideways [m]; 0 without a locomotion."""
+        return 0.0 if self._locomotion is None else self._locomotion.icr_offset
 
     def inverse(self, twist: Twist2) -> Array:
-        """Linear speeds of the wheels that produce a twist [m/s], shape (wheels,)."""
-        return self.drive.wheel_speeds(twist)
+        """Values of the motion command that produce a twist, shape (m,); wheel linear speeds [m/s] on wheels."""
+        return self.locomotion.command(twist)
 
-    def forward(self, wheel_speeds: Array) -> Twist2:
-        """Body-frame twist produced by wheel linear speeds [m/s]."""
-        return self.drive.twist(wheel_speeds)
+    def forward(self, values: Array) -> Twist2:
+        """Body-frame twist produced by the values of a motion command, such as wheel linear speeds [m/s]."""
+        return self.locomotion.twist(values)
 
     def sensors(self) -> list[str]:
         """Names of the robot's sensors."""
@@ -136,8 +146,8 @@ class RobotModel(Model):
         """All known limits of the robot, by name, SI units."""
         return {n: v for n, v in self.graph.attributes(self.name).items() if n.endswith("_limit")}
 
-    def _value(self, signal: str, t: float | None) -> float:
-        return self.signals.value(signal, self._time(t)) if signal in self.signals else math.nan
+    def _value(self, signal: str, t: float | None, default: float = math.nan) -> float:
+        return self.signals.value(signal, self._time(t)) if signal in self.signals else default
 
     def _time(self, t: float | None) -> float:
         return self.knowledge.clock.now() if t is None else t

@@ -22,7 +22,7 @@ from ..raised import Raised
 from ..signal import Signal
 
 MOVING = 0.05
-"""Wheel linear speed above which consecutive samples of a sensor must differ by default [m/s]."""
+"""Wheel linear speed, or speed of an axis, above which samples of a sensor must differ by default [m/s, rad/s]."""
 
 _STAMP = attrgetter("stamp")
 
@@ -127,9 +127,9 @@ class Monitor(ABC):
     def varies(self, sensor: str) -> bool:
         """Whether consecutive samples of a sensor must differ at present; called only if `frozen_after` is finite.
 
-        By default, samples must differ while any wheel turns.
+        By default, samples must differ while the robot moves: while any wheel turns, or any axis of another body moves.
         """
-        return bool(np.any(np.abs(self.knowledge.robot.wheel_speeds()) > MOVING))
+        return bool(np.any(np.abs(self.knowledge.robot.motion()) > MOVING))
 
     def reject(self, sensor: str, reading: Reading) -> str:
         """Reason to reject an implausible reading, which then counts as NaN; empty to accept it.

@@ -31,7 +31,7 @@ class OdometryMonitor(Monitor):
         self._odometer = odometer
         self._gyro = gyro
         self._has_gyro = any(each.sensor.name == gyro for each in self.monitored)
-        self._wheels = len(self.knowledge.robot.drive.wheels)
+        self._wheels = len(self.knowledge.robot.locomotion.wheels)
 
     def signals(self) -> Sequence[Signal]:
         travel = Signal(

@@ -17,7 +17,7 @@ FARTHEST = 1e6
 """Largest plausible coordinate [m]."""
 
 TURNING = 0.1
-"""Turn rate, computed from the wheels, above which consecutive orientations must differ [rad/s]."""
+"""Turn rate above which consecutive orientations must differ [rad/s]."""
 
 
 class PoseMonitor(Monitor):
@@ -44,7 +44,7 @@ class PoseMonitor(Monitor):
 
     def varies(self, sensor: str) -> bool:
         """Whether the robot drives (for a position) or turns (for an orientation)."""
-        twist = self.knowledge.robot.drive.twist(self.knowledge.robot.wheel_speeds())
+        twist = self.knowledge.robot.locomotion.twist(self.knowledge.robot.motion())
         return (
             abs(twist.turn) > TURNING if sensor == self._orientation else math.hypot(twist.forward, twist.left) > MOVING
         )

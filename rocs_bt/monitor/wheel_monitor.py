@@ -22,32 +22,21 @@ FASTEST = 1e3
 class WheelMonitor(Monitor):
     """Writes `wheel_speeds`, `speed`, `turn_rate` and `stop_distance` from measured wheel linear speeds.
 
-    `stop_distance` is the reaction distance plus the braking distance at the present speed:
-    v * latency + v^2 / (2 deceleration).
-
-    Args:
-        latency: Time from a reading until the wheels begin to brake [s], as measured in robot.toml.
-        deceleration: Deceleration of braking wheels [m/s2], measured too; default: the drive's maximum acceleration.
+    `stop_distance` is the reaction distance plus the braking distance at the present speed, by the latency and the
+    deceleration in `[locomotion]`: v * latency + v^2 / (2 deceleration).
 
     Raises:
-        InputError: The latency is negative, or the deceleration is not positive.
+        InputError: The robot has no wheels.
     """
 
-    def __init__(self, *args: Any, latency: float = 0.1, deceleration: float = math.nan, **kwargs: Any) -> None:
+    def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
-        self._latency = latency
-        self._drive = self.knowledge.robot.drive
-        self._deceleration = self._drive.max_wheel_acceleration if math.isnan(deceleration) else deceleration
-        if not (self._latency >= 0.0 and self._deceleration > 0.0):
-            raise InputError(
-                Fault(
-                    f"monitor '{self.name}' needs a latency of 0 s or more and a deceleration above 0 m/s2, found "
-                    f"{latency} s and {deceleration} m/s2."
-                )
-            )
+        self._locomotion = self.knowledge.robot.locomotion
+        if not self._locomotion.wheels:
+            raise InputError(Fault(f"monitor '{self.name}': a '{self._locomotion.kind}' locomotion has no wheels."))
 
     def signals(self) -> Sequence[Signal]:
-        wheels = len(self._drive.wheels)
+        wheels = len(self._locomotion.wheels)
         age = self.max_age
         return [
             Signal(
@@ -64,17 +53,15 @@ class WheelMonitor(Monitor):
         ]
 
     def expects(self) -> Mapping[str, int]:
-        return {self.monitored[0].sensor.name: len(self._drive.wheels)}
+        return {self.monitored[0].sensor.name: len(self._locomotion.wheels)}
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         values = next(iter(readings.values())).values
         wheels = [v if abs(v) <= FASTEST else math.nan for v in values]
-        twist = self._drive.twist(np.array(wheels))
-        speed = abs(twist.forward)
-        stop = speed * self._latency + speed * speed / (2.0 * self._deceleration)
+        twist = self._locomotion.twist(np.array(wheels))
         return {
             "wheel_speeds": values,
             "speed": [twist.forward],
             "turn_rate": [twist.turn],
-            "stop_distance": [stop],
+            "stop_distance": [self._locomotion.stop_distance(twist)],
         }

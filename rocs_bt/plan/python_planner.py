@@ -12,9 +12,9 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ..control.drive import Drive
+from ..control.locomotion import Locomotion
 from ..errors import Fault, InputError
-from ..geometry import Pose2
+from ..geometry import Pose2, Twist2, Twist3
 from ..knowledge import Knowledge
 from ..pipeline import Ticket
 from ..raised import Raised, from_actuator
@@ -41,7 +41,7 @@ class Task:
     Attributes:
         goals: Goal poses by name of the goal, world frame; yaw is 0 if irrelevant.
         tolerances: Goal tolerances by name of the goal [m].
-        drive: Drive of the robot, with its limits.
+        locomotion: Locomotion of the robot, with its limits.
         knowledge: Knowledge of the robot: knowledge graph, model of itself, signals.
         privileged: Information for oracle planners only; empty for all others.
         route: Function from the name of a file in planners/routes to a route planner of its class.
@@ -49,7 +49,7 @@ class Task:
 
     goals: Mapping[str, Pose2]
     tolerances: Mapping[str, float]
-    drive: Drive
+    locomotion: Locomotion
     knowledge: Knowledge
     privileged: Mapping[str, Any] = field(default_factory=dict)
     route: Callable[[str], RoutePlanner] = no_routes
@@ -97,24 +97,25 @@ class PythonPlanner(Protocol):
         """
         ...
 
-    def act(self, observation: Observation) -> Sequence[float] | None:
-        """Decide on the wheel speeds. It is called once per period of the plan, and must not block.
+    def act(self, observation: Observation) -> Sequence[float] | Twist2 | Twist3 | None:
+        """Decide on the motion. It is called once per period of the plan, and must not block.
 
         Args:
             observation: Present observation.
 
         Returns:
-            Wheel linear speeds in the drive's order [m/s], which are held until the next call. None if the planner
-            considers the task done; it is then not called again.
+            Body twist, or the values of the motion command (`locomotion.values`; on wheels their linear speeds [m/s]),
+            which are held until the next call. None if the planner considers the task done; it is then not called
+            again.
         """
         ...
 
 
 class PythonPlan(Plan):
-    """Plan that runs a PythonPlanner: each decision becomes a SetWheelSpeed action with NORMAL priority.
+    """Plan that runs a PythonPlanner.
 
-    Reflexes pre-empt these actions as they pre-empt those of a tree. While a reflex is active, the planner is not
-    called.
+    Each decision becomes an action with NORMAL priority: SetWheelSpeed, or SetTwist on bodies without wheels. Reflexes
+    pre-empt these actions as they pre-empt those of a tree. While a reflex is active, the planner is not called.
 
     Args:
         planner: Planner to run.
@@ -135,14 +136,14 @@ class PythonPlan(Plan):
         if not self._begun:
             self._planner.reset(self._task(), self._mission.rng(self.name))
             self._begun = True
-        speeds = self._planner.act(self._observe(t))
+        decided = self._planner.act(self._observe(t))
         if self._ticket is not None:
             self.pipeline.cancel(self._ticket, by=self.name)
             self._ticket = None
-        if speeds is None:
+        if decided is None:
             self.status = SUCCESS
         else:
-            self._ticket = self.submit("SetWheelSpeed", speeds=self._wheel_speeds(speeds))
+            self._ticket = self._move(decided)
 
     def blame(self, error: BaseException) -> Raised | None:
         if from_actuator(error):
@@ -155,22 +156,29 @@ class PythonPlan(Plan):
             return "planner", type(self._planner).__name__
         return super().content_of(owner)
 
-    def _wheel_speeds(self, decided: Any) -> list[float]:
-        """Convert a planner's decision to wheel linear speeds [m/s].
+    def _move(self, decided: Any) -> Ticket:
+        """Submit a planner's decision as an action.
 
         Raises:
-            InputError: The drive cannot execute the decision.
+            InputError: The robot cannot execute the decision.
         """
-        wheels = self.knowledge.robot.drive.wheels
+        locomotion = self.knowledge.robot.locomotion
         try:
-            speeds = np.array(decided, dtype=float)
+            moves = isinstance(decided, (Twist2, Twist3))
+            values = locomotion.command(decided) if moves else np.array(decided, dtype=float)
         except (TypeError, ValueError):
-            speeds = np.zeros(0)
-        if speeds.shape == (len(wheels),) and np.isfinite(speeds).all():
-            return [float(speed) for speed in speeds]
-        message = f"act of {type(self._planner).__name__} returned {decided!r:.200}, which the drive cannot execute."
-        hint = f"Return {len(wheels)} wheel linear speeds in m/s ({', '.join(wheels)}), or None at the end."
-        raise InputError(Fault(message, hint=hint))
+            values = np.zeros(0)
+        if values.shape != (len(locomotion.values),) or not np.isfinite(values).all():
+            message = (
+                f"act of {type(self._planner).__name__} returned {decided!r:.200}, which the robot cannot execute."
+            )
+            what = "wheel linear speeds in m/s" if locomotion.wheels else "components of a twist in m/s and rad/s"
+            names = ", ".join(locomotion.values)
+            hint = f"Return {len(locomotion.values)} {what} ({names}), a Twist2, or None at the end."
+            raise InputError(Fault(message, hint=hint))
+        if locomotion.wheels:
+            return self.submit("SetWheelSpeed", speeds=values.tolist())
+        return self.submit("SetTwist", **locomotion.twist3(values)._asdict())
 
     def _task(self) -> Task:
         world, graph = self.knowledge.world, self.knowledge.graph
@@ -178,7 +186,7 @@ class PythonPlan(Plan):
         return Task(
             goals=goals,
             tolerances={name: float(graph.get(name, "tolerance")) for name in goals},
-            drive=self.knowledge.robot.drive,
+            locomotion=self.knowledge.robot.locomotion,
             knowledge=self.knowledge,
             privileged=self._mission.privileged,
             route=lambda name: self._mission.content.load_route(name)(self.knowledge),

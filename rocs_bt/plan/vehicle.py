@@ -1,4 +1,4 @@
-"""Vehicle: a robot's outline, wheels, goal and map, as Python planners use them."""
+"""Vehicle: a robot's outline, motion, goal and map, as Python planners use them."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from ..control.drive import Array
 from ..control.footprint import Footprint
+from ..control.locomotion import Array
 from ..errors import Fault, InputError
 from ..geometry import Pose2, Twist2, wrap_angle
 from ..knowledge import OCCUPIED, Window
@@ -18,13 +18,13 @@ from .route import Point
 
 
 class Vehicle:
-    """View of a robot for a Python planner, independent of the robot's wheels and sensors.
+    """View of a robot for a Python planner, independent of the robot's body and sensors.
 
     Args:
         task: Task of the planner.
 
     Attributes:
-        drive: Drive of the robot.
+        locomotion: Locomotion of the robot.
         footprint: Outline of the robot.
         goal: Goal pose, world frame.
         tolerance: Goal tolerance [m].
@@ -40,7 +40,7 @@ class Vehicle:
             )
         ((name, self.goal),) = task.goals.items()
         self.tolerance = task.tolerances[name]
-        self.drive = task.drive
+        self.locomotion = task.locomotion
         self._world = task.knowledge.world
         body = task.knowledge.graph.attributes(task.knowledge.agent)
         if not (body.get("length") and body.get("width")):
@@ -69,14 +69,14 @@ class Vehicle:
         speed, turn = (float(v[0]) for v in values)
         return (0.0 if math.isnan(speed) else speed), (0.0 if math.isnan(turn) else turn)
 
-    def wheels(self, speed: float, turn: float) -> list[float]:
-        """Wheel linear speeds [m/s] with which the robot has a speed [m/s] and a turn rate [rad/s]."""
-        speeds: list[float] = self.drive.wheel_speeds(Twist2(speed, turn)).tolist()
-        return speeds
+    def move(self, speed: float, turn: float) -> list[float]:
+        """Values of the motion command with which the robot has a speed [m/s] and a turn rate [rad/s]."""
+        values: list[float] = self.locomotion.command(Twist2(speed, turn)).tolist()
+        return values
 
     def stop(self) -> list[float]:
-        """Wheel linear speeds with which the robot stops: all 0."""
-        return [0.0] * len(self.drive.wheels)
+        """Values of the motion command with which the robot stops: all 0."""
+        return list(self.locomotion.rest)
 
     def obstacles(self, pose: Pose2, reach: float) -> Array:
         """Centres of occupied map cells in a square around the robot, body frame [m], shape (k, 2).

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..record import Following
 
-DRIVES = 0.02
+LOCOMOTIONS = 0.02
 """Wheel linear speed above which a robot counts as driving [m/s]; a robot that is pushed does not count."""
 
 
@@ -45,7 +45,7 @@ class FollowMetrics:
         distance = math.dist(own, leader)
         if self._rows or distance <= 2.0 * self._distance - self._safety:
             self._rows.append((t, distance))
-        if wheel_speed > DRIVES:
+        if wheel_speed > LOCOMOTIONS:
             self._least_driving = min(self._least_driving, distance)
 
     def result(self, until: float | None) -> Following:

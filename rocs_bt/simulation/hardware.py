@@ -138,7 +138,7 @@ class HardwareDevices:
 
     Attributes:
         robots: Devices by agent.
-        wheels: Safety gates of the wheels, by agent.
+        motion: Safety gates of the locomotion, by agent.
         links: Isolated actuators, which run in separate processes, by agent.
     """
 
@@ -147,7 +147,7 @@ class HardwareDevices:
         self.sink = sink
         self._period = period
         self.robots: dict[str, RobotDevices] = {}
-        self.wheels: dict[str, SafetyGate] = {}
+        self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
 
     def open(
@@ -175,7 +175,7 @@ class HardwareDevices:
         made = {a.name: opened.enter_context(closing(_actuator(catalog, robot, a, host))) for a in robot.actuators}
         gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
         self.robots[name] = RobotDevices(robot, sensors, gates, rates)
-        self.wheels[name] = gates[robot.drive.actuator]
+        self.motion[name] = gates[robot.locomotion.actuator]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
 
 
@@ -219,7 +219,7 @@ class HardwareEpisode:
         self.t = 0.0
         self._agents = agents
         self._gates = [gate for each in devices.robots.values() for gate in each.actuators.values()]
-        self._wheels = devices.wheels
+        self._motion = devices.motion
         self._links = devices.links
         self._clock = clock
         self._duration = duration
@@ -270,7 +270,7 @@ class HardwareEpisode:
             self._sink.emit(BodyMoved(t=self.t, agent=name, body=name, x=pose.x, y=pose.y, yaw=pose.yaw))
         if judge.decided:
             return
-        if judge.update(self.t, pose, agent, commanded=self._wheels[name].active):
+        if judge.update(self.t, pose, agent, commanded=self._motion[name].active):
             agent.brake()
         if not judge.stuck:
             self._stuck.discard(name)

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..agent import robot_drive
+from ..agent import robot_locomotion
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec
-from ..control.drive import Drive
+from ..control.locomotion import Locomotion
 from ..errors import Fault, InputError
 from ..event import NullSink
 from ..geometry import Pose2, wrap_angle
@@ -100,28 +100,28 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     Raises:
         InputError: The robot has no model, or its drive does not turn by the speed difference of two sides.
     """
-    drive = robot_drive(robot.drive)
-    if drive.twist_from_q.shape[1] != 2:
-        message = f"a '{drive.name}' drive has no effective wheel separation."
+    locomotion = robot_locomotion(robot.locomotion)
+    if locomotion.twist_from_q.shape[1] != 2:
+        message = f"a '{locomotion.kind}' locomotion has no effective wheel separation."
         raise InputError(
             Fault(message, robot.file, hint="Only drives that turn by the speed difference of two sides have one.")
         )
 
     def rig() -> _TestRig:
-        return _TestRig(robot, drive, catalog)
+        return _TestRig(robot, locomotion, catalog)
 
-    separation, error, share = _turns(rig, drive)
-    top = rig().steady(drive.max_wheel_speed)
+    separation, error, share = _turns(rig, locomotion)
+    top = rig().steady(locomotion.max_speed.min())
     braking = tuple(_brake(rig(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
     delay, deceleration, misfit = _fit(braking)
-    icr_offset, lag = _icr_offset(rig, drive), _lag(rig(), drive)
+    icr_offset, lag = _icr_offset(rig, locomotion), _lag(rig(), locomotion)
     return Identified(robot.name, separation, error, share, icr_offset, lag, top, delay, deceleration, misfit, braking)
 
 
 class _TestRig:
     """A single robot at rest on the plane, with its usual devices."""
 
-    def __init__(self, robot: RobotSpec, drive: Drive, catalog: Catalog) -> None:
+    def __init__(self, robot: RobotSpec, locomotion: Locomotion, catalog: Catalog) -> None:
         agent = AgentSpec(_NAME, robot.name, "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
         file, rate = catalog.find("world", WORLD).path, RateSpec()
         scenario = ScenarioSpec(
@@ -140,8 +140,8 @@ class _TestRig:
         self.world = simulated.world
         self.period = rate.control_rate.period
         self._every = rate.control_rate.every
-        self._drive = drive
-        self._wheels = simulated.actuators[_NAME][robot.drive.actuator]
+        self._locomotion = locomotion
+        self._wheels = simulated.actuators[_NAME][robot.locomotion.actuator]
         self._measured_speeds = simulated.wheels[_NAME]
         self.turned = 0.0
 
@@ -157,13 +157,13 @@ class _TestRig:
 
     def sides(self) -> tuple[float, float]:
         """True wheel linear speeds of the left and right side [m/s]."""
-        left, right = self._drive.coordinates(np.array(self._measured_speeds())).tolist()
+        left, right = self._locomotion.coordinates(np.array(self._measured_speeds())).tolist()
         return left, right
 
     def step(self, left: float, right: float) -> None:
         """Drive for one control period at these wheel linear speeds of the sides [m/s]."""
         before = self.pose.yaw
-        self._wheels.command((self._drive.wheels_from_q @ np.array([left, right])).tolist())
+        self._wheels.command((self._locomotion.values_from_q @ np.array([left, right])).tolist())
         self.world.advance(self._every)
         self.turned += wrap_angle(self.pose.yaw - before)
 
@@ -183,10 +183,10 @@ class _TestRig:
         return self.speed
 
 
-def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, float]:
+def _turns(rig: Callable[[], _TestRig], locomotion: Locomotion) -> tuple[float, float, float]:
     """Measure turns: effective wheel separation [m], `wheel_separation_error` and `slowest_turn` of `Identified`."""
     differences, rates, shares = [], [], []
-    for left, right in np.array(_TURNS) * drive.max_wheel_speed:
+    for left, right in np.array(_TURNS) * locomotion.max_speed.min():
         robot = rig()
         robot.hold(left, right, _SETTLE)
         robot.turned = 0.0
@@ -200,10 +200,10 @@ def _turns(rig: Callable[[], _TestRig], drive: Drive) -> tuple[float, float, flo
     return separation, float(np.max(np.abs(wide / separation / fast - 1.0))), float(min(shares))
 
 
-def _icr_offset(rig: Callable[[], _TestRig], drive: Drive) -> float:
+def _icr_offset(rig: Callable[[], _TestRig], locomotion: Locomotion) -> float:
     """Distance ahead of the base at which the lateral speed in steady curves is smallest [m], by least squares."""
     turns, skids = [], []
-    for left, right in np.array(_CURVES) * drive.max_wheel_speed:
+    for left, right in np.array(_CURVES) * locomotion.max_speed.min():
         robot = rig()
         robot.hold(left, right, _SETTLE)
         for _ in range(round(_WATCH / robot.period)):
@@ -215,15 +215,15 @@ def _icr_offset(rig: Callable[[], _TestRig], drive: Drive) -> float:
     return float(-(turned @ skids) / (turned @ turned))
 
 
-def _lag(robot: _TestRig, drive: Drive) -> float:
+def _lag(robot: _TestRig, locomotion: Locomotion) -> float:
     """Measure the time by which the wheels lag behind a speed ramp to half their maximum speed [s]."""
-    top, speed, commanded = 0.5 * drive.max_wheel_speed, 0.0, 0.0
-    for _ in range(round((top / drive.max_wheel_acceleration + _SETTLE) / robot.period)):
-        speed = min(speed + drive.max_wheel_acceleration * robot.period, top)
+    top, speed, commanded = 0.5 * locomotion.max_speed.min(), 0.0, 0.0
+    for _ in range(round((top / locomotion.max_acceleration.min() + _SETTLE) / robot.period)):
+        speed = min(speed + locomotion.max_acceleration.min() * robot.period, top)
         robot.step(speed, speed)
         commanded += speed * robot.period
     sag = robot.speed / top  # load reduces the effective wheel radius a little, which is no lag
-    return (commanded - Pose2(0.0, 0.0).distance(robot.pose) / sag) / top
+    return float((commanded - Pose2(0.0, 0.0).distance(robot.pose) / sag) / top)
 
 
 def _brake(robot: _TestRig, speed: float) -> Braking:

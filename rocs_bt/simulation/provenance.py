@@ -22,9 +22,9 @@ def used_classes(agent: Agent, foreign: Sequence[object], actions: Mapping[str, 
     """Engine classes that an agent consists of, including devices, sorted by name.
 
     A class counts if one of its objects is reachable from the agent, or if a leaf of the mission or a rule names it as
-    an action. Classes of `actions` and `control` that the modules of these classes import count too, because objects of
-    them are constructed during a run, such as parts of decomposed actions, paths and filters. Base classes count. Value
-    types (frozen dataclasses, tuples, enums) and private classes do not.
+    an action. Classes of `actions` and `control` that the modules of these classes import, also by a function of these
+    packages, count too, because objects of them are constructed during a run, such as parts of decomposed actions,
+    paths and filters. Base classes count. Value types (frozen dataclasses, tuples, enums) and private classes do not.
 
     Args:
         agent: A built agent; it need not have run.
@@ -37,7 +37,7 @@ def used_classes(agent: Agent, foreign: Sequence[object], actions: Mapping[str, 
     return tuple(sorted(filter(is_counted, bases), key=lambda cls: (cls.__module__, cls.__qualname__)))
 
 
-def package_of(cls: type) -> str:
+def package_of(cls: type | types.FunctionType) -> str:
     """Subpackage of an engine class, such as `monitor`; the module's name for a class at the root of the engine."""
     return cls.__module__.split(".")[1]
 
@@ -85,10 +85,18 @@ def _with_imported(classes: Iterable[type]) -> Iterator[type]:
         seen.add(cls)
         yield cls
         if _is_of(cls, _MAKERS):
-            known = vars(sys.modules[cls.__module__]).values()
-            open_ += [value for value in known if isinstance(value, type) and _is_of(value, _MADE)]
+            open_ += _imported(cls.__module__)
 
 
-def _is_of(cls: type, packages: Sequence[str]) -> bool:
+def _imported(module: str) -> Iterator[type]:
+    """Classes of the subpackages `_MADE` in a module, and in the modules of functions that it imports from them."""
+    known = list(vars(sys.modules[module]).values())
+    makers = {each.__module__ for each in known if isinstance(each, types.FunctionType) and _is_of(each, _MADE)}
+    for other in makers - {module}:
+        known += vars(sys.modules[other]).values()
+    return (each for each in known if isinstance(each, type) and _is_of(each, _MADE))
+
+
+def _is_of(cls: type | types.FunctionType, packages: Sequence[str]) -> bool:
     """Whether a class belongs to one of these subpackages of the engine."""
     return cls.__module__.startswith(f"{_ENGINE}.") and package_of(cls) in packages

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..control.drive import Drive
+from ..control.locomotion import Locomotion
 from ..drivers import read_parameters
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
@@ -25,21 +25,21 @@ class ScriptedRobot(ABC):
     Args:
         name: Name of the robot in the world.
         world: World of the robot; a script may use ground truth.
-        drive: Kinematics of the robot's drive.
-        wheels: Actuator that takes wheel linear speeds [m/s].
+        locomotion: Locomotion of the robot.
+        motion: Actuator of the locomotion.
         rng: Random stream of the script.
     """
 
     def __init__(
-        self, name: str, world: MujocoWorld, drive: Drive, wheels: SafetyGate, rng: np.random.Generator
+        self, name: str, world: MujocoWorld, locomotion: Locomotion, motion: SafetyGate, rng: np.random.Generator
     ) -> None:
         self.name = name
         self.world = world
-        self.drive = drive
-        self.wheels = wheels
+        self.locomotion = locomotion
+        self.motion = motion
         self.rng = rng
         self._twist: Twist2 | None = None
-        self._speeds: list[float] = []
+        self._values: list[float] = []
 
     @abstractmethod
     def twist(self, t: float, pose: Pose2) -> Twist2:
@@ -51,12 +51,12 @@ class ScriptedRobot(ABC):
         """
 
     def step(self, t: float) -> None:
-        """Command the wheels for one control period."""
+        """Command the robot for one control period."""
         twist = self.twist(t, self.world.pose(self.name))
         if twist != self._twist:
             self._twist = twist
-            self._speeds = self.drive.wheel_speeds(twist).tolist()
-        self.wheels.command(self._speeds)
+            self._values = self.locomotion.command(twist).tolist()
+        self.motion.command(self._values)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -158,8 +158,8 @@ def make_scripted_robot(
     *,
     name: str,
     world: MujocoWorld,
-    drive: Drive,
-    wheels: SafetyGate,
+    locomotion: Locomotion,
+    motion: SafetyGate,
     rng: np.random.Generator,
 ) -> ScriptedRobot:
     """Construct a scripted robot by the name of its script.
@@ -169,8 +169,8 @@ def make_scripted_robot(
         parameters: Parameters of the script, SI units.
         name: Name of the robot in the world.
         world: World of the robot.
-        drive: Kinematics of the robot's drive.
-        wheels: Actuator that takes wheel linear speeds [m/s].
+        locomotion: Locomotion of the robot.
+        motion: Actuator of the locomotion.
         rng: Random stream of the script.
 
     Raises:
@@ -180,4 +180,4 @@ def make_scripted_robot(
         raise UnknownName(unknown("robot script", script, SCRIPTED_ROBOTS))
     cls = SCRIPTED_ROBOTS[script]
     wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
-    return cls(name, world, drive, wheels, rng, parameters=wanted)
+    return cls(name, world, locomotion, motion, rng, parameters=wanted)

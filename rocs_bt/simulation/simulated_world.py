@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
-from ..agent import RobotDevices, robot_drive
+from ..agent import RobotDevices, robot_locomotion
 from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
@@ -196,7 +196,7 @@ def _actuator(
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
     if isinstance(device, MujocoActuator) and device.has_loop:
         world.attach(partial(gate.run, device.before_step))
-    if spec.name == robot.drive.actuator:
+    if spec.name == robot.locomotion.actuator:
         world.watch_motion(owner, gate)
         if hasattr(device, "measured"):
             wheels[owner] = device.measured
@@ -214,7 +214,7 @@ def _actors(
     actors = []
     for actor in (m for m in scenario.actors if m.robot):
         robot = robots[actor.name]
-        spec = next(a for a in robot.actuators if a.name == robot.drive.actuator)
+        spec = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
         with located_at(scenario.file, actor.line):
             made = make_scripted_robot(
@@ -222,8 +222,8 @@ def _actors(
                 actor.parameters,
                 name=actor.name,
                 world=world,
-                drive=robot_drive(robot.drive),
-                wheels=gate,
+                locomotion=robot_locomotion(robot.locomotion),
+                motion=gate,
                 rng=stream(scenario.name, seed, actor.name, actor.script),
             )
         actors.append(made)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent, robot_drive
+from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent, robot_locomotion
 from ..agent.wiring import LoadClass
 from ..catalog import RobotSpec, load_class
 from ..clock import Clock, Rate
@@ -63,7 +63,7 @@ def mock_devices(
     Raises:
         InputError: A driver has no mock, or does not accept its parameters.
     """
-    world, drive = MockWorld(clock), robot_drive(spec.drive)
+    world, locomotion = MockWorld(clock), robot_locomotion(spec.locomotion)
     mounts = {
         site: Pose2(0.0, 0.0, math.tau * i / len(sites))
         for s in spec.sensors
@@ -71,7 +71,7 @@ def mock_devices(
         for i, site in enumerate(sites)
     }
     mounts |= {s.parameters["site"]: Pose2(0.0, 0.0, 0.0) for s in spec.sensors if "site" in s.parameters}
-    robot = MockRobot(world, drive, pose or Pose2(0.0, 0.0, 0.0), mounts)
+    robot = MockRobot(world, locomotion, pose or Pose2(0.0, 0.0, 0.0), mounts)
     sensors: dict[str, Sensor] = {s.name: make_sensor(robot, s.name, s.driver, s.parameters) for s in spec.sensors}
     actuators = {
         a.name: a.guard(make_actuator(robot, a.name, a.driver, a.parameters), clock, period, sink, agent)

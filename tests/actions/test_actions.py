@@ -105,17 +105,17 @@ class TestTurnAngle:
         rig = make_rig()
         rig.finish(rig.submit(TurnAngle(angle=math.radians(degrees), rate=rate)))
         wheels = np.array([[0.0, 0.0]] + [e.values for e in rig.of(ActuatorCommanded)])
-        turns = wheels @ rig.body.drive.twist_from_q[2]
+        turns = wheels @ rig.body.locomotion.twist_from_q[2]
         assert np.abs(turns).max() <= rate + 1e-9
         last = -1 if len(turns) > 1 else None  # the last command is the rest after it
-        drive = rig.body.drive
-        most = drive.max_wheel_acceleration / drive.arm
+        drive = rig.body.locomotion
+        most = drive.max_acceleration.min() / drive.arm
         assert np.abs(np.diff(turns[:last])).max(initial=0.0) <= most * rig.body.period + 1e-9
 
     def test_takes_about_its_ideal_time(self, rig):
-        drive = rig.body.drive
+        drive = rig.body.locomotion
         periods = rig.finish(rig.submit(TurnAngle(angle=math.pi / 2, rate=1.5)))
-        assert periods * 0.05 < 1.4 * (math.pi / 2 / 1.5 + 1.5 * drive.arm / drive.max_wheel_acceleration)
+        assert periods * 0.05 < 1.4 * (math.pi / 2 / 1.5 + 1.5 * drive.arm / drive.max_acceleration.min())
 
     def test_an_update_does_not_move_the_target_once_it_turns(self, rig):
         action = TurnAngle(angle=math.radians(60.0))
@@ -294,6 +294,7 @@ class TestTable:
             "GoTo",
             "GoToOrigin",
             "SendMessage",
+            "SetTwist",
             "SetWheelSpeed",
             "Stop",
             "TurnAngle",

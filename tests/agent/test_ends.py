@@ -40,7 +40,7 @@ class Creep(AtomicAction):
     def act(self, body: Body) -> Progress:
         if body.clock.now() >= self.raises_at:
             raise ZeroDivisionError("a worm")
-        body.wheels.command([0.05, 0.05])
+        body.motion.command([0.05, 0.05])
         return Progress.RUNNING
 
     def stop(self, body: Body) -> None:

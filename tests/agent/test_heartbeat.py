@@ -81,7 +81,7 @@ def injured(make_agent, monkeypatch, kind):
     assert words in failed.detail
     assert f"block 'R1/heartbeat' {kind}" in agent.reason
     assert not any(any(e.values) for e in of(sink, ActuatorCommanded) if e.t > failed.t)
-    assert stage.robot.wheel_speeds == [0.0, 0.0]
+    assert stage.robot.motion == [0.0, 0.0]
     return injury.neutral_at - injury.broken_at
 
 

@@ -77,10 +77,10 @@ def test_plan_runs_when_it_is_due_or_called_and_not_between(make_agent):
 def test_an_agent_that_was_stopped_rests(make_agent):
     agent, stage, sink, ahead = make_agent(SimulatedClock(PERIOD))
     play(agent, stage, ahead, [math.inf] * 30)
-    assert any(stage.robot.wheel_speeds)
+    assert any(stage.robot.motion)
     agent.stop("a test")
     agent.stop("a test again")
-    assert stage.robot.wheel_speeds == [0.0, 0.0]
+    assert stage.robot.motion == [0.0, 0.0]
     (stopped,) = [e for e in sink.events if isinstance(e, AgentStopped)]
     assert stopped.by == "a test"
     count = len(sink.events)

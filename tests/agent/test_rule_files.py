@@ -6,7 +6,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent import RuleFile, RuleWatch
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, NullSink
 from rocs_bt.expression import Environment
@@ -35,7 +35,7 @@ class Folder:
         self.common.write_text(COMMON)
         self.file.write_text(RULES.format(angle=60))
         knowledge = Knowledge("R1", SimulatedClock(0.05), NullSink())
-        knowledge.robot.drive = make_drive(
+        knowledge.robot.locomotion = make_locomotion(
             "differential", wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0
         )
         own = {k: Override(v) for k, v in overrides.items()}

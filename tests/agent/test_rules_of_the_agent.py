@@ -32,7 +32,7 @@ def project(tmp_path):
         (tmp_path / "rules" / "own.toml").write_text(rules)
         folder = tmp_path / "robots" / "rover"
         folder.mkdir(parents=True, exist_ok=True)
-        text = f'format = "robot/2"\ndoc = "A rover."\nbase = "pioneer_p3dx"\n{robot.format(near)}'
+        text = f'format = "robot/3"\ndoc = "A rover."\nbase = "pioneer_p3dx"\n{robot.format(near)}'
         (folder / "robot.toml").write_text(text)
         return Catalog(tmp_path)
 

@@ -77,7 +77,11 @@ def blocks(agent: Agent) -> dict[str, Any]:
         "rules": [[rule.name for rule in model.rules.rules] for model in agent.knowledge.reactive_models],
         "signals": [agent.knowledge.signals.spec(name) for name in agent.knowledge.signals.names],
         "rates": agent.rates,
-        "drive": [agent.knowledge.robot.drive.name, agent.knowledge.robot.drive.wheels, agent.knowledge.robot.limits],
+        "drive": [
+            agent.knowledge.robot.locomotion.kind,
+            agent.knowledge.robot.locomotion.wheels,
+            agent.knowledge.robot.limits,
+        ],
     }
 
 
@@ -101,7 +105,7 @@ def test_a_robot_with_drivers_of_its_own_differs_by_its_driver_table_alone(tmp_p
     folder = tmp_path / "robots" / "real_p3dx"
     folder.mkdir(parents=True)
     (folder / "own.py").write_text(DRIVER)
-    (folder / "robot.toml").write_text('format = "robot/2"\nbase = "pioneer_p3dx"\n' + "".join(tables))
+    (folder / "robot.toml").write_text('format = "robot/3"\nbase = "pioneer_p3dx"\n' + "".join(tables))
     (tmp_path / "scenarios").mkdir()
     (tmp_path / "scenarios" / "real.toml").write_text(
         'format = "scenario/2"\nbase = "exp1"\n[[agent]]\nname = "R2"\nrobot = "real_p3dx"\n'

@@ -151,7 +151,7 @@ def test_a_thread_that_ends_is_noticed(make_agent, monkeypatch):
         until(lambda: of(sink, BlockFailed))
     (failed,) = of(sink, BlockFailed)
     assert (failed.block, failed.kind) == ("plan", "ended")
-    assert stage.robot.wheel_speeds == [0.0, 0.0]
+    assert stage.robot.motion == [0.0, 0.0]
 
 
 def test_the_reflexes_are_evaluated_though_no_monitor_calls(make_agent):

@@ -8,7 +8,7 @@ import pytest
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import skid_drive
+from rocs_bt.control.locomotion import skid_drive
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
@@ -144,7 +144,7 @@ def test_contact_comes_sooner_where_a_turn_skids_towards_it():
     beside = Pose2(WALL - 0.25, 0.0, 0.5 * math.pi)
     bench, skidding = Bench(), Bench()
     limits = {"effective_wheel_separation": 0.5, "max_wheel_speed": 2.0, "max_wheel_acceleration": 2.0}
-    skidding.knowledge.robot.drive = skid_drive(icr_offset=0.3, **limits)
+    skidding.knowledge.robot.locomotion = skid_drive(icr_offset=0.3, **limits)
     rolls, skids = (each.look(beside, speed=1.0, turn=0.5) for each in (bench, skidding))
     assert skids < rolls
 

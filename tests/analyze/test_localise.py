@@ -8,13 +8,13 @@ import pytest
 from rocs_bt.analyze import Localise, PassPosition
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, SignalsWritten
 from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import Knowledge
 
-DRIVE = make_drive("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 PERIOD = 0.05
 
 
@@ -24,7 +24,7 @@ class Bench:
     def __init__(self, **parameters):
         self.clock, self.sink = SimulatedClock(PERIOD), ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
-        self.knowledge.robot.drive = DRIVE
+        self.knowledge.robot.locomotion = DRIVE
         self.analyze = Localise("localise", self.knowledge, self.sink, **parameters)
         for signal in self.analyze.signals():
             self.knowledge.signals.declare(signal)

@@ -13,8 +13,8 @@ from rocs_bt.units import ANGLE, FREQUENCY, LENGTH
 
 FILE = Path("robot.toml")
 
-TEXT = '''format = "robot/2"
-[drive]
+TEXT = '''format = "robot/3"
+[locomotion]
 wheel_separation = "0.3 s"     # wrong dimension
 
 [[sensor]]
@@ -38,7 +38,7 @@ turn = """
 def read(text=TEXT):
     table = read_toml(FILE, text)
     table.text("format")
-    table.table("drive").quantity("wheel_separation", LENGTH)
+    table.table("locomotion").quantity("wheel_separation", LENGTH)
     for sensor in table.tables("sensor"):
         sensor.text("name")
         sensor.quantity("rate", FREQUENCY)

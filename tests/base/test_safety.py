@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.device import Actuator
 from rocs_bt.errors import DeviceError, InputError
-from rocs_bt.event import CommandExpired, CommandLimited, ListSink
-from rocs_bt.safety import Limits, SafetyGate
+from rocs_bt.event import CommandExpired, CommandLimited, LandingBegan, ListSink
+from rocs_bt.safety import Landing, Limits, SafetyGate
 
 WHEELS = Limits((-1.2,), (1.2,), together=True)
 
@@ -298,3 +298,61 @@ def test_one_factor_scales_a_change_of_wheel_speeds(wanted, last, change):
     reached = Limits((-1.0,) * 2, (1.0,) * 2, together=True).apply(wanted, last, 0.05)
     steps, full = ([v - w for v, w in zip(values, last, strict=True)] for values in (given, reached))
     assert steps[0] * full[1] == pytest.approx(steps[1] * full[0], abs=1e-9)
+
+
+DOWN = (0.0, 0.0, -0.3, 0.0)
+
+
+def lander(clock, sink=None):
+    body = Wheels(4)
+    limits = Limits((-1.0,) * 4, (1.0,) * 4, together=True)
+    landing = Landing(5.0, DOWN)
+    return body, SafetyGate(body, clock, limits, period=0.05, max_age=0.2, sink=sink, agent="R4", landing=landing)
+
+
+def passes(clock, gate, seconds, command=None):
+    """Time passes: commands at 20 Hz, and the checks of the physics, only when the gate says that one is due."""
+    for _ in range(round(seconds / 0.05)):
+        if command is not None:
+            gate.command(command)
+        for _ in range(10):
+            clock.advance()
+            if clock.now() > gate.expiry:
+                gate.check()
+
+
+@pytest.mark.parametrize("rests", [None, [0.0] * 4], ids=["without commands", "with commands to rest"])
+def test_a_flying_body_that_is_not_commanded_to_move_hovers_then_lands(clock, rests):
+    sink = ListSink()
+    body, gate = lander(clock, sink)
+    passes(clock, gate, 1.0, rests)
+    assert set(map(tuple, body.log)) == {(0.0,) * 4}, "on the ground it does not land"
+    passes(clock, gate, 1.0, [0.0, 0.0, 0.5, 0.0])
+    passes(clock, gate, 4.7, rests)
+    assert tuple(body.log[-1]) == (0.0,) * 4
+    begun = clock.now()
+    passes(clock, gate, 1.0, rests)
+    assert tuple(body.log[-1]) == DOWN
+    (landed,) = [e for e in sink.events if isinstance(e, LandingBegan)]
+    assert begun < landed.t < begun + 0.6
+
+
+def test_neutral_does_not_stop_a_descent_and_a_command_to_move_does(clock):
+    body, gate = lander(clock)
+    passes(clock, gate, 0.5, [0.1, 0.0, 0.0, 0.0])
+    passes(clock, gate, 6.0)
+    for stop in (gate.neutral, lambda: passes(clock, gate, 1.0)):
+        stop()
+        assert tuple(body.log[-1]) == DOWN
+    gate.command([0.0, 0.2, 0.0, 0.0])
+    assert body.log[-1] == [0.0, 0.2, 0.0, 0.0]
+    passes(clock, gate, 4.0, [0.0] * 4)
+    assert body.log[-1] == [0.0] * 4, "the time counts anew"
+
+
+def test_a_shut_gate_still_lands(clock):
+    body, gate = lander(clock)
+    passes(clock, gate, 0.5, [0.1, 0.0, 0.0, 0.0])
+    gate.shut()
+    passes(clock, gate, 6.0)
+    assert tuple(body.log[-1]) == DOWN

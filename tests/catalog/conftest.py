@@ -7,11 +7,11 @@ from pathlib import Path
 import pytest
 
 ROBOT = """\
-format = "robot/2"
+format = "robot/3"
 doc = "A bot."
 model = "robot.xml"
 
-[drive]
+[locomotion]
 kind = "differential"
 wheel_separation = "33.1 cm"
 max_wheel_speed = "1.2 m/s"

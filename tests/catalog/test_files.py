@@ -6,9 +6,11 @@ import math
 
 import pytest
 
-from rocs_bt.catalog import Catalog, load_robot
+from rocs_bt.catalog import Catalog, load_robot, robot_locomotion
+from rocs_bt.control.locomotion import Response
 from rocs_bt.errors import InputError
-from rocs_bt.safety import Limits
+from rocs_bt.geometry import Twist2
+from rocs_bt.safety import Landing, Limits
 from rocs_bt.units import LENGTH
 
 
@@ -32,7 +34,12 @@ def scenario_file(project):
 def test_a_robot_is_read_in_si_units(robot_file):
     robot = load_robot(robot_file)
     assert (robot.name, robot.length, robot.width) == ("bot", 0.4, 0.4)
-    assert robot.drive.parameters == {"wheel_separation": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
+    assert robot.locomotion.parameters == {
+        "wheel_separation": 0.331,
+        "max_wheel_speed": 1.2,
+        "max_wheel_acceleration": 1.5,
+        "response": Response(),
+    }
     sonar, position = robot.sensors
     assert sonar.parameters == {
         "sites": ["sonar0", "sonar1"],
@@ -57,7 +64,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ('format = "robot/2"', 'format = "robot/9"', r":1:1: invalid value 'robot/9' for 'format'"),
+        ('format = "robot/3"', 'format = "robot/9"', r":1:1: invalid value 'robot/9' for 'format'"),
         ('model = "robot.xml"', 'model = "rbot.xml"', r":3:1: there is no model file 'rbot\.xml'"),
         ('"33.1 cm"', '"33.1 parsec"', r":7:1: 'parsec' is not a unit"),
         ('length = "0.4 m"', 'length = "0.4 s"', r":12:1: length must be in m, found '0\.4 s'"),
@@ -105,7 +112,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
         ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_change = "1 m/s2"', r"but the actuator allows 1 m/s2"),
         ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_acceleration = "1 m/s2"', r"actuator allows 1 m/s2"),
         ('wheel_radius = "9.75 cm"', 'wheel_radius = "1 cm"\nmax_change = "1 m/s"', r"max_change must be in m/s2"),
-        ('max_wheel_acceleration = "1.5 m/s2"', "", r"neither \[drive\] nor its actuator limits"),
+        ('max_wheel_acceleration = "1.5 m/s2"', "", r"neither \[locomotion\] nor its actuator limits"),
         (
             'wheel_radius = "9.75 cm"',
             'wheel_radius = "1 cm"\nunit = "rad"',
@@ -116,7 +123,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
             'class = "PasRange"',
             r"no analyze class is named 'PasRange'. Did you mean 'PassRange'",
         ),
-        ("[drive]", "[drive]\nactuator = 7", r":6:1: actuator must be a text, found 7"),
+        ("[locomotion]", "[locomotion]\nactuator = 7", r":6:1: actuator must be a text, found 7"),
         ('monitor = "range"', "", r"sensor\.0 has no 'monitor'"),
         ('class = "RangeMonitor"', 'class = "RangeMonitor"\nsensors = ["sonr"]', r"no sensor .* 'sonr'. Did you mean"),
     ],
@@ -135,7 +142,12 @@ def test_the_drive_plans_with_the_actuators_limits_where_it_prefers_none(robot_f
         'wheel_radius = "9.75 cm"\nmax_change = "4 m/s2"\nmax_acceleration = "3 m/s2"',
     )
     robot = load_robot(robot_file)
-    assert robot.drive.parameters == {"wheel_separation": 0.331, "max_wheel_speed": 1.2, "max_wheel_acceleration": 3.0}
+    assert robot.locomotion.parameters == {
+        "wheel_separation": 0.331,
+        "max_wheel_speed": 1.2,
+        "max_wheel_acceleration": 3.0,
+        "response": Response(),
+    }
     assert robot.actuators[0].limits == Limits((-1.2,), (1.2,), 4.0, together=True)
 
 
@@ -254,3 +266,77 @@ def test_the_parameters_of_a_users_own_driver_stay_as_they_are_until_its_class_i
     }
     line = next(i for i, text in enumerate(robot.read_text().splitlines(), 1) if text == "gain = 2.5")
     assert found.positions["gain"] == (line, 1)
+
+
+LEGGED = """\
+[locomotion]
+kind = "legged"
+lag = "0.2 s"
+latency = "0.4 s"
+deceleration = "0.8 m/s2"
+[locomotion.vx]
+max_speed = "0.5 m/s"
+max_acceleration = "1 m/s2"
+[locomotion.vy]
+max_speed = "0.2 m/s"
+max_acceleration = "0.5 m/s2"
+deceleration = "0.4 m/s2"
+[locomotion.wz]
+max_speed = "60 deg/s"
+max_acceleration = "2 rad/s2"
+"""
+
+
+def body_without_wheels(file, locomotion=LEGGED, actuator='max_command_age = "0.3 s"'):
+    """Rewrite the bot to a body that accepts twists."""
+    head, _, tail = file.read_text().partition("[locomotion]")
+    rest = "[body]" + tail.partition("[body]")[2].partition("[[actuator]]")[0]
+    driver = f'[[actuator]]\nname = "wheels"\ndriver = "walk.py:Walk"\n{actuator}\n'
+    (file.parent / "walk.py").write_text("class Walk: ...\n")
+    file.write_text(head + locomotion + rest + driver)
+    return load_robot(file)
+
+
+def test_a_body_that_accepts_twists_has_the_axes_with_a_table(robot_file):
+    robot = body_without_wheels(robot_file)
+    made = robot_locomotion(robot.locomotion)
+    assert (made.wheels, made.values, made.axes) == ((), ("vx", "vy", "wz"), ("vx", "vy", "wz"))
+    assert made.max_speed == pytest.approx([0.5, 0.2, math.pi / 3.0])
+    assert (made.response.lag, made.response.latency, made.neutral) == (0.2, 0.4, "stand")
+    assert made.stop_distance(Twist2(0.4)) == 0.4 * 0.4 + 0.4 * 0.4 / 1.6
+    assert made.stop_distance(Twist2(0.0, left=-0.2)) == 0.2 * 0.4 + 0.2 * 0.2 / 0.8
+    (actuator,) = robot.actuators
+    assert actuator.limits.high == pytest.approx((0.5, 0.2, math.pi / 3.0))
+    assert (actuator.limits.together, actuator.landing) == (True, None)
+
+
+def test_a_flying_body_lands(robot_file):
+    up = '[locomotion.vz]\nmax_speed = "0.2 m/s"\nmax_acceleration = "1 m/s2"\n'
+    flying = LEGGED.replace('"legged"', '"flying"\nland_after = "9 s"') + up
+    robot = body_without_wheels(robot_file, flying)
+    assert robot.actuators[0].landing == Landing(9.0, (0.0, 0.0, -0.2, 0.0))
+    assert robot_locomotion(robot.locomotion).neutral == "hover"
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('max_speed = "0.2 m/s"\n', "", r"has no 'max_speed'"),
+        ('max_speed = "0.2 m/s"', 'max_speed = "0.2 rad/s"', r"max_speed must be in m/s"),
+        ('max_speed = "60 deg/s"', 'max_speed = "1 m/s"', r"max_speed must be in rad/s"),
+        ("[locomotion.wz]", "[locomotion.wx]", r"unknown key 'wx'.*Did you mean 'w?[vw]?z'|needs the axis 'wz'"),
+        ('"legged"', '"flying"', r"a 'flying' locomotion needs the axis 'vz'"),
+        ('"legged"', '"legged"\nland_after = "2 s"', r"unknown key 'land_after'"),
+        ('lag = "0.2 s"', 'lag = "0.2 m"', r"lag must be in s"),
+        ('"legged"', '"legged"\nmax_wheel_speed = "1 m/s"', r"unknown key 'max_wheel_speed'"),
+    ],
+)
+def test_a_wrong_body_is_told(robot_file, old, new, message):
+    assert old in LEGGED
+    with pytest.raises(InputError, match=message):
+        body_without_wheels(robot_file, LEGGED.replace(old, new, 1))
+
+
+def test_the_actuator_of_twists_declares_no_range(robot_file):
+    with pytest.raises(InputError, match=r"range is not for the actuator of twists: the axes in \[locomotion\]"):
+        body_without_wheels(robot_file, actuator='range = ["-1 m/s", "1 m/s"]')

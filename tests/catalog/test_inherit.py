@@ -10,11 +10,11 @@ from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.errors import InputError
 
 ROBOT = """\
-format = "robot/2"
+format = "robot/3"
 base = "bot"
 doc = "A bot that differs."
 
-[drive]
+[locomotion]
 wheel_separation = "40 cm"
 
 [[sensor]]
@@ -71,7 +71,7 @@ def change(file: Path, old: str, new: str) -> None:
 def test_a_robot_is_its_base_but_for_what_it_says(based: Path) -> None:
     bot, other = (Catalog(based).load_robot(name) for name in ("bot", "other"))
     assert (other.name, other.doc) == ("other", "A bot that differs.")
-    assert other.drive.parameters == {**bot.drive.parameters, "wheel_separation": pytest.approx(0.4)}
+    assert other.locomotion.parameters == {**bot.locomotion.parameters, "wheel_separation": pytest.approx(0.4)}
     assert [s.name for s in other.sensors] == [*(s.name for s in bot.sensors), "heading"]
     assert other.sensors[0].parameters == {**bot.sensors[0].parameters, "rays": 3}
     assert other.monitors[0].parameters == bot.monitors[0].parameters
@@ -143,11 +143,11 @@ def test_a_file_of_the_base_is_found_beside_the_base(based: Path) -> None:
 def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
     for name, base in (("third", "other"), ("own_p3dx", "pioneer_p3dx")):
         (based / f"robots/{name}").mkdir()
-        (based / f"robots/{name}/robot.toml").write_text(f'format = "robot/2"\nbase = "{base}"\n')
+        (based / f"robots/{name}/robot.toml").write_text(f'format = "robot/3"\nbase = "{base}"\n')
     catalog = Catalog(based)
     third = catalog.load_robot("third")
     assert [file.parent.name for file in third.bases] == ["other", "bot"]
-    assert third.drive.parameters["wheel_separation"] == pytest.approx(0.4)
+    assert third.locomotion.parameters["wheel_separation"] == pytest.approx(0.4)
     assert catalog.load_robot("own_p3dx").sensors == tuple(
         type(s)(**{**vars(s), "line": 2, "positions": dict.fromkeys(s.positions, (2, 1))})
         for s in catalog.load_robot("pioneer_p3dx").sensors
@@ -164,7 +164,7 @@ def test_a_chain_of_bases_and_a_shipped_one(based: Path) -> None:
 )
 def test_a_base_that_cannot_be_is_told_at_its_line(based: Path, base: str, message: str, where: str) -> None:
     (based / "robots/ring").mkdir()
-    (based / "robots/ring/robot.toml").write_text('format = "robot/2"\nbase = "other"\n')
+    (based / "robots/ring/robot.toml").write_text('format = "robot/3"\nbase = "other"\n')
     change(based / "robots/other/robot.toml", 'base = "bot"', f'base = "{base}"')
     with pytest.raises(InputError, match=message) as caught:
         Catalog(based).load_robot("other")

@@ -28,6 +28,7 @@ kind = "skid"
 effective_track = "0.9 m"  # [identify]
 pivot = "0.05 m"           # [identify]
 "max_wheel_speed" = "1 m/s"
+wheel_radius = "0.1 m"     # for information
 
 [[sensor]]
 name = "robots"            # its driver is that of the base
@@ -50,6 +51,10 @@ memory = "5 s"             # the class, and so the key, is that of the base
 [[monitor]]
 name = "peers"
 slots = 2
+[[monitor]]
+name = "wheels"
+latency = "0.05 s"         # the class is that of the base
+deceleration = "1 m/s2"
 
 [[analyze]]
 name = "localise"
@@ -71,14 +76,16 @@ track = "1 m"
 
 NEW_ROBOT = """\
 # A robot.
-format = "robot/2" # its format
+format = "robot/3" # its format
 base = "summit_xl"
 
-[drive]
+[locomotion]
 kind = "skid"
 effective_wheel_separation = "0.9 m"  # [identify]
 icr_offset = "0.05 m"      # [identify]
 "max_wheel_speed" = "1 m/s"
+latency = "0.05 s"         # the class is that of the base
+deceleration = "1 m/s2"
 
 [[sensor]]
 name = "robots"            # its driver is that of the base
@@ -101,6 +108,8 @@ max_echo_age = "5 s"       # the class, and so the key, is that of the base
 [[monitor]]
 name = "peers"
 max_peers = 2
+[[monitor]]
+name = "wheels"
 
 [[analyze]]
 name = "localise"
@@ -210,13 +219,14 @@ def upgrade(text: str, file: Path = Path("scenarios/x.toml"), kind: str = "robot
 def test_a_robot_gets_the_new_names_of_its_drivers_and_classes() -> None:
     found = upgrade(OLD_ROBOT, Path("robots/foggy/robot.toml"))
     assert found.text == NEW_ROBOT
-    assert [(c.line, c.old, c.new) for c in found.changes][:3] == [
-        (2, "robot/1", "robot/2"),
+    assert [(c.line, c.old, c.new) for c in found.changes][:4] == [
+        (2, "robot/1", "robot/3"),
+        (5, "drive", "locomotion"),
         (7, "effective_track", "effective_wheel_separation"),
         (8, "pivot", "icr_offset"),
     ]
     (note,) = found.notes
-    assert (note.line, note.message) == (19, "'reach' belongs to your own 'beacon.py:Beacon' and stays.")
+    assert (note.line, note.message) == (20, "'reach' belongs to your own 'beacon.py:Beacon' and stays.")
 
 
 def test_a_scenario_gets_the_new_names_of_its_scripts_and_tables() -> None:
@@ -270,7 +280,7 @@ def old_files(draw: st.DrawFn) -> str:
     """Text of a file of an old format: tables with keys, spaces, nested values and comments."""
     kind = draw(st.sampled_from(sorted(PLACES)))
     lines = [f'format = "{kind}/1"']
-    names = sorted({key for renamed in FORMATS[f"{kind}/1"].renamed for key in renamed.keys} - {"mover"})
+    names = sorted({key for renamed in FORMATS[f"{kind}/1"].renamed for key in renamed.keys} - {"mover", "drive"})
     for place in draw(st.lists(st.sampled_from(PLACES[kind]), max_size=4).map(_once)):
         head, *first = place.split("\n")
         taken = {line.partition("=")[0].strip() for line in first}
@@ -302,10 +312,12 @@ def _one_line() -> st.SearchStrategy[str]:
 
 def by_hand(data: dict[str, Any]) -> dict[str, Any]:
     """The expected data, by a walk that knows only one level of tables."""
-    kind = data["format"].partition("/")[0]
-    form, found = FORMATS[data["format"]], {**data, "format": f"{kind}/2"}
-    if "mover" in found:
-        found["actor"] = found.pop("mover")
+
+    form = FORMATS[data["format"]]
+    found = {**data, "format": form.name}
+    for old, new in (("mover", "actor"), ("drive", "locomotion")):
+        if old in found:
+            found[new] = found.pop(old)
     for table, value in list(found.items()):
         rows = value if isinstance(value, list) else [value]
         new = [_row(form, table, row) if isinstance(row, dict) else row for row in rows]
@@ -374,7 +386,7 @@ def test_the_old_format_is_refused_with_the_command(tmp_path: Path) -> None:
         load_robot(file, lambda base: SHIPPED.find("robot", base).path)
     (fault,) = caught.value.faults
     assert (fault.line, fault.column) == (2, 1)
-    assert fault.message == "the format 'robot/1' is old; the present one is 'robot/2'."
+    assert fault.message == "the format 'robot/1' is old; the present one is 'robot/3'."
     assert fault.hint == f"`rocs-bt upgrade {file}` rewrites the file."
 
 

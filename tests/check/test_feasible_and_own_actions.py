@@ -27,7 +27,7 @@ class Whirl(AtomicAction):
 
     def act(self, body: Body) -> Progress:
         self.turns += 1
-        body.wheels.command(body.drive.wheel_speeds(Twist2(0.0, self.rate)).tolist())
+        body.move(Twist2(0.0, self.rate))
         return Progress.RUNNING if self.turns < 10 else Progress.SUCCEEDED
 
 

@@ -161,7 +161,7 @@ def test_a_driver_that_replaces_an_inherited_one_does_not_inherit_its_keys(beaco
     folder = project / "robots" / "quiet"
     folder.mkdir()
     (folder / "robot.toml").write_text(
-        'format = "robot/2"\nbase = "rover"\n[[actuator]]\nname = "wheels"\ndriver = "beacon.py:Idle"\n'
+        'format = "robot/3"\nbase = "rover"\n[[actuator]]\nname = "wheels"\ndriver = "beacon.py:Idle"\n'
         'motors = ["left_motor", "right_motor"]\n'
     )
     (folder / "beacon.py").write_text(DRIVER)

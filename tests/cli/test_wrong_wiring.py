@@ -64,7 +64,7 @@ WRONG = [
         MOTORS,
         'driver = "velocity"\nmotors = ["left_motor"]',
         "[[actuator]]",
-        "the actuator 'wheels' takes 1 wheel speeds, but a 'differential' drive has 2 wheels. Give it a motor",
+        "the actuator 'wheels' takes 1 values, but a 'differential' locomotion has 2. Give it one",
     ),
     (
         ROBOT,
@@ -124,7 +124,7 @@ WRONG = [
         ROBOT,
         'wheel_separation = "0.331 m"',
         'wheel_separation = "0 m"',
-        "[drive]",
+        "[locomotion]",
         "wheel_separation of a 'differential' drive must be a positive",
     ),
     (

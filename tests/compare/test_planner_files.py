@@ -94,7 +94,7 @@ def test_a_python_planner_sees_what_the_robot_knows(project, catalog, planner):
         "told",
         "assert set(s) == set(self.task.knowledge.signals.names); assert len(s['front']) > 1; "
         "assert observation.pose.distance(self.task.goals['goal']) > 1.0; "
-        "assert self.task.tolerances['goal'] == 0.1; assert len(self.task.drive.wheels) == 2; return 0.0, 0.0",
+        "assert self.task.tolerances['goal'] == 0.1; assert len(self.task.locomotion.values) == 2; return 0.0, 0.0",
         reset="self.task = task; assert not task.privileged",
     )
     file = project / "planners" / "told.py"
@@ -159,7 +159,7 @@ def test_what_the_wheels_cannot_do_fails_and_says_so(project, catalog, planner, 
     record = play(catalog.load_planner(name), project)
     assert record.outcome == "failed"
     assert "act of Told returned" in record.reason
-    assert "Return 2 wheel linear speeds in m/s (left, right), or None at the end." in record.reason
+    assert "Return 2 wheel linear speeds in m/s (left, right), a Twist2, or None at the end." in record.reason
 
 
 def test_an_error_tells_the_line_of_content_at_which_it_was_raised(project, catalog, planner):

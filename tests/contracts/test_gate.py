@@ -89,12 +89,12 @@ class Berserk(rocs_bt.AtomicAction):
     """Commands wildly, several times a period, and fails or ends now and then."""
 
     def act(self, body):
-        Tried.handles = [body.wheels, *body.actuators.values()]
+        Tried.handles = [body.motion, *body.actuators.values()]
         for _ in range(3):
-            Tried.attack(body.wheels)
+            Tried.attack(body.motion)
         ends = Tried.rng.integers(6)
         if ends == 0:
-            body.wheels.command(wild(Tried.rng, body.wheels.size))  # may raise InputError
+            body.motion.command(wild(Tried.rng, body.motion.size))  # may raise InputError
         if ends == 1:
             raise ActionFailed(rocs_bt.Reason.OTHER, "on purpose")
         return rocs_bt.Progress.SUCCEEDED if ends == 2 else rocs_bt.Progress.RUNNING

@@ -2,10 +2,10 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.control.drive import Drive, differential_drive, mecanum_drive, skid_drive
+from rocs_bt.control.locomotion import Locomotion, differential_drive, mecanum_drive, skid_drive
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
-DRIVES = {
+LOCOMOTIONS = {
     "differential": differential_drive(wheel_separation=0.33, **LIMITS),
     "skid": skid_drive(effective_wheel_separation=1.0, **LIMITS),
     "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
@@ -13,12 +13,12 @@ DRIVES = {
 
 
 @pytest.fixture
-def drive() -> Drive:
+def drive() -> Locomotion:
     """A P3DX-like differential drive."""
-    return DRIVES["differential"]
+    return LOCOMOTIONS["differential"]
 
 
-@pytest.fixture(params=sorted(DRIVES))
-def any_drive(request: pytest.FixtureRequest) -> Drive:
+@pytest.fixture(params=sorted(LOCOMOTIONS))
+def any_drive(request: pytest.FixtureRequest) -> Locomotion:
     """Every kind of drive in turn."""
-    return DRIVES[request.param]
+    return LOCOMOTIONS[request.param]

@@ -9,8 +9,8 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
-from rocs_bt.control.drive import Drive
 from rocs_bt.control.follower_qp import Layout, Weights, build
+from rocs_bt.control.locomotion import Locomotion
 from rocs_bt.errors import InputError
 
 Array = npt.NDArray[np.float64]
@@ -21,11 +21,11 @@ WEIGHTS = Weights(along=11.0, across=23.0, heading=1.3, speed=0.2, acceleration=
 class Problem:
     """One random tracking problem, stated without any of the product's matrices but the drive's."""
 
-    def __init__(self, drive: Drive, seed: int) -> None:
+    def __init__(self, drive: Locomotion, seed: int) -> None:
         rng = np.random.default_rng(seed)
-        self.drive, self.n = drive, drive.twist_from_q.shape[1]
+        self.locomotion, self.n = drive, drive.twist_from_q.shape[1]
         self.pose = np.array([30.0, -20.0, 1.0]) + rng.normal(0.0, 0.5, 3)
-        self.q = drive.coordinates(drive.saturate(drive.wheels_from_q @ rng.normal(0.0, 0.5, self.n)))
+        self.q = drive.coordinates(drive.saturate(drive.values_from_q @ rng.normal(0.0, 0.5, self.n)))
         count = sum(BLOCKS)
         yaw = self.pose[2] + rng.normal(0.0, 0.5) + np.linspace(0.0, 0.8, count)
         way = np.cumsum(0.07 * np.column_stack([np.cos(yaw), np.sin(yaw)]), axis=0)
@@ -35,7 +35,7 @@ class Problem:
 
     def residuals(self, plan: Array) -> Array:
         """The square roots of all terms of the cost."""
-        rows = np.unique(self.drive.wheels_from_q, axis=0)
+        rows = np.unique(self.locomotion.values_from_q, axis=0)
         scale = np.sqrt(self.n / len(rows))
         nodes = np.vstack([self.q, plan.reshape(-1, self.n)])
         x, y, yaw = self.pose
@@ -43,7 +43,7 @@ class Problem:
         for b, length in enumerate(BLOCKS):
             slope = (nodes[b + 1] - nodes[b]) / (length * DT)
             for _ in range(length):
-                forward, left, turn = self.drive.twist_from_q @ (q + 0.5 * DT * slope)
+                forward, left, turn = self.locomotion.twist_from_q @ (q + 0.5 * DT * slope)
                 middle = yaw + 0.5 * DT * turn
                 x += DT * (np.cos(middle) * forward - np.sin(middle) * left)
                 y += DT * (np.sin(middle) * forward + np.cos(middle) * left)
@@ -63,13 +63,13 @@ class Problem:
 
     def limits(self) -> LinearConstraint:
         """Wheel speeds at the block ends and accelerations in between."""
-        wheels, count = self.drive.wheels_from_q, len(BLOCKS)
+        wheels, count = self.locomotion.values_from_q, len(BLOCKS)
         speed = np.kron(np.eye(count), wheels)
         change = np.eye(count) - np.eye(count, k=-1)
         acceleration = np.kron(change / (np.array(BLOCKS)[:, None] * DT), wheels)
         offset = np.zeros(len(acceleration))
         offset[: len(wheels)] = wheels @ self.q / (BLOCKS[0] * DT)
-        a, v = self.drive.max_wheel_acceleration, self.drive.max_wheel_speed
+        a, v = self.locomotion.max_acceleration.min(), self.locomotion.max_speed.min()
         low = np.concatenate([np.full(len(speed), -v), offset - a])
         high = np.concatenate([np.full(len(speed), v), offset + a])
         return LinearConstraint(np.vstack([speed, acceleration]), low, high)
@@ -93,7 +93,7 @@ def oracle(cost: Any, gradient: Any, start: Array, limits: LinearConstraint) -> 
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_one_solve_is_the_best_step_of_the_linearised_problem(any_drive: Drive, seed: int) -> None:
+def test_one_solve_is_the_best_step_of_the_linearised_problem(any_drive: Locomotion, seed: int) -> None:
     problem = Problem(any_drive, seed)
     plan = problem.solve(build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200), problem.linearised_at)
     r, j, at = problem.residuals(problem.linearised_at), jacobian(problem, problem.linearised_at), problem.linearised_at
@@ -112,7 +112,7 @@ def test_one_solve_is_the_best_step_of_the_linearised_problem(any_drive: Drive, 
     assert (limits.A @ plan >= limits.lb - 1e-6).all()
 
 
-def test_the_limits_matter_in_these_problems(drive: Drive) -> None:
+def test_the_limits_matter_in_these_problems(drive: Locomotion) -> None:
     program = build(Layout(drive, BLOCKS, DT), WEIGHTS, 200)
     active = 0
     for seed in range(4):
@@ -124,7 +124,7 @@ def test_the_limits_matter_in_these_problems(drive: Drive) -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_repeated_solves_reach_an_optimum_of_the_nonlinear_problem(any_drive: Drive, seed: int) -> None:
+def test_repeated_solves_reach_an_optimum_of_the_nonlinear_problem(any_drive: Locomotion, seed: int) -> None:
     problem = Problem(any_drive, seed)
     program = build(Layout(any_drive, BLOCKS, DT), WEIGHTS, 200)
     plan = problem.linearised_at
@@ -141,7 +141,7 @@ def test_repeated_solves_reach_an_optimum_of_the_nonlinear_problem(any_drive: Dr
     assert cost(plan) <= cost(best) * (1.0 + 1e-6) + 1e-9
 
 
-def test_a_plan_without_stages_is_refused(drive: Drive) -> None:
+def test_a_plan_without_stages_is_refused(drive: Locomotion) -> None:
     for blocks, dt in (((), 0.1), ((1, 0), 0.1), ((1, 1), 0.0)):
         with pytest.raises(InputError, match="blocks of 1 or more stages"):
             Layout(drive, blocks, dt)

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.control.drive import Drive, skid_drive
+from rocs_bt.control.locomotion import Locomotion, skid_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
@@ -19,11 +19,11 @@ STILL = Twist2(0.0)
 Row = tuple[float, float, float]
 
 
-def along(drive: Drive, path: Path, cruise: float = 0.5) -> PathReference:
+def along(drive: Locomotion, path: Path, cruise: float = 0.5) -> PathReference:
     return PathReference(path, speed_profile(path, drive, cruise=cruise, acceleration=0.5))
 
 
-def test_a_robot_at_rest_is_asked_to_gain_speed_from_where_it_is(drive: Drive) -> None:
+def test_a_robot_at_rest_is_asked_to_gain_speed_from_where_it_is(drive: Locomotion) -> None:
     preview = along(drive, Path.line((0, 0), (10, 0))).sample(Pose2(2.0, 0.3, 0.1), STILL, TIMES, 0.0)
     assert preview.cross_track == pytest.approx(0.3)
     assert preview.heading_error == pytest.approx(0.1)
@@ -34,7 +34,7 @@ def test_a_robot_at_rest_is_asked_to_gain_speed_from_where_it_is(drive: Drive) -
     np.testing.assert_allclose(preview.stages[:, [1, 2, 4, 5]], 0.0, atol=1e-12)
 
 
-def test_the_end_is_reached_in_finite_time_and_held(drive: Drive) -> None:
+def test_the_end_is_reached_in_finite_time_and_held(drive: Locomotion) -> None:
     preview = along(drive, Path.line((0, 0), (1, 0))).sample(Pose2(0.7, 0.0, 0.0), Twist2(0.5), TIMES, 0.0)
     np.testing.assert_allclose(preview.stages[-5:, 0], 1.0, atol=1e-9)
     np.testing.assert_allclose(preview.stages[-5:, 3], 0.0, atol=1e-6)
@@ -56,7 +56,7 @@ def test_previews_never_outrun_profile_or_acceleration(x: float, y: float, yaw: 
         np.testing.assert_allclose(preview.stages[:, :2], [[x, y]] * 20)
 
 
-def test_a_robot_that_looks_backwards_turns_first(drive: Drive) -> None:
+def test_a_robot_that_looks_backwards_turns_first(drive: Locomotion) -> None:
     preview = along(drive, Path.line((0, 0), (10, 0))).sample(Pose2(1.0, 0.0, 3.0), STILL, TIMES, 0.0)
     np.testing.assert_allclose(preview.stages[:, :2], [[1.0, 0.0]] * 20)
     assert (np.diff(preview.stages[:, 2]) <= 0.0).all()
@@ -64,7 +64,7 @@ def test_a_robot_that_looks_backwards_turns_first(drive: Drive) -> None:
     assert preview.stages[:, 5].min() == pytest.approx(-1.5)
 
 
-def test_yaw_never_jumps_over_many_laps(drive: Drive) -> None:
+def test_yaw_never_jumps_over_many_laps(drive: Locomotion) -> None:
     angles = np.linspace(0.0, 6.0 * np.pi, 1200)
     reference = along(drive, Path(np.column_stack([np.cos(angles), np.sin(angles)])))
     reference.s = 5.0 * math.pi
@@ -74,7 +74,7 @@ def test_yaw_never_jumps_over_many_laps(drive: Drive) -> None:
     assert np.abs(np.diff(preview.stages[:, 2])).max() < 0.1
 
 
-def test_a_path_of_one_place_asks_for_no_heading(drive: Drive) -> None:
+def test_a_path_of_one_place_asks_for_no_heading(drive: Locomotion) -> None:
     preview = along(drive, Path([(1.0, 1.0)])).sample(Pose2(1.0, 1.0, 2.0), STILL, TIMES, 0.0)
     np.testing.assert_allclose(preview.stages, [[1.0, 1.0, 2.0, 0.0, 0.0, 0.0]] * 20, atol=1e-12)
 
@@ -152,18 +152,18 @@ def test_a_turn_on_the_spot_leaves_the_pivot_where_it_is_and_asks_for_what_the_d
         places = stages[:, :2] + icr_offset * np.column_stack([np.cos(stages[:, 2]), np.sin(stages[:, 2])])
         assert places == pytest.approx(np.full_like(places, pose.transform(icr_offset, 0.0)))
         for forward, left, turn in stages[:, 3:]:
-            made = skidding.twist(skidding.wheel_speeds(Twist2(forward, turn, left)))
+            made = skidding.twist(skidding.command(Twist2(forward, turn, left)))
             assert made == pytest.approx(Twist2(forward, turn, left), abs=1e-9)
 
 
-def test_a_profile_of_another_path_is_refused(drive: Drive) -> None:
+def test_a_profile_of_another_path_is_refused(drive: Locomotion) -> None:
     profile = speed_profile(Path.line((0, 0), (2, 0)), drive, cruise=0.5)
     with pytest.raises(InputError, match="its own path"):
         PathReference(Path.line((0, 0), (3, 0)), profile)
 
 
-def _drive() -> Drive:
-    from rocs_bt.control.drive import differential_drive
+def _drive() -> Locomotion:
+    from rocs_bt.control.locomotion import differential_drive
 
     return differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
@@ -184,7 +184,7 @@ def test_yaws_of_a_timetable_may_be_wrapped_or_not(turns: list[float], start: fl
 
 
 @pytest.mark.parametrize("degrees", [110, -135, 150, 172])
-def test_at_a_corner_that_leads_back_a_robot_turns_and_does_not_return(drive: Drive, degrees: float) -> None:
+def test_at_a_corner_that_leads_back_a_robot_turns_and_does_not_return(drive: Locomotion, degrees: float) -> None:
     yaw = math.radians(degrees)
     leg = np.array([math.cos(yaw), math.sin(yaw)])
     reference = along(drive, Path([(-2.0, 0.0), (0.0, 0.0), tuple(2.0 * leg)]))
@@ -198,7 +198,7 @@ def test_at_a_corner_that_leads_back_a_robot_turns_and_does_not_return(drive: Dr
         assert (reference.s or 0.0) >= 2.0
 
 
-def test_a_corner_that_can_be_driven_round_is_driven_round(drive: Drive) -> None:
+def test_a_corner_that_can_be_driven_round_is_driven_round(drive: Locomotion) -> None:
     reference = along(drive, Path([(-2.0, 0.0), (0.0, 0.0), (0.0, 2.0)]))
     preview = reference.sample(Pose2(-0.04, 0.0, 0.0), Twist2(0.1), TIMES, 0.0)
     assert reference.s == pytest.approx(1.96)

@@ -26,21 +26,22 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("ut
 
 # One file of each kind with every key; `# zzz TABLE` marks where an unknown key would stand in that table.
 ROBOT = """
-format = "robot/2"
+format = "robot/3"
 base = "nothing"
 doc = "All keys."
 model = "robot.xml"
 # zzz robot
-[drive]
+[locomotion]
 kind = "differential"
 actuator = "wheels"
 wheel_separation = "0.3 m"
 max_wheel_speed = "1 m/s"
 max_wheel_acceleration = "1 m/s2"
-wheel_radius = "0.1 m"
-wheel_delay = "0.05 s"
-wheel_lag = "0.05 s"
-# zzz robot.drive
+delay = "0.05 s"
+lag = "0.05 s"
+latency = "0.05 s"
+deceleration = "1 m/s2"
+# zzz robot.locomotion
 [body]
 length = "0.5 m"
 width = "0.4 m"
@@ -102,6 +103,7 @@ name = "gate"
 kind = "goal"
 x = "1 m"
 y = "1 m"
+z = "0.1 m"
 yaw = "90 deg"
 tolerance = "0.2 m"
 agents = ["R1"]
@@ -253,7 +255,10 @@ def load(kind, text, folder):
 
 
 OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
-    "robot.drive": {"effective_wheel_separation", "icr_offset", "half_length", "half_width"},
+    "robot.locomotion": {
+        *("effective_wheel_separation", "icr_offset", "half_length", "half_width"),
+        *("max_speed", "max_acceleration", "land_after"),
+    },
     "planner": {"python"},
 }
 FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import Catalog, load_robot
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
@@ -57,7 +57,7 @@ def test_agrees_with_plane_geometry(tmp_path: Path, pose: Pose2, posts: list[tup
     world = make(tmp_path, geoms)
     world.place("R", pose)
     found = np.array(make_sensor(world, "R", "lidar", "lidar", GIVEN).read().values)
-    drive = make_drive("skid", effective_wheel_separation=0.55, max_wheel_speed=2.0, max_wheel_acceleration=2.5)
+    drive = make_locomotion("skid", effective_wheel_separation=0.55, max_wheel_speed=2.0, max_wheel_acceleration=2.5)
     mock = MockRobot(MockWorld(SimulatedClock(0.1), circles=circles), drive, pose, {"lidar": MOUNT})
     wanted = np.array(make_mock_sensor(mock, "lidar", "lidar", GIVEN).read().values)
     for ray in np.flatnonzero(
@@ -187,12 +187,11 @@ def test_the_jackal_drives_and_turns_as_its_file_says() -> None:
     from rocs_bt.simulation.identify import identify
 
     found = identify(ROBOT, Catalog())
-    told = ROBOT.drive.parameters
+    told = ROBOT.locomotion.parameters
     assert found.effective_wheel_separation == pytest.approx(told["effective_wheel_separation"], rel=0.01)
-    assert found.wheel_lag == pytest.approx(told["wheel_delay"] + told["wheel_lag"], abs=0.003)
+    assert found.wheel_lag == pytest.approx(told["response"].late, abs=0.003)
     assert found.icr_offset == pytest.approx(told["icr_offset"], abs=0.002)
     assert found.top_speed == pytest.approx(2.0, rel=0.01)
     assert found.wheel_separation_error < 0.02
-    wheels = next(m for m in ROBOT.monitors if m.name == "wheels").parameters
-    assert wheels["deceleration"] == pytest.approx(found.deceleration, rel=0.01)
-    assert wheels["latency"] == pytest.approx(0.05 + found.brake_delay, abs=0.002)
+    assert told["response"].deceleration["vx"] == pytest.approx(found.deceleration, rel=0.01)
+    assert told["response"].latency == pytest.approx(0.05 + found.brake_delay, abs=0.002)

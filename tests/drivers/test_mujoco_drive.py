@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.device import Actuator
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
 from rocs_bt.errors import DeviceError, InputError, UnknownName
@@ -47,7 +47,7 @@ def test_it_follows_its_kinematics(
 ) -> None:
     world = make_world(step=step)
     settle(world, wheels_of(world, p3dx), speeds)
-    wanted = make_drive(p3dx.drive.kind, **p3dx.drive.parameters).twist(np.array(speeds))
+    wanted = make_locomotion(p3dx.locomotion.kind, **p3dx.locomotion.parameters).twist(np.array(speeds))
     before, path, turned, period = world.pose("R2"), 0.0, 0.0, 10 * step
     for _ in range(40):
         world.advance(10)

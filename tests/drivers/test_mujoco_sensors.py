@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import (
@@ -72,7 +72,7 @@ def test_the_mock_sees_what_mujoco_sees(
     post_world.place("R2", pose)
     mounts = {f"sonar{i}": Pose2(b.x, b.y, b.yaw) for i, b in enumerate(post_sonar.beams())}
     mock = MockWorld(post_world.clock, circles=[((1.0, 0.2), 0.05)])
-    robot = MockRobot(mock, make_drive(p3dx.drive.kind, **p3dx.drive.parameters), pose, mounts)
+    robot = MockRobot(mock, make_locomotion(p3dx.locomotion.kind, **p3dx.locomotion.parameters), pose, mounts)
     parameters = next(s for s in p3dx.sensors if s.name == "sonar").parameters
     seen = make_mock_sensor(robot, "sonar", "range_cone", parameters).read().values
     # Grazing rays may differ: a cylinder is an ideal one in both, but rounding decides on its edge.

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.drivers import WheelTravelParameters
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_actuator as make_mock_actuator
@@ -21,7 +21,7 @@ from rocs_bt.geometry import Pose2
 MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
 ODOMETER = {**MOTORS, "counts": 1000}
 COUNT = math.tau * 0.0975 / 1000
-DRIVE = make_drive("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 def test_travel_is_in_whole_counts_and_grows_without_end() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, make_sensor
@@ -21,7 +21,7 @@ from rocs_bt.geometry import Pose2
 
 MakeWorld = Callable[..., MujocoWorld]
 NOBODY = [0.0, math.inf, 0.0]
-DRIVE = make_drive("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
+DRIVE = make_locomotion("differential", wheel_separation=0.331, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 
 
 @pytest.fixture

@@ -46,12 +46,12 @@ class Bench:
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
         self.body = RobotBody(
             knowledge=SimpleNamespace(agent="R1"),
-            drive=None,
+            locomotion=None,
             follower=None,
             clock=self.clock,
             period=PERIOD,
             actuators={"wheels": wide_gate(self.wheels, self.clock)},
-            wheels="wheels",
+            motion="wheels",
             sink=self.sink,
         )
         self.execute = Execute(self.pipeline, self.body)
@@ -86,7 +86,7 @@ class Do(AtomicAction):
         if last and self.ends is not None:
             return self.ends
         if not self.mute:
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
         return Progress.SUCCEEDED if last else Progress.RUNNING
 
     def stop(self, body):

@@ -32,7 +32,7 @@ def test_what_is_no_command_never_reaches_the_device(bench, values):
     @dataclass(kw_only=True, eq=False)
     class Wild(AtomicAction):
         def act(self, body):
-            body.wheels.command(values)
+            body.motion.command(values)
             return Progress.RUNNING
 
     ticket = bench.pipeline.submit(Wild(), NORMAL, "plan")
@@ -45,7 +45,7 @@ def test_an_action_that_raises_stops_the_wheels_first_and_fails_its_ticket(bench
     @dataclass(kw_only=True, eq=False)
     class Buggy(AtomicAction):
         def act(self, body):
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             raise ZeroDivisionError("by nought")
 
     ticket = bench.pipeline.submit(Buggy(), NORMAL, "plan")
@@ -85,12 +85,12 @@ def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
     with pytest.raises(WiringError, match=r"no actuator is named 'wheel'\. Did you mean 'wheels'"):
         RobotBody(
             knowledge=SimpleNamespace(agent="R1"),
-            drive=None,
+            locomotion=None,
             follower=None,
             clock=bench.clock,
             period=0.05,
             actuators={"wheels": wide_gate(bench.wheels, bench.clock)},
-            wheels="wheel",
+            motion="wheel",
             sink=bench.sink,
         )
 
@@ -114,7 +114,7 @@ def test_an_action_that_is_asked_for_the_impossible_fails_and_nothing_else_does(
     @dataclass(kw_only=True, eq=False)
     class Acts(AtomicAction):
         def act(self, body):
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             raise error
 
     @dataclass(kw_only=True, eq=False)

@@ -193,7 +193,7 @@ def test_what_a_failing_action_commanded_does_not_stay(bench):
     @dataclass(kw_only=True, eq=False)
     class Rash(AtomicAction):
         def act(self, body):
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             raise ActionFailed(Reason.BLOCKED, "after the fact")
 
     ticket = bench.pipeline.submit(Rash(), NORMAL, "plan")
@@ -205,7 +205,7 @@ def test_nor_when_a_macro_answers_and_then_waits(bench, do):
     @dataclass(kw_only=True, eq=False)
     class Rash(AtomicAction):
         def act(self, body):
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             raise ActionFailed(Reason.BLOCKED)
 
     @dataclass(kw_only=True, eq=False)
@@ -248,7 +248,7 @@ def test_stop_in_mid_act_drops_what_the_action_commands_after_it(bench):
     class Late(AtomicAction):
         def act(self, body):
             bench.execute.stop("heartbeat")  # as from another thread
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             return Progress.RUNNING
 
         def stop(self, body):
@@ -264,7 +264,7 @@ def test_an_action_cancelled_in_its_last_act_is_stopped_and_does_not_succeed(ben
     class Last(AtomicAction):
         def act(self, body):
             bench.pipeline.submit(reflex, HIGH, "rule")  # as from another thread
-            body.wheels.command([1.0, 1.0])
+            body.motion.command([1.0, 1.0])
             return Progress.SUCCEEDED
 
         def stop(self, body):
@@ -273,7 +273,7 @@ def test_an_action_cancelled_in_its_last_act_is_stopped_and_does_not_succeed(ben
     @dataclass(kw_only=True, eq=False)
     class Reflex(AtomicAction):
         def act(self, body):
-            body.wheels.command([-1.0, -1.0])
+            body.motion.command([-1.0, -1.0])
             return Progress.SUCCEEDED
 
     reflex = Reflex()
@@ -288,12 +288,12 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
     lamp.name, lamp.log = "lamp", []
     body = RobotBody(
         knowledge=SimpleNamespace(agent="R1"),
-        drive=None,
+        locomotion=None,
         follower=None,
         clock=bench.clock,
         period=0.05,
         actuators={"wheels": wide_gate(bench.wheels, bench.clock), "lamp": wide_gate(lamp, bench.clock)},
-        wheels="wheels",
+        motion="wheels",
         sink=bench.sink,
     )
 

@@ -25,7 +25,7 @@ class Swallows(AtomicAction):
 
     def act(self, body):
         with contextlib.suppress(Exception):  # the fault that is tested
-            body.wheels.command([0.2, 0.2])
+            body.motion.command([0.2, 0.2])
         return Progress.RUNNING
 
 
@@ -35,7 +35,7 @@ class Wraps(AtomicAction):
 
     def act(self, body):
         try:
-            body.wheels.command([0.2, 0.2])
+            body.motion.command([0.2, 0.2])
         except Exception as error:  # the fault that is tested
             raise ValueError("no wheels") from error
         return Progress.RUNNING

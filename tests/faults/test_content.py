@@ -126,7 +126,7 @@ class Rot(AtomicAction):
 
     def act(self, body):
         TIMES[0].check(body.clock.now())
-        body.wheels.command([0.2, 0.2])
+        body.motion.command([0.2, 0.2])
         return Progress.RUNNING
 
 
@@ -145,7 +145,7 @@ class Nudge(AtomicAction):
     """An action that drives for one period."""
 
     def act(self, body):
-        body.wheels.command([0.2, 0.2])
+        body.motion.command([0.2, 0.2])
         return Progress.SUCCEEDED
 
 
@@ -450,7 +450,7 @@ def test_a_reflex_acts_in_its_period_though_the_action_that_it_cuts_off_raises_w
     @dataclass(kw_only=True, eq=False)
     class Clings(AtomicAction):
         def act(self, body):
-            body.wheels.command([0.2, 0.2])
+            body.motion.command([0.2, 0.2])
             return Progress.RUNNING
 
         def stop(self, body):

@@ -65,7 +65,7 @@ class Doze(AtomicAction):
         if body.clock.now() >= AT:
             Doze.began = body.clock.now()
             sleep(body.clock)
-        body.wheels.command([0.3, 0.3])
+        body.motion.command([0.3, 0.3])
         return Progress.RUNNING
 
 

@@ -130,7 +130,7 @@ def test_the_robots_parts_and_limits_stand_in_the_graph(knowledge: Knowledge) ->
 
 def test_a_state_that_no_sensor_tells_is_nan(clock: SimulatedClock, sink: ListSink) -> None:
     robot = Knowledge("R2", clock, sink).robot
-    robot.drive = Tracks()
+    robot.locomotion = Tracks()
     assert np.isnan([*robot.pose(), *robot.wheel_speeds(), robot.speed(), robot.turn_rate()]).all()
     assert robot.wheel_speeds().shape == (2,)
 
@@ -138,7 +138,7 @@ def test_a_state_that_no_sensor_tells_is_nan(clock: SimulatedClock, sink: ListSi
 class Tracks:
     wheels = ("left", "right")
 
-    def wheel_speeds(self, twist: Twist2) -> np.ndarray:
+    def command(self, twist: Twist2) -> np.ndarray:
         return np.array([twist.forward - twist.turn, twist.forward + twist.turn])
 
     def twist(self, wheels: np.ndarray) -> Twist2:
@@ -146,9 +146,9 @@ class Tracks:
 
 
 def test_kinematics_both_ways_are_the_drives(knowledge: Knowledge) -> None:
-    with pytest.raises(KnowledgeError, match="'R2' has no drive"):
+    with pytest.raises(KnowledgeError, match="'R2' has no locomotion"):
         knowledge.robot.inverse(Twist2(1.0))
-    knowledge.robot.drive = Tracks()
+    knowledge.robot.locomotion = Tracks()
     assert knowledge.robot.inverse(Twist2(1.0, 0.5)).tolist() == [0.5, 1.5]
     assert knowledge.robot.forward(np.array([0.5, 1.5])) == Twist2(1.0, 0.5)
 

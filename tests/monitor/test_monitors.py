@@ -1,6 +1,7 @@
 """Monitors: what sensors say becomes signals; what they do not say becomes NaN."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import AxisLimits, Response, make_locomotion, twist_body
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.errors import DeviceError, InputError, WiringError
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
@@ -52,7 +53,7 @@ class Robot:
         self.clock = SimulatedClock(PERIOD)
         self.sink = ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
-        self.knowledge.robot.drive = make_drive(
+        self.knowledge.robot.locomotion = make_locomotion(
             "differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5
         )
         self.monitors = []
@@ -94,7 +95,7 @@ def robot():
 @pytest.fixture
 def wheels(robot):
     sensor = robot.sensor("wheels", 2)
-    robot.watch(WheelMonitor, sensor, latency=0.1)
+    robot.watch(WheelMonitor, sensor)
     return sensor
 
 
@@ -208,7 +209,7 @@ def test_hearing_no_echo_for_long_is_not_frozen(robot, sonar, wheels):
 def test_wheels_tell_speed_turn_rate_and_stop_distance(left, right):
     robot = Robot()
     sensor = robot.sensor("wheels", 2)
-    robot.watch(WheelMonitor, sensor, latency=0.1)
+    robot.watch(WheelMonitor, sensor)
     robot.begin()
     sensor.values = [left, right]
     robot.step()
@@ -221,17 +222,26 @@ def test_wheels_tell_speed_turn_rate_and_stop_distance(left, right):
 
 def test_a_measured_deceleration_takes_the_place_of_the_drives(robot):
     sensor = robot.sensor("wheels", 2)
-    robot.watch(WheelMonitor, sensor, latency=0.05, deceleration=3.0)
+    response = Response(latency=0.05, deceleration={"vx": 3.0})
+    robot.knowledge.robot.locomotion = replace(robot.knowledge.robot.locomotion, response=response)
+    robot.watch(WheelMonitor, sensor)
     robot.begin()
     sensor.values = [0.6, 0.6]
     robot.step()
     assert robot.read("stop_distance") == pytest.approx([0.6 * 0.05 + 0.6**2 / 6.0])
 
 
-@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": 0.0}, {"latency": math.nan}])
-def test_wheels_that_cannot_brake_are_refused(robot, wrong):
-    with pytest.raises(InputError, match="a latency of 0 s or more and a deceleration above 0"):
-        robot.watch(WheelMonitor, robot.sensor("wheels", 2), **wrong)
+@pytest.mark.parametrize("wrong", [{"latency": -0.1}, {"deceleration": {"vx": 0.0}}, {"latency": math.nan}])
+def test_bodies_that_cannot_brake_are_refused(wrong):
+    with pytest.raises(InputError, match=r"(latency|deceleration) of"):
+        Response(**wrong)
+
+
+def test_a_body_without_wheels_has_no_wheel_monitor(robot):
+    limits = AxisLimits(1.0, 1.0)
+    robot.knowledge.robot.locomotion = twist_body(axes={"vx": limits, "wz": limits})
+    with pytest.raises(InputError, match="a 'twist' locomotion has no wheels"):
+        robot.watch(WheelMonitor, robot.sensor("wheels", 2))
 
 
 @pytest.fixture

@@ -34,7 +34,7 @@ class Wheels(Actuator):
 
 
 @dataclass(kw_only=True, eq=False)
-class Drive(AtomicAction):
+class Locomotion(AtomicAction):
     """Commands its speed for some periods."""
 
     speed: float
@@ -42,16 +42,16 @@ class Drive(AtomicAction):
 
     def act(self, body):
         self.periods -= 1
-        body.wheels.command([self.speed])
+        body.motion.command([self.speed])
         return Progress.RUNNING if self.periods > 0 else Progress.SUCCEEDED
 
 
 @dataclass(kw_only=True, eq=False)
 class Three(MacroAction):
     def decompose(self, body):
-        yield Drive(speed=1.0)
-        yield Drive(speed=2.0)
-        yield Drive(speed=3.0)
+        yield Locomotion(speed=1.0)
+        yield Locomotion(speed=2.0)
+        yield Locomotion(speed=3.0)
 
 
 class Robot:
@@ -60,12 +60,12 @@ class Robot:
         self.pipeline = Pipeline(self.clock, self.sink)
         body = RobotBody(
             knowledge=SimpleNamespace(agent="R1"),
-            drive=None,
+            locomotion=None,
             follower=None,
             clock=self.clock,
             period=0.05,
             actuators={"wheels": wide_gate(self.wheels, self.clock)},
-            wheels="wheels",
+            motion="wheels",
             sink=self.sink,
         )
         self.execute = Execute(self.pipeline, body)
@@ -87,21 +87,21 @@ def robot():
 
 def test_a_reflex_is_not_lost_to_a_plan_that_pushes_after_it(robot):
     """There: push 60, push 1 leaves the plan's action only."""
-    robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
-    robot.pipeline.submit(Drive(speed=1.0), NORMAL, "plan")
+    robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
+    robot.pipeline.submit(Locomotion(speed=1.0), NORMAL, "plan")
     assert robot.run(3) == [-60.0, 1.0, 0.0]
 
 
 def test_a_reflex_replaces_a_plan_that_pushed_before_it(robot):
-    robot.pipeline.submit(Drive(speed=1.0), NORMAL, "plan")
-    robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
+    robot.pipeline.submit(Locomotion(speed=1.0), NORMAL, "plan")
+    robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
     assert robot.run(3) == [-60.0, 0.0]
 
 
 def test_three_pushed_actions_all_run_in_order(robot):
     """There: push 1, 1, 1 leaves only the third."""
     for speed in (1.0, 2.0, 3.0):
-        robot.pipeline.submit(Drive(speed=speed), NORMAL, "plan")
+        robot.pipeline.submit(Locomotion(speed=speed), NORMAL, "plan")
     assert robot.run(4) == [1.0, 2.0, 3.0, 0.0]
 
 
@@ -114,8 +114,8 @@ def test_a_macro_of_three_runs_in_order_in_three_periods(robot):
 def test_nothing_is_dropped_without_a_word(robot):
     """There: a push of a lower value is dropped silently."""
     for _ in range(3):
-        robot.pipeline.submit(Drive(speed=1.0), NORMAL, "plan")
-    robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
+        robot.pipeline.submit(Locomotion(speed=1.0), NORMAL, "plan")
+    robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
     robot.run(3)
     ends = [(e.ticket, e.state, e.by) for e in robot.told() if TicketState(e.state).done]
     assert ends == [
@@ -128,9 +128,9 @@ def test_nothing_is_dropped_without_a_word(robot):
 
 def test_a_running_action_is_pre_empted(robot):
     """There: act() runs to its end on the Execute thread."""
-    robot.pipeline.submit(Drive(speed=1.0, periods=100), NORMAL, "plan")
+    robot.pipeline.submit(Locomotion(speed=1.0, periods=100), NORMAL, "plan")
     robot.run(2)
-    robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
+    robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
     assert robot.run(1) == [1.0, 1.0, -60.0]
 
 
@@ -139,7 +139,7 @@ def test_a_reflex_is_not_lost_whenever_it_comes_while_a_macro_runs(robot, moment
     """There: one push in six is lost when an action that takes 20 ms pushes its child afterwards."""
     robot.pipeline.submit(Three(), NORMAL, "plan")
     robot.run(moment)
-    ticket = robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
+    ticket = robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
     robot.run(1)
     assert ticket.state is TicketState.SUCCEEDED
     assert robot.wheels.commands[-1] == -60.0
@@ -151,8 +151,8 @@ def test_a_reflex_submitted_in_the_midst_of_an_act_is_next(robot):
     @dataclass(kw_only=True, eq=False)
     class Slow(AtomicAction):
         def act(self, body):
-            tickets.append(robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule"))
-            body.wheels.command([1.0])
+            tickets.append(robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule"))
+            body.motion.command([1.0])
             return Progress.RUNNING
 
     robot.pipeline.submit(Slow(), NORMAL, "plan")
@@ -162,12 +162,12 @@ def test_a_reflex_submitted_in_the_midst_of_an_act_is_next(robot):
 
 def test_when_a_reflex_is_over_the_wheels_do_not_keep_its_speed(robot):
     """There: the wheels keep the reflex's speed until the planner's chain comes through."""
-    robot.pipeline.submit(Drive(speed=-60.0), HIGH, "rule")
+    robot.pipeline.submit(Locomotion(speed=-60.0), HIGH, "rule")
     assert robot.run(2) == [-60.0, 0.0]
 
 
 def test_what_became_of_an_action_is_told(robot):
-    ticket = robot.pipeline.submit(Drive(speed=1.0), NORMAL, "plan")
+    ticket = robot.pipeline.submit(Locomotion(speed=1.0), NORMAL, "plan")
     states = [ticket.state]
     robot.run(1)
     states += [TicketState(e.state) for e in robot.told()]

@@ -143,7 +143,7 @@ class TestAction:
         class Look(AtomicAction):
             def act(self, body):
                 ages.append(body.clock.now() - body.knowledge.signals.stamp("pose"))
-                body.wheels.command([0.0, 0.0])
+                body.motion.command([0.0, 0.0])
                 return Progress.RUNNING
 
         agent, stage, _ = make_mind()

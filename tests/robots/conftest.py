@@ -5,7 +5,7 @@ import math
 import pytest
 
 from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.control.drive import make_drive
+from rocs_bt.control.locomotion import make_locomotion
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
@@ -54,7 +54,7 @@ class Rig:
     def __init__(self, **given):
         self.clock = SimulatedClock(0.05)
         self.knowledge = Knowledge("R3", self.clock, ListSink())
-        self.knowledge.robot.drive = make_drive(
+        self.knowledge.robot.locomotion = make_locomotion(
             "differential", wheel_separation=0.6, max_wheel_speed=2.0, max_wheel_acceleration=1.5
         )
         self.knowledge.graph.set("R3", length=0.7, width=0.6)

@@ -114,7 +114,7 @@ def real(tmp_path: Path) -> Callable[[str], Catalog]:
         names = ("sonar", "position", "orientation", "encoders")
         tables = [f'[[sensor]]\nname = "{name}"\ndriver = "own.py:Part"\n' for name in names]
         tables.append('[[actuator]]\nname = "wheels"\ndriver = "own.py:Wheels"\n')
-        head = 'format = "robot/2"\nbase = "pioneer_p3dx"\n'
+        head = 'format = "robot/3"\nbase = "pioneer_p3dx"\n'
         (folder / "robot.toml").write_text(head + "".join(tables))
         (tmp_path / "scenarios").mkdir()
         (tmp_path / "scenarios" / "real.toml").write_text(

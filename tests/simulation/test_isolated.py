@@ -109,7 +109,7 @@ def test_a_driver_that_cannot_start_is_reported(robots, tmp_path):
 def test_in_simulation_the_key_changes_nothing(tmp_path: Path) -> None:
     (tmp_path / "robots" / "apart").mkdir(parents=True)
     (tmp_path / "robots" / "apart" / "robot.toml").write_text(
-        'format = "robot/2"\nbase = "pioneer_p3dx"\n[[actuator]]\nname = "wheels"\nisolated = true\n'
+        'format = "robot/3"\nbase = "pioneer_p3dx"\n[[actuator]]\nname = "wheels"\nisolated = true\n'
     )
     catalog = Catalog(tmp_path)
     assert catalog.load_robot("apart").actuators[0].isolated

@@ -16,7 +16,7 @@ class Rush(rocs_bt.AtomicAction):
     """Command 5 m/s, whatever the wheels can."""
 
     def act(self, body):
-        body.wheels.command([5.0, 5.0])
+        body.motion.command([5.0, 5.0])
         return rocs_bt.Progress.RUNNING
 
 

@@ -24,7 +24,7 @@ MISSION = """<root BTCPP_format="4" main_tree_to_execute="{name}"><BehaviorTree 
 {leaf}
 </BehaviorTree></root>"""
 
-ROBOT = """format = "robot/2"
+ROBOT = """format = "robot/3"
 base = "pioneer_p3dx"
 doc = "A Pioneer that only stands when something is near, ahead and behind."
 """
