@@ -6,13 +6,18 @@ lateral acceleration.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..errors import InputError
+from ..geometry import Twist2
 from .locomotion import Array, Locomotion
 from .path import Path
+
+TINY = 1e-9  # below this, a divisor is replaced
+BRAKES = 0.3  # minimum share of the acceleration limits for braking along the path in a curve
 
 CRAWL = 1e-6
 """Minimum speed in the computation of passing times [m/s]; lower speeds of a profile are rounding errors."""
@@ -85,12 +90,17 @@ def speed_profile(
     start_speed: float | None = None,
     end_speed: float = 0.0,
     limit: Array | None = None,
+    yaws: Array | None = None,
+    turn_rate: float = math.inf,
 ) -> SpeedProfile:
     """Fastest profile within the limits of the locomotion, of lateral acceleration and of cruise speed.
 
     Each sample allows min(cruise, v_max / f, sqrt(a_lat / |k|)) at curvature k. On wheels f is 1 + |k| arm, with half
     the wheel separation as arm: it keeps the outer wheel, which is faster than the body, within its limit. A forward
     and a backward pass then limit the acceleration. In a curve, the limit of the acceleration is also divided by f.
+
+    With `yaws`, the command per speed on the path is that of the twist (cos d, sin d, dyaw/ds), for the angle d from
+    the yaw to the path. Each value of the command limits the speed, and its change along the path the acceleration.
 
     Args:
         path: Path to drive.
@@ -101,6 +111,8 @@ def speed_profile(
         start_speed: Speed limit at the start [m/s]; None for no limit, for a robot that may join anywhere.
         end_speed: Speed limit at the end [m/s].
         limit: Additional speed limits at each sample, for example from clearance, shape (n,) [m/s].
+        yaws: Yaw at each sample, without jumps of 2 pi, shape (n,) [rad]; None for the tangent.
+        turn_rate: Maximum turn rate along the path with `yaws` [rad/s].
 
     Raises:
         InputError: A speed or an acceleration is out of range.
@@ -114,16 +126,38 @@ def speed_profile(
             raise InputError(f"{name} of a speed profile must be 0 or more, found {end}.")
     stations = np.arange(len(path.samples), dtype=float) * path.spacing
     bend = np.abs(path.samples[:, 3])
-    factor = locomotion.curve_factor(bend)
-    squared = np.minimum(min(cruise, locomotion.speed_limit), locomotion.speed_limit / factor) ** 2
+    if yaws is None:
+        factor = locomotion.curve_factor(bend)
+        squared = np.minimum(min(cruise, locomotion.speed_limit), locomotion.speed_limit / factor) ** 2
+        accelerations = along / factor
+    else:
+        squared, accelerations = _with_yaws(path, locomotion, yaws, cruise, turn_rate, along)
     squared = np.minimum(squared, lateral_acceleration / np.maximum(bend, 1e-9))
     if limit is not None:
         squared = np.minimum(squared, limit**2)
     if start_speed is not None:
         squared[0] = min(squared[0], start_speed**2)
     squared[-1] = min(squared[-1], end_speed**2)
-    speeds = np.sqrt(_two_passes(squared, along / factor, path.spacing))
+    speeds = np.sqrt(_two_passes(squared, accelerations, path.spacing))
     return SpeedProfile(stations, speeds, _times(speeds, path.spacing), along)
+
+
+def _with_yaws(
+    path: Path, locomotion: Locomotion, yaws: Array, cruise: float, turn_rate: float, along: float
+) -> tuple[Array, Array]:
+    """Limits of squared speeds [m2/s2] and of accelerations [m/s2] at the samples of a path with yaws, shape (n,)."""
+    spacing = path.spacing or 1.0
+    off, turns = path.samples[:, 2] - yaws, np.gradient(yaws, spacing)
+    forward, left, turn = (locomotion.command(Twist2(f, turn=t, left=side)) for f, side, t in np.eye(3).tolist())
+    # Values of the motion command per speed on the path, and their changes per metre, shape (n, m).
+    shares = np.outer(np.cos(off), forward) + np.outer(np.sin(off), left) + np.outer(turns, turn)
+    changes = np.maximum(np.abs(np.gradient(shares, spacing, axis=0)), TINY)
+    shares = np.maximum(np.abs(shares), TINY)
+    speeds = np.minimum((locomotion.max_speed / shares).min(axis=1), turn_rate / np.maximum(np.abs(turns), TINY))
+    accelerations = locomotion.max_acceleration
+    squared = np.minimum(np.minimum(cruise, speeds) ** 2, (accelerations / changes).min(axis=1))
+    left_over = np.maximum(accelerations - squared[:, None] * changes, BRAKES * accelerations)
+    return squared, np.minimum(along, (left_over / shares).min(axis=1))
 
 
 def _two_passes(squared: Array, acceleration: Array, spacing: float) -> Array:

@@ -12,6 +12,8 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
+from .axis import Axis
+from .heading import limited_yaws
 from .locomotion import Array
 from .path import REACH, Grid, Path
 from .profile import SpeedProfile
@@ -65,9 +67,11 @@ class PathReference(Reference):
         turn_rate: Maximum turn rate on the spot [rad/s].
         turn_acceleration: Angular acceleration on the spot [rad/s2].
         icr_offset: Distance of the centre of rotation ahead of its base, see `Locomotion.icr_offset` [m].
+        yaws: Yaw at each sample of the path, without jumps of 2 pi, shape (n,) [rad]; None for the tangent. A robot
+            with yaws turns while it drives, and never on the spot.
 
     Raises:
-        InputError: The profile was made for another path.
+        InputError: The profile was made for another path, or the yaws were.
 
     Attributes:
         s: Arc length of the robot at the last sample [m]; None before the first.
@@ -82,6 +86,7 @@ class PathReference(Reference):
         turn_rate: float = TURN_RATE,
         turn_acceleration: float = TURN_ACCELERATION,
         icr_offset: float = 0.0,
+        yaws: Array | None = None,
     ) -> None:
         self.path = path
         self.profile = profile
@@ -91,12 +96,18 @@ class PathReference(Reference):
                 f"a path reference needs the speed profile of its own path with {len(path.samples)} samples, found one "
                 f"with {len(profile.speeds)}."
             )
+        if yaws is not None and len(yaws) != len(path.samples):
+            raise InputError(
+                f"a path reference needs a yaw at each of the {len(path.samples)} samples, found {len(yaws)}."
+            )
         self._grid = Grid(np.column_stack([path.samples, profile.speeds**2]), path.spacing)
+        self._yaws = None if yaws is None else Grid(yaws[:, None], path.spacing)
         self._corners = [corner + REACH for corner in _sharp_corners(path)]  # arc lengths at which the next legs begin
         self._turn_first = turn_first
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
         self._icr_offset = icr_offset
+        self._axis = Axis(turn_rate, turn_acceleration)
 
     @property
     def remaining(self) -> float:
@@ -105,6 +116,8 @@ class PathReference(Reference):
 
     def sample(self, pose: Pose2, twist: Twist2, times: Array, lead: float) -> Preview:
         s = self.s = self._project(pose)
+        if self._yaws is not None:
+            return self._sample_with_yaws(self._yaws, s, pose, twist, times)
         x, y, tangent, _, squared = self._grid.row(s)
         yaw = tangent if self.path.length > 0.0 else pose.yaw  # a path of one point has no heading
         error = wrap_angle(pose.yaw - yaw)
@@ -122,6 +135,23 @@ class PathReference(Reference):
         stages[:, 3] = speeds
         stages[:, 5] = speeds * there[:, 3]
         return Preview(stages, cross, error)
+
+    def _sample_with_yaws(self, yaws: Grid, s: float, pose: Pose2, twist: Twist2, times: Array) -> Preview:
+        """Preview from the arc length s [m] on, with yaws that approach those of the grid from the robot's yaw."""
+        x, y, tangent, _, squared = self._grid.row(s)
+        c, s_tangent = math.cos(tangent), math.sin(tangent)
+        off = pose.yaw - tangent
+        along = max(0.0, twist.forward * math.cos(off) - twist.left * math.sin(off))
+        stations = self.profile.ahead(s, along, math.sqrt(squared), times)
+        there, wanted = self._grid.at(stations), yaws.at(np.concatenate([[s], stations]))[:, 0]
+        speeds = np.minimum(np.sqrt(there[:, 4]), along + self.profile.acceleration * times)
+        stages = np.empty((len(times), 6))
+        stages[:, :2] = there[:, :2]
+        stages[:, 2], stages[:, 5] = limited_yaws(wanted, times, pose.yaw, twist.turn, self._axis)
+        ahead = there[:, 2] - stages[:, 2]
+        stages[:, 3], stages[:, 4] = speeds * np.cos(ahead), speeds * np.sin(ahead)
+        cross = c * (pose.y - y) - s_tangent * (pose.x - x)
+        return Preview(stages, cross, wrap_angle(pose.yaw - float(wanted[0])))
 
     def _project(self, pose: Pose2) -> float:
         """Arc length of the robot on the path [m]; never before a sharp corner that the robot has reached."""

@@ -1,0 +1,70 @@
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rocs_bt.control.axis import Axis
+from rocs_bt.errors import InputError
+
+TIMES = 0.1 * np.arange(1, 101)
+axes = st.builds(Axis, st.floats(0.1, 3.0), st.floats(0.2, 6.0))
+
+
+@given(axes, st.floats(-6.0, 6.0), st.floats(-1.0, 1.0), st.lists(st.floats(-3.0, 3.0), min_size=101, max_size=101))
+def test_a_track_keeps_its_limits_and_is_the_integral_of_its_rates(
+    axis: Axis, position: float, share: float, targets: list[float]
+) -> None:
+    rate = share * axis.rate
+    positions, rates = axis.track(np.array(targets), TIMES, position, rate)
+    whole = np.concatenate([[rate], rates])
+    assert np.abs(rates).max() <= axis.rate + 1e-9
+    assert np.abs(np.diff(whole)).max() <= axis.acceleration * 0.1 + 1e-9
+    moved = np.cumsum(0.5 * (whole[1:] + whole[:-1]) * 0.1)
+    np.testing.assert_allclose(positions, position + moved, atol=1e-9)
+
+
+@given(axes, st.floats(-2.0, 2.0))
+def test_from_rest_a_target_is_reached_in_the_time_of_a_trapezoid_and_not_passed(axis: Axis, target: float) -> None:
+    positions, rates = axis.track(np.full(101, target), TIMES, 0.0, 0.0)
+    peak = min(axis.rate, math.sqrt(axis.acceleration * abs(target)))
+    ideal = (
+        abs(target) / axis.rate + axis.rate / axis.acceleration if peak == axis.rate else 2 * peak / axis.acceleration
+    )
+    passed = 0.07 * axis.acceleration * 0.1**2  # of the last step, which is not a whole one
+    assert (np.abs(positions) <= abs(target) + passed).all()
+    later = ideal + 0.5 <= TIMES  # the trapezoid, rounded up to whole steps
+    np.testing.assert_allclose(positions[later], target, atol=0.01 * abs(target) + 1e-6)
+    assert abs(rates[-1]) <= 1e-6 or ideal > 9.0
+
+
+@given(st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(-0.5, 0.5))
+def test_a_target_that_moves_evenly_is_followed_without_lag(speed: float, start: float, rate: float) -> None:
+    times = np.concatenate([[0.0], TIMES])
+    positions, rates = Axis(1.5, 2.0).track(start + speed * times, TIMES, 0.0, rate)
+    np.testing.assert_allclose(positions[50:], start + speed * TIMES[50:], atol=1e-6)
+    np.testing.assert_allclose(rates[50:], speed, atol=1e-6)
+
+
+@pytest.mark.parametrize("lag", [0.1, 0.3])
+@pytest.mark.parametrize("target", [0.05, 1.0, -2.0])
+def test_a_lagging_body_settles_without_overshoot(lag: float, target: float) -> None:
+    axis, period, height, climb, command = Axis(0.5, 0.8), 0.05, 0.0, 0.0, 0.0
+    heights = []
+    for _ in range(400):
+        command = axis.step(target - height - lag * climb, command, period, settling=3.0 * lag)
+        decay = math.exp(-period / lag)
+        height += command * period + (climb - command) * lag * (1.0 - decay)
+        climb = command + (climb - command) * decay
+        heights.append(height * math.copysign(1.0, target))
+    assert max(heights) <= abs(target) + 0.02
+    assert heights[-1] == pytest.approx(abs(target), abs=1e-3)
+
+
+@pytest.mark.parametrize("limits", [(0.0, 1.0), (1.0, -1.0), (math.nan, 1.0), (1.0, math.inf)])
+def test_limits_that_are_none_are_refused(limits: tuple[float, float]) -> None:
+    with pytest.raises(InputError, match="of an axis"):
+        Axis(*limits)
