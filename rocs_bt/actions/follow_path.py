@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ..action import Action, Body, MacroAction
+from ..action import Action, Body
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond
-from .path_drive import OFF, PathDrive
+from .heading import ALONG
+from .path_action import Height, PathAction
+from .path_drive import OFF
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
@@ -22,7 +24,7 @@ AGAIN = 0.1  # [m] of points that are at most this much farther than the nearest
 
 
 @dataclass(kw_only=True, eq=False)
-class FollowPath(MacroAction):
+class FollowPath(PathAction):
     """Drive along a polyline with the follower, and stop at its end.
 
     The robot joins the path at the nearest point, so a mission that resubmits the action after a reflex continues where
@@ -31,25 +33,30 @@ class FollowPath(MacroAction):
     Attributes:
         points: Corners as (x, y), world frame [m].
         cruise: Speed on straight parts [m/s].
-        tolerance: Distance from the end at which the stationary robot has arrived [m].
+        tolerance: Distance from the end at which the stationary robot has arrived, also in height [m].
         corner_radius: Radius of the arcs that round the corners [m].
+        heading: Yaw on the way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+        height: Height to fly at [m]; no change by default.
     """
 
     points: Annotated[Sequence[Sequence[float]], LENGTH]
     cruise: PositiveMetresPerSecond = 0.5
     tolerance: PositiveMetres = 0.05
     corner_radius: Annotated[Metres, NOT_NEGATIVE] = 0.2
+    heading: str = ALONG
+    height: Height = math.inf
 
     def decompose(self, body: Body) -> Iterator[Action]:
         whole = Path.through([list(p[:2]) for p in self.points], self.corner_radius)
-        drive, end = PathDrive(body, self.cruise), Pose2(*whole.position(whole.length).tolist())
+        drive, end = self.path_drive(body, self.cruise), Pose2(*whole.position(whole.length).tolist())
         while True:
             pose = drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
             there = pose.distance(end) <= self.tolerance
-            if drive.remaining <= 2.0 * self.tolerance and there and drive.stationary():
+            arrived = drive.remaining <= 2.0 * self.tolerance and there and drive.at_height(self.tolerance)
+            if arrived and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and not there
             if drive.lost or missed:

@@ -9,7 +9,7 @@ from typing import Annotated
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..action import Action, ActionFailed, Body, Reason
 from ..control.arcs import along
 from ..control.locomotion import Array
 from ..control.reference import Reference, TimedReference, TurnReference
@@ -25,6 +25,8 @@ from ..units import (
 )
 from .course import Course
 from .give_way import GiveWay, trailer_path
+from .heading import ALONG
+from .path_action import Height, PathAction
 from .path_drive import TURN_FIRST, PathDrive
 from .room import Room, free_turn, may_turn
 from .set_twist import hold_twist
@@ -35,6 +37,7 @@ AFAR = 5.0  # [s] prediction of the leader while the robot gives way
 MOVED = 0.2  # [m] displacement after which a leader counts as moving
 STILL = 0.02  # [m] shorter paths are ignored, because the wheels would only creep
 START = 0.08  # [m] the same for a stationary robot; the error of the leader's pose is larger than STILL
+FACING = 0.05  # [rad] smaller heading errors of a stationary robot are not corrected
 BRAKING = 0.5  # share of the wheels' limit; on the tightest arc SUMMIT-XL's outer wheels brake 1.7 times as hard
 
 
@@ -84,7 +87,7 @@ class _Search:
 
 
 @dataclass(kw_only=True, eq=False)
-class FollowRobot(MacroAction):
+class FollowRobot(PathAction):
     """Follow a peer along its predicted path at a maximum distance, with the trajectory follower.
 
     The robot moves like a trailer on a rope of length `distance`: it drives when the leader moves away and otherwise is
@@ -108,6 +111,8 @@ class FollowRobot(MacroAction):
         search_rate: Turn rate of the search [rad/s].
         patience: Waiting time after the search before the action fails [s].
         rest: Standstill of the leader after which the action succeeds [s]; never by default.
+        heading: Yaw except when giving way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+        height: Height to fly at [m]; no change by default.
 
     Raises:
         InputError: safety, room and distance do not ascend.
@@ -121,15 +126,19 @@ class FollowRobot(MacroAction):
     search_rate: PositiveRadiansPerSecond = 1.0
     patience: PositiveSeconds = 2.0
     rest: Annotated[Seconds, Bounds(0.0, above=True, infinite=True)] = math.inf
+    heading: str = ALONG
+    height: Height = math.inf
     _stationary: _StationaryTimer = field(init=False, repr=False, default_factory=_StationaryTimer)
     _search: _Search = field(init=False, repr=False, default_factory=_Search)
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         if not self.safety < self.room < self.distance:
             found = f"{self.safety:g}, {self.room:g} and {self.distance:g} m"
             raise InputError(Fault(f"safety, room and distance of FollowRobot must ascend, found {found}."))
 
     def resume(self, cut_off: Action) -> None:
+        super().resume(cut_off)
         if isinstance(cut_off, FollowRobot) and cut_off.leader == self.leader:
             self._stationary, self._search = cut_off._stationary, cut_off._search
 
@@ -145,7 +154,7 @@ class FollowRobot(MacroAction):
             graph.unrelate(body.knowledge.agent, "follows", self.leader)
 
     def _follow(self, body: Body) -> Iterator[Action]:
-        drive, world = PathDrive(body, self.cruise), body.knowledge.world
+        drive, world = self.path_drive(body, self.cruise), body.knowledge.world
         give_way, course = self._give_way(body), Course()
         while True:
             now = body.clock.now()
@@ -163,7 +172,7 @@ class FollowRobot(MacroAction):
             course.note(now, leader)
             reference = None
             if pose.distance(leader) >= self.safety:
-                reference = self._reference(body, pose, give_way, course, START if drive.stationary() else STILL)
+                reference = self._reference(body, drive, pose, give_way, course)
             yield drive.brake() if reference is None else drive.follow(pose, reference)
 
     def _give_way(self, body: Body) -> GiveWay:
@@ -179,9 +188,12 @@ class FollowRobot(MacroAction):
             leader_times=np.linspace(0.0, AFAR, round(AFAR / STEP) + 1),
         )
 
-    def _reference(self, body: Body, pose: Pose2, give_way: GiveWay, course: Course, least: float) -> Reference | None:
-        """Reference of this period; None if it leads no farther than `least` [m]."""
+    def _reference(
+        self, body: Body, drive: PathDrive, pose: Pose2, give_way: GiveWay, course: Course
+    ) -> Reference | None:
+        """Reference of this period; None if it leads nowhere."""
         world, times = body.knowledge.world, body.clock.now() + give_way.times
+        least = START if drive.stationary() else STILL
         names = [self.leader, *(name for name in world.peers() if name != self.leader)]
         motions = {name: motion for name in names if (motion := world.motion_of(name)) is not None}
         if self.leader not in motions:  # removed just now by another thread
@@ -190,6 +202,10 @@ class FollowRobot(MacroAction):
         leader, *others = along([motion[1:] for motion in motions.values()], times - since)
         path = trailer_path(pose, leader, self.distance, self.cruise * STEP, others, give_way.keep_off)
         first = _first(path, pose, least)
+        if not self._heading.along and not give_way.needed(path, leader, others):
+            turned = drive.turned(np.tile(path[0], (len(path), 1)) if first is None else path, give_way.times)
+            faces = first is None and abs(turned[-1, 2] - pose.yaw) <= FACING
+            return None if faces else TimedReference(times, turned, body.clock.now)
         # Within the follow distance the robot turns only if its leader has left the view ahead.
         turn = pose.bearing(Pose2(*leader[0].tolist())) if first is None else wrap_angle(first[2] - pose.yaw)
         tight = abs(turn) > TURN_FIRST and not (may_turn(body) and free_turn(body, turn) == turn)

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..action import Action, ActionFailed, Body, Reason
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
-from .go_to import goal_pose
-from .path_drive import PathDrive
+from .heading import ALONG
+from .path_action import Height, PathAction
+from .pose import goal_pose
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
@@ -52,7 +54,7 @@ PROGRESS = 0.1
 
 
 @dataclass(kw_only=True, eq=False)
-class FollowRoute(MacroAction):
+class FollowRoute(PathAction):
     """Drive along a route to a goal with the follower, as fast as the clearance allows.
 
     The route may be replaced at any time (`points` is live), so the robot keeps driving while a new one is planned. The
@@ -60,7 +62,8 @@ class FollowRoute(MacroAction):
     `creep` without clearance to `cruise` at a clearance of `ease`.
 
     A route that begins behind the robot is driven backward until there is room to turn. The action fails as STUCK if a
-    smaller turn on the spot would swing the hull into an obstacle.
+    smaller turn on the spot would swing the hull into an obstacle. A robot with another heading than `along` does
+    neither: it drives sideways or backward as the heading demands.
 
     Attributes:
         points: Route as (x, y) from the robot's position, world frame [m].
@@ -71,6 +74,8 @@ class FollowRoute(MacroAction):
         tolerance: Distance from the goal at which it is reached [m].
         passing: Whether the goal also counts as reached by a moving robot.
         patience: Time without progress after which the action fails as STUCK [s].
+        heading: Yaw on the way: `along` the route, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+        height: Height to fly at [m]; no change by default.
     """
 
     live: ClassVar[tuple[str, ...]] = ("points",)
@@ -83,6 +88,8 @@ class FollowRoute(MacroAction):
     tolerance: PositiveMetres = 0.1
     passing: bool = False
     patience: PositiveSeconds = 3.0
+    heading: str = ALONG
+    height: Height = math.inf
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world
@@ -97,7 +104,7 @@ class FollowRoute(MacroAction):
         return float("nan") if goal is None else knowledge.robot.pose().distance(goal)
 
     def _drive(self, body: Body) -> Iterator[Action]:
-        drive, room = PathDrive(body, self.cruise, LATERAL, TURN_FIRST), _Room(body)
+        drive, room = self.path_drive(body, self.cruise, LATERAL, TURN_FIRST), _Room(body)
         driven: Sequence[Sequence[float]] | None = None
         anchor, since = None, body.clock.now()
         while True:
@@ -105,7 +112,8 @@ class FollowRoute(MacroAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            if pose.distance(goal) <= self.tolerance and (self.passing or drive.stationary()):
+            there = pose.distance(goal) <= self.tolerance and drive.at_height(self.tolerance)
+            if there and (self.passing or drive.stationary()):
                 return
             if anchor is None or pose.distance(anchor) > PROGRESS:
                 anchor, since = pose, now
@@ -114,13 +122,13 @@ class FollowRoute(MacroAction):
             if driven is not self.points:
                 driven = self.points
                 path = Path([list(p[:2]) for p in driven])
-                drive.begin(path, self._speeds(room.along(path)), self._end(path, goal))
+                drive.begin(path, self._speeds(room.along(path, drive.yaws(path))), self._end(path, goal))
                 if abs(drive.heading_error) > BEHIND and not room.can_turn(pose):
                     drive.backward = True
             if drive.backward and room.can_turn(pose):
                 drive.backward = False
             if room.changed():
-                drive.limit(self._speeds(room.along(path)), self._end(path, goal))
+                drive.limit(self._speeds(room.along(path, drive.yaws(path))), self._end(path, goal))
             turning = abs(drive.heading_error) > TURN_FIRST and not drive.backward
             # A robot that still drives forward would swing out in the turn.
             if turning and abs(body.knowledge.robot.speed()) > ROLLING:
@@ -190,11 +198,18 @@ class _Room:
         late = self._body.clock.now() - self._updated >= RENEW - 0.5 * self._body.period
         return late and self._grid is not None and self._grid.revision != self._revision
 
-    def along(self, path: Path) -> Array:
-        """Gap from the hull to the nearest obstacle at each sample of a path, shape (n,) [m]; +inf without a map."""
+    def along(self, path: Path, yaws: Array | None = None) -> Array:
+        """Gap from the hull to the nearest obstacle at each sample of a path, shape (n,) [m]; +inf without a map.
+
+        Args:
+            path: Path.
+            yaws: Yaw at each sample, shape (n,) [rad]; None for the tangent.
+        """
         if self._grid is None or self._footprint is None:
             return np.full(len(path.samples), np.inf)
         poses = path.samples[::GRAIN, :3]
+        if yaws is not None:
+            poses = np.column_stack([poses[:, :2], yaws[::GRAIN]])
         reach = self._footprint.outer + 1.0
         window = self._grid.window(tuple(poses[:, :2].min(axis=0) - reach), tuple(poses[:, :2].max(axis=0) + reach))
         self._revision, self._updated = window.revision, self._body.clock.now()

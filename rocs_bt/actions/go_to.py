@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..action import Action, ActionFailed, Body, Reason
 from ..control.path import Path
-from ..errors import did_you_mean
-from ..geometry import Pose2
 from ..units import PositiveMetres, PositiveMetresPerSecond
-from .path_drive import PathDrive
+from .heading import ALONG
+from .path_action import Height, PathAction
+from .pose import goal_pose
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
@@ -22,22 +22,27 @@ MISSES = 5  # number of paths that may end away from the goal before the action 
 
 
 @dataclass(kw_only=True, eq=False)
-class GoTo(MacroAction):
+class GoTo(PathAction):
     """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 
-    If the heading error exceeds 60 deg, the robot first turns on the spot. A moving goal is followed. The action makes
+    If the heading error exceeds 60 deg, the robot first turns on the spot, unless it has another heading than `along`:
+    then it turns while it drives. A moving goal is followed. The action makes
     the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued goal during a
     reflex and is released when the action succeeds or fails.
 
     Attributes:
         goal: Node of the world model with a pose.
         cruise: Speed on straight parts [m/s].
-        tolerance: Distance from the goal at which the stationary robot has arrived [m].
+        tolerance: Distance from the goal at which the stationary robot has arrived, also in height [m].
+        heading: Yaw on the way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+        height: Height to fly at [m]; no change by default.
     """
 
     goal: str
     cruise: PositiveMetresPerSecond = 0.5
     tolerance: PositiveMetres = 0.05
+    heading: str = ALONG
+    height: Height = math.inf
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world
@@ -56,14 +61,14 @@ class GoTo(MacroAction):
         return math.nan if goal is None else knowledge.robot.pose().distance(goal)
 
     def _drive(self, body: Body) -> Iterator[Action]:
-        drive, planned, misses = PathDrive(body, self.cruise), None, 0
+        drive, planned, misses = self.path_drive(body, self.cruise), None, 0
         while True:
             goal, pose = goal_pose(body, self.goal), drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
             distance = pose.distance(goal)
-            if distance <= self.tolerance and drive.stationary():
+            if distance <= self.tolerance and drive.at_height(self.tolerance) and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and distance > self.tolerance
             if missed and (misses := misses + 1) > MISSES:
@@ -76,17 +81,3 @@ class GoTo(MacroAction):
     def _release_goal(self, body: Body) -> None:
         if body.knowledge.world.pursued() == self.goal:
             body.knowledge.world.pursue(None)
-
-
-def goal_pose(body: Body, goal: str) -> Pose2:
-    """Pose of a goal, world frame.
-
-    Raises:
-        ActionFailed: NO_GOAL, if it is not known.
-    """
-    world = body.knowledge.world
-    pose = world.pose_of(goal)
-    if pose is None:
-        hint = did_you_mean(goal, [*world.goals(), *world.places()], "The world")
-        raise ActionFailed(Reason.NO_GOAL, f"no node '{goal}' with a known pose. {hint}")
-    return pose

@@ -7,12 +7,16 @@ import math
 import numpy as np
 
 from ..action import Action, Body
+from ..control.axis import Axis
+from ..control.heading import blended_yaws, limited_yaws
 from ..control.locomotion import Array
 from ..control.path import Path
 from ..control.profile import speed_profile
-from ..control.reference import PathReference, Reference
+from ..control.reference import TURN_ACCELERATION, TURN_RATE, PathReference, Reference
 from ..event import FollowerStepped
 from ..geometry import Pose2, Twist2, wrap_angle
+from .altitude import Altitude
+from .heading import ALONG, Heading
 from .pose import PoseWatch
 from .set_twist import hold
 
@@ -35,7 +39,9 @@ class PathDrive:
         body: Robot.
         cruise: Speed on straight parts [m/s].
         lateral_acceleration: Maximum lateral acceleration in curves [m/s2].
-        turn_first: Heading error beyond which the robot turns on the spot [rad].
+        turn_first: Heading error beyond which the robot turns on the spot, with the heading `along` [rad].
+        heading: Yaw on the path; None for `along`.
+        height: Height to fly at [m]; +inf for no change.
     """
 
     def __init__(
@@ -44,12 +50,22 @@ class PathDrive:
         cruise: float,
         lateral_acceleration: float = 1.0,
         turn_first: float = TURN_FIRST,
+        heading: Heading | None = None,
+        height: float = math.inf,
     ) -> None:
         self._body = body
         self._cruise = cruise
         self._lateral_acceleration = lateral_acceleration
         self._turn_first = turn_first
+        self._heading = heading or Heading(ALONG)
+        self._turning = Axis(
+            min(TURN_RATE, body.locomotion.turn_limit),
+            min(TURN_ACCELERATION, 0.5 * body.locomotion.turn_acceleration_limit),
+        )
+        self._altitude = None if math.isinf(height) else Altitude(body, height)
         self._watch = PoseWatch()
+        self._pose = Pose2(math.nan, math.nan, math.nan)
+        self._limit: tuple[Array | None, float] = (None, 0.0)
         self._reference: PathReference | None = None
         self._cross_track = 0.0
         self._owns_motion = False
@@ -71,9 +87,14 @@ class PathDrive:
 
     @property
     def heading_error(self) -> float:
-        """Heading of the path at the robot's arc length, relative to the robot's heading [rad]; 0 without a path."""
+        """Heading of the path at the robot's arc length, relative to the robot's heading [rad].
+
+        It is 0 without a path, and with a heading other than `along`.
+        """
         reference, pose = self._reference, self._body.knowledge.robot.pose()
-        return 0.0 if reference is None else wrap_angle(float(reference.path.heading(reference.s or 0.0)) - pose.yaw)
+        if reference is None or not self._heading.along:
+            return 0.0
+        return wrap_angle(float(reference.path.heading(reference.s or 0.0)) - pose.yaw)
 
     @property
     def remaining(self) -> float:
@@ -94,18 +115,48 @@ class PathDrive:
                 [m/s].
             end_speed: Speed limit at the end of the path [m/s].
         """
-        self._reference = self._along(path, limit, end_speed)
+        self._reference = self._along(path, limit, end_speed, 0.0)
         self._reference.s = 0.0  # otherwise a path that ends at its start would count as driven
         self._cross_track = 0.0
 
-    def limit(self, limit: Array, end_speed: float = 0.0) -> None:
+    def limit(self, limit: Array | None, end_speed: float = 0.0) -> None:
         """Replace the speed limits of the present path, if there is one; arguments as in `begin`."""
         if self._reference is not None:
             s = self._reference.s
-            self._reference = self._along(self._reference.path, limit, end_speed)
+            self._reference = self._along(self._reference.path, limit, end_speed, s or 0.0)
             self._reference.s = s
 
-    def _along(self, path: Path, limit: Array | None, end_speed: float) -> PathReference:
+    def yaws(self, path: Path, s: float = 0.0) -> Array | None:
+        """Planned yaws at the samples of a path, shape (n,) [rad]; None with the heading `along`.
+
+        The yaws begin with the robot's present one at arc length `s` [m].
+
+        Raises:
+            ActionFailed: NO_GOAL, if the position of the place to look at is not known.
+        """
+        if self._heading.along:
+            return None
+        wanted = self._heading.yaws(self._body, path.samples[:, :2], self._pose)
+        return blended_yaws(wanted, path.spacing, s, self._pose.yaw, self._turning.rate / self._cruise)
+
+    def turned(self, path: Array, times: Array) -> Array:
+        """Copy of a timed path (k, 3) from the robot on, at times (k,) [s] from 0 on, with the yaws of the heading."""
+        wanted = self._heading.yaws(self._body, path[:, :2], self._pose)
+        turn = self._body.knowledge.robot.turn_rate()
+        turned = path.copy()
+        turned[0, 2] = self._pose.yaw
+        turned[1:, 2], _ = limited_yaws(
+            wanted, times[1:], self._pose.yaw, turn if math.isfinite(turn) else 0.0, self._turning
+        )
+        return turned
+
+    def at_height(self, tolerance: float) -> bool:
+        """Whether the height differs from the desired one by at most the tolerance [m]; true if none is desired."""
+        return self._altitude is None or abs(self._altitude.error()) <= tolerance
+
+    def _along(self, path: Path, limit: Array | None, end_speed: float, s: float) -> PathReference:
+        self._limit = limit, end_speed
+        yaws = self.yaws(path, s)
         profile = speed_profile(
             path,
             self._body.locomotion,
@@ -113,7 +164,14 @@ class PathDrive:
             lateral_acceleration=self._lateral_acceleration,
             end_speed=end_speed,
             limit=limit,
+            yaws=yaws,
+            turn_rate=self._turning.rate,
         )
+        if yaws is not None:
+            turning = self._turning
+            return PathReference(
+                path, profile, turn_rate=turning.rate, turn_acceleration=turning.acceleration, yaws=yaws
+            )
         return PathReference(
             path, profile, turn_first=self._turn_first, icr_offset=self._follower.locomotion.icr_offset
         )
@@ -124,16 +182,28 @@ class PathDrive:
         Raises:
             ActionFailed: LOST_POSE, if the pose stays unknown.
         """
-        return self._watch.read(self._body)
+        pose = self._watch.read(self._body)
+        if pose is not None:
+            self._pose = pose
+        return pose
 
     def stationary(self) -> bool:
-        """Whether the robot is stationary; true if its motion is not measured."""
-        return not any(abs(speed) > STANDING for speed in self._body.knowledge.robot.motion().tolist())
+        """Whether the robot is stationary; true if its motion is not measured.
+
+        A robot that looks at a place may still turn, because the place may move.
+        """
+        motion = self._body.knowledge.robot.motion()
+        if self._heading.place:
+            twist = self._body.locomotion.twist(motion)
+            return not math.hypot(twist.forward, twist.left) > STANDING
+        return not any(abs(speed) > STANDING for speed in motion.tolist())
 
     def step(self, pose: Pose2) -> Action:
         """Return the action that drives along the path in this period; it brakes if there is no path."""
         if self._reference is None:
             return self.brake()
+        if self._heading.changed(self._body):
+            self.limit(*self._limit)
         return self.follow(pose, self._reference)
 
     def follow(self, pose: Pose2, reference: Reference) -> Action:
@@ -153,12 +223,17 @@ class PathDrive:
                 solve_time=command.solve_time if math.isfinite(command.solve_time) else 0.0,
             )
         values = self._turned(command.values) if self._backward else command.values
+        if self._altitude is not None:
+            values = self._altitude.added(values)
         return hold(body, values.tolist(), body.period)
 
     def brake(self) -> Action:
-        """Return the action that commands the body not to move in this period."""
+        """Return the action that commands the body not to move in the plane in this period."""
         self._owns_motion = False
-        return hold(self._body, self._body.locomotion.rest, self._body.period)
+        rest = self._body.locomotion.rest
+        if self._altitude is not None:
+            rest = self._altitude.added(np.array(rest)).tolist()
+        return hold(self._body, rest, self._body.period)
 
     def _turned(self, values: Array) -> Array:
         """Convert values (m,) of a motion between the robot and a robot turned by 180 deg, in either direction."""

@@ -1,10 +1,11 @@
-"""PoseWatch: reader of the robot's pose for motion actions, which tolerates short losses of the pose."""
+"""Poses for motion actions: that of the robot, with short losses tolerated, and that of a goal."""
 
 from __future__ import annotations
 
 import math
 
 from ..action import ActionFailed, Body, Reason
+from ..errors import did_you_mean
 from ..geometry import Pose2
 
 PATIENCE = 5
@@ -32,3 +33,17 @@ class PoseWatch:
             seconds = self._lost * body.period
             raise ActionFailed(Reason.LOST_POSE, f"the signal 'pose' has been invalid for {seconds:.2f} s")
         return None
+
+
+def goal_pose(body: Body, goal: str) -> Pose2:
+    """Pose of a goal, world frame.
+
+    Raises:
+        ActionFailed: NO_GOAL, if it is not known.
+    """
+    world = body.knowledge.world
+    pose = world.pose_of(goal)
+    if pose is None:
+        hint = did_you_mean(goal, [*world.goals(), *world.places()], "The world")
+        raise ActionFailed(Reason.NO_GOAL, f"no node '{goal}' with a known pose. {hint}")
+    return pose

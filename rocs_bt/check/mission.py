@@ -15,13 +15,13 @@ from ..agent import Agent, Controller
 from ..catalog import Catalog, Entry, functions_in
 from ..errors import Fault
 from ..expression import Environment, compile_expression
-from ..plan import check_mission, mission_actions, mission_parameters
+from ..plan import LOOK_AT, check_mission, mission_actions, mission_parameters
 from ..trees.examine import blocking_faults
 from .stub_agent import idle, stub_agent
 from .xml_mission import MissionOptions, check_xml, dialect_of
 
-_GOALS = ("goal", "leader")
-"""Names of parameters for a place or a robot to go to."""
+_GOALS = ("goal", "leader", "heading")
+"""Names of parameters for a place or a robot to go to or to look at."""
 
 DEFAULT = MissionOptions()
 
@@ -114,7 +114,7 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
                 found.update(_texts(text))
                 goals.update(_goals(text))
             else:
-                found.update(re.findall(r"""=\s*["']([^"']*)["']""", text))
+                found.update(value.removeprefix(LOOK_AT) for value in re.findall(r"""=\s*["']([^"']*)["']""", text))
                 goals.update(_xml_goals(text))
         except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
@@ -126,7 +126,7 @@ def _xml_goals(text: str) -> list[str]:
     tags = re.findall(r"<(\w+)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*)>", text)
     going = [attributes for tag, attributes in tags if tag == "SubTree" or tag in ACTIONS]
     given = [pair for each in going for pair in re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", each)]
-    return [value for name, value in given if name in _GOALS]
+    return [value.removeprefix(LOOK_AT) for name, value in given if name in _GOALS]
 
 
 def _goals(python: str) -> list[str]:
@@ -134,10 +134,11 @@ def _goals(python: str) -> list[str]:
     found = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
     calls = [call for call in found if isinstance(call.func, ast.Attribute) and call.func.attr in ("act", "tree")]
     values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
-    return [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    texts = [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
+    return [text.removeprefix(LOOK_AT) for text in texts]
 
 
 def _texts(python: str) -> list[str]:
     """String constants in a Python file."""
     found = [node.value for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Constant)]
-    return [value for value in found if isinstance(value, str)]
+    return [value.removeprefix(LOOK_AT) for value in found if isinstance(value, str)]

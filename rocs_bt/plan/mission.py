@@ -21,6 +21,9 @@ from .context import MissionContext, SignalCondition
 from .leaves import Condition, Enter, Wait
 from .xml_mission import embedded
 
+LOOK_AT = "look_at "
+"""Beginning of a heading toward a place."""
+
 
 @dataclass(frozen=True)
 class MissionLine:
@@ -45,6 +48,15 @@ class MissionLine:
     ) -> Fault:
         """Create a fault at this line; `attribute` and `column` are ignored, as a line has neither."""
         return Fault(message, self.location.file, self.location.line, hint=hint, warning=warning)
+
+
+def named_place(parameter: str, value: object) -> str:
+    """Node of which an action needs the pose: its `goal`, or the place in `heading = "look_at PLACE"`; else empty."""
+    if not isinstance(value, str):
+        return ""
+    if parameter == "heading":
+        return value.removeprefix(LOOK_AT).strip() if value.startswith(LOOK_AT) else ""
+    return value if parameter == "goal" else ""
 
 
 def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[str] | None) -> Fault | None:
@@ -114,8 +126,9 @@ class Mission(MissionContext):
         except InputError as error:
             self._fault(error)
         goal, leader = given.get("goal"), given.get("leader")
-        if self.check_options and isinstance(goal, str):
-            self._check_goal(action, goal)
+        if self.check_options:
+            for place in filter(None, (named_place(name, value) for name, value in given.items())):
+                self._check_goal(action, place)
         if self.check_options and isinstance(leader, str):
             self._check_leader(action, leader)
         shown = name or (f"{action} {goal}" if isinstance(goal, str) else action)

@@ -26,7 +26,7 @@ from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
 from .context import CheckOptions, MissionContext
-from .mission import Mission, unknown_goal
+from .mission import Mission, named_place, unknown_goal
 from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
 from .plan import Plan
@@ -89,6 +89,8 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
     parameters: set[str] = set()  # one fault per parameter, even if several nodes read it
     for node, port in _pose_ports(tree):
         text = _initial(node, port, flow)
+        if text is not None and isinstance(node, ActionNode):
+            text = named_place(port.name, text) or None
         if text is None or text in parameters or text in added:
             continue
         owner = node.runtime.owner
@@ -106,7 +108,7 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
 def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
     for node in tree.nodes:
         for port in node.ports.values() if isinstance(node, Node) else ():
-            goal = isinstance(node, ActionNode) and port.name == "goal" and port.kind is str
+            goal = isinstance(node, ActionNode) and port.name in ("goal", "heading") and port.kind is str
             if goal or isinstance(port, (PoseInput, PosesInput)):
                 yield cast("Node", node), port
 

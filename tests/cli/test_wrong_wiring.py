@@ -282,6 +282,20 @@ def test_so_is_one_that_a_mission_goes_to_twice(project, rocs_bt, suffix):
     assert "warning: no place" not in told.text
 
 
+@pytest.mark.parametrize("suffix", PATROLS)
+def test_so_is_one_that_a_mission_looks_at_and_a_heading_that_the_robot_cannot_have(project, rocs_bt, suffix):
+    (project / "planners/missions/patrol.py").unlink()
+    mission = PATROLS[suffix].replace('goal="gaet"', 'goal="gate", heading="look_at gaet"')
+    (project / f"planners/missions/patrol{suffix}").write_text(
+        mission.replace('", h', '" h') if suffix == ".xml" else mission
+    )
+    told = rocs_bt("check", SCENARIO)
+    assert told.code == 2, told.text
+    assert "no place is named 'gaet'. Did you mean 'gate'" in told.text
+    assert "warning: no place" not in told.text
+    assert re.search(rf"patrol\{suffix}:\d+.* a 'differential' locomotion cannot move sideways", told.text)
+
+
 @pytest.mark.parametrize(
     ("may_appear", "says"),
     [

@@ -1,0 +1,325 @@
+"""Headings and heights of the motion actions, on bodies that move in every direction."""
+
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt.action import Reason, make_action, misfits_of
+from rocs_bt.actions import FollowPath, FollowRobot, FollowRoute, GoTo, action_table
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.follower import Follower
+from rocs_bt.control.locomotion import AxisLimits, Response, differential_drive, mecanum_drive, twist_body
+from rocs_bt.device import Actuator
+from rocs_bt.errors import InputError
+from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
+from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.pipeline import Pipeline, Priority, TicketState
+from rocs_bt.safety import Limits, SafetyGate
+from rocs_bt.signal import Signal
+from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
+
+PERIOD = 0.05
+LIMITS = {"max_wheel_speed": 0.8, "max_wheel_acceleration": 1.5}
+AXES = {"vx": AxisLimits(0.8, 1.0), "vy": AxisLimits(0.6, 1.0), "vz": AxisLimits(0.5, 0.8), "wz": AxisLimits(1.5, 3.0)}
+BODIES = {
+    "differential": differential_drive(wheel_separation=0.33, **LIMITS),
+    "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
+    "flying": twist_body("flying", axes=AXES, response=Response(lag=0.15)),
+}
+FOLLOWERS = {kind: Follower(locomotion) for kind, locomotion in BODIES.items()}
+
+
+class Device(Actuator):
+    """Motion actuator that realises its command with the lag of the body."""
+
+    def __init__(self, locomotion):
+        super().__init__("motion", len(locomotion.values))
+        self.locomotion = locomotion
+        self.neutral()
+        self.values = self.wanted
+
+    def command(self, values):
+        self.wanted = np.array(values, dtype=float)
+
+    def neutral(self):
+        self.wanted = np.zeros(self.size)
+
+    def move(self):
+        lag = self.locomotion.response.lag
+        self.values = self.wanted + (self.values - self.wanted) * (math.exp(-PERIOD / lag) if lag else 0.0)
+
+
+class Robot:
+    """Agent's Execute on such a body, in lockstep."""
+
+    def __init__(self, kind="mecanum"):
+        self.locomotion = locomotion = BODIES[kind]
+        self.clock, self.sink, self.device = SimulatedClock(PERIOD), ListSink(), Device(locomotion)
+        self.pose, self.height, self.sees_height, self.path = Pose2(0.0, 0.0), 0.0, True, []
+        self.knowledge = Knowledge("R1", self.clock, self.sink)
+        self.knowledge.robot.locomotion = locomotion
+        signals = [("pose", (LENGTH, LENGTH, ANGLE)), ("speed", (SPEED,)), ("turn_rate", (TURN_RATE,))]
+        signals += [("lateral_speed", (SPEED,)), ("climb", (SPEED,)), ("height", (LENGTH,))]
+        for name, dimensions in signals:
+            self.knowledge.signals.declare(Signal(name, len(dimensions), dimensions, max_age=0.15))
+        if locomotion.wheels:
+            self.knowledge.signals.declare(Signal("wheel_speeds", len(locomotion.wheels), (SPEED,), max_age=0.15))
+        self.knowledge.signals.freeze()
+        self.pipeline = Pipeline(self.clock, self.sink, "R1")
+        top = locomotion.max_speed.tolist()
+        limits = Limits(tuple(-v for v in top), tuple(top), together=bool(locomotion.wheels))
+        gate = SafetyGate(self.device, self.clock, limits, period=PERIOD, max_age=0.2, sink=self.sink, agent="R1")
+        self.body = RobotBody(
+            knowledge=self.knowledge,
+            locomotion=locomotion,
+            follower=FOLLOWERS[kind],
+            clock=self.clock,
+            period=PERIOD,
+            actuators={"motion": gate},
+            motion="motion",
+            sink=self.sink,
+        )
+        self.execute = Execute(self.pipeline, self.body)
+        self.sense()
+
+    def sense(self):
+        t, signals = self.clock.now(), self.knowledge.signals
+        twist = self.locomotion.twist3(self.device.values)
+        signals.write("pose", self.pose, t)
+        signals.write("speed", [twist.forward], t)
+        signals.write("turn_rate", [twist.turn], t)
+        signals.write("lateral_speed", [twist.left], t)
+        if self.sees_height:
+            signals.write("climb", [twist.up], t)
+            signals.write("height", [self.height], t)
+        if self.locomotion.wheels:
+            signals.write("wheel_speeds", self.device.values, t)
+
+    def run(self, periods=1):
+        for _ in range(periods):
+            self.execute.run(self.clock.now())
+            self.device.move()
+            twist = self.locomotion.twist3(self.device.values)
+            middle = Pose2(self.pose.x, self.pose.y, self.pose.yaw + 0.5 * PERIOD * twist.turn)
+            x, y = middle.transform(PERIOD * twist.forward, PERIOD * twist.left)
+            self.pose = Pose2(x, y, wrap_angle(self.pose.yaw + PERIOD * twist.turn))
+            self.height += PERIOD * twist.up
+            self.path.append((*self.pose, self.height))
+            self.clock.advance()
+            self.sense()
+
+    def go(self, action, limit=1200):
+        """Run an action to its end; its ticket."""
+        ticket = self.pipeline.submit(action, Priority.NORMAL, "test")
+        for _ in range(limit):
+            if ticket.state.done:
+                return ticket
+            self.run()
+        raise AssertionError(f"{ticket} has not ended, at {self.pose}, {self.height}")
+
+    def place(self, name, x, y, kind="place"):
+        self.knowledge.world.place(name, Pose2(x, y), kind=kind)
+
+    def of(self, kind):
+        return [event for event in self.sink.events if isinstance(event, kind)]
+
+
+@pytest.fixture
+def robot():
+    made = Robot()
+    made.place("dock", 1.0, 1.0, "goal")
+    return made
+
+
+def yaws(robot):
+    return np.unwrap([yaw for _, _, yaw, _ in robot.path])
+
+
+class TestGoTo:
+    def test_keeps_its_yaw_and_drives_straight(self, robot):
+        robot.pose = Pose2(0.0, 0.0, -2.0)
+        robot.sense()
+        assert robot.go(GoTo(goal="dock", heading="keep")).state is TicketState.SUCCEEDED
+        assert robot.pose.distance(Pose2(1.0, 1.0)) <= 0.05
+        assert yaws(robot) == pytest.approx(-2.0, abs=0.02)
+        assert max(abs(x - y) for x, y, _, _ in robot.path) <= 0.03
+        assert len(robot.path) * PERIOD <= 5.0
+
+    @pytest.mark.parametrize(("text", "yaw"), [("90 deg", math.pi / 2), ("-3.1 rad", -3.1), ("0 deg", 0.0)])
+    def test_takes_an_angle_while_it_drives(self, robot, text, yaw):
+        robot.go(GoTo(goal="dock", heading=text))
+        assert wrap_angle(robot.pose.yaw - yaw) == pytest.approx(0.0, abs=0.05)
+        assert max(abs(x - y) for x, y, _, _ in robot.path) <= 0.03
+        turned = np.diff(yaws(robot)) / PERIOD
+        assert np.abs(turned).max() <= 1.5 + 0.1
+        x, y, *_ = robot.path[20]  # no turn on the spot before
+        assert math.hypot(x, y) > 0.05
+
+    def test_looks_at_a_place_on_its_way(self, robot):
+        robot.place("person", 1.0, 0.0)
+        robot.go(GoTo(goal="dock", heading="look_at person"))
+        bearings = [Pose2(x, y, yaw).bearing(Pose2(1.0, 0.0)) for x, y, yaw, _ in robot.path]
+        assert np.abs(bearings).max() <= 0.1
+        assert robot.pose.yaw == pytest.approx(-math.pi / 2, abs=0.1)
+
+    def test_looks_at_a_place_that_moves(self, robot):
+        robot.place("person", 2.0, 0.0)
+        ticket = robot.pipeline.submit(GoTo(goal="dock", heading="look_at person", cruise=0.3), Priority.NORMAL, "test")
+        errors = []
+        for _ in range(400):
+            angle = 0.4 * robot.clock.now()
+            person = Pose2(0.5 + 1.5 * math.cos(angle), 0.5 + 1.5 * math.sin(angle))
+            robot.place("person", person.x, person.y)
+            robot.run()
+            errors.append(abs(robot.pose.bearing(person)))
+            if ticket.state.done:
+                break
+        assert ticket.state is TicketState.SUCCEEDED
+        assert max(errors[20:]) <= 0.4
+        assert max(abs(x - y) for x, y, _, _ in robot.path) <= 0.03
+
+    def test_holds_its_yaw_near_the_place_that_it_looks_at(self, robot):
+        robot.go(GoTo(goal="dock", heading="look_at dock"))
+        assert robot.pose.distance(Pose2(1.0, 1.0)) <= 0.05
+        assert robot.pose.yaw == pytest.approx(math.pi / 4, abs=0.1)
+
+    def test_a_reflex_does_not_change_the_yaw_that_is_kept(self, robot):
+        first, after = GoTo(goal="dock", heading="keep"), GoTo(goal="dock", heading="keep")
+        ticket = robot.pipeline.submit(first, Priority.NORMAL, "test")
+        robot.run(20)
+        robot.pipeline.cancel(ticket, "test")
+        robot.run()
+        robot.pose = Pose2(robot.pose.x, robot.pose.y, 0.7)
+        robot.sense()
+        after.resume(first)
+        robot.go(after)
+        assert robot.pose.yaw == pytest.approx(0.0, abs=0.03)
+
+    def test_an_unknown_place_ends_it(self, robot):
+        robot.place("person", 1.0, 0.0)
+        ticket = robot.go(GoTo(goal="dock", heading="look_at preson"))
+        assert ticket.failure.reason is Reason.NO_GOAL
+        assert "Did you mean 'person'" in ticket.failure.evidence
+
+    def test_notes_the_errors_relative_to_the_wanted_yaw(self, robot):
+        robot.go(GoTo(goal="dock", heading="keep"))
+        assert max(abs(e.heading_error) for e in robot.of(FollowerStepped)) <= 0.02
+        assert max(abs(e.cross_track) for e in robot.of(FollowerStepped)) <= 0.03
+
+
+class TestOtherActions:
+    def test_a_path_is_followed_sideways_round_its_corners(self, robot):
+        path = [(0, 0), (1.5, 0), (1.5, 1.5), (0, 1.5), (0, 0)]
+        robot.go(FollowPath(points=path, heading="keep"))
+        assert math.hypot(robot.pose.x, robot.pose.y) <= 0.05
+        assert yaws(robot) == pytest.approx(0.0, abs=0.02)
+        cross = [e.cross_track for e in robot.of(FollowerStepped)]
+        assert np.sqrt(np.mean(np.square(cross))) <= 0.015
+        assert np.abs(cross).max() <= 0.04
+
+    def test_a_way_back_needs_no_turn(self, robot):
+        robot.go(FollowPath(points=[(0, 0), (1.5, 0), (0, 0)], heading="keep"))
+        assert max(x for x, *_ in robot.path) >= 1.38
+        assert yaws(robot) == pytest.approx(0.0, abs=0.02)
+
+    def test_a_route_that_begins_behind_is_driven_without_a_turn(self, robot):
+        robot.place("back", -1.5, 0.2, "goal")
+        ticket = robot.go(FollowRoute(points=[(0, 0), (-1.5, 0.2)], goal="back", heading="keep"))
+        assert ticket.state is TicketState.SUCCEEDED
+        assert yaws(robot) == pytest.approx(0.0, abs=0.02)
+
+    def test_a_leader_is_followed_while_looking_at_it_and_at_rest_too(self, robot):
+        graph, speed = robot.knowledge.graph, 0.3
+        graph.add("R2", "peer", pose=Pose2(0.0, 1.5), speed=speed, turn_rate=0.0)
+        follow = FollowRobot(leader="R2", heading="look_at R2", rest=4.0)
+        ticket, errors = robot.pipeline.submit(follow, Priority.NORMAL, "test"), []
+        for period in range(600):
+            speed = 0.3 if period < 150 else 0.0
+            leader = Pose2(0.3 * PERIOD * min(period, 150), 1.5)
+            graph.set("R2", pose=leader, speed=speed, turn_rate=0.0)
+            robot.run()
+            errors.append(abs(robot.pose.bearing(leader)))
+            if ticket.state.done:
+                break
+        assert ticket.state is TicketState.SUCCEEDED
+        assert errors[0] > 1.5
+        assert max(errors[60:]) <= 0.2
+        assert errors[-1] <= 0.06
+        assert robot.pose.distance(leader) <= 1.3
+        assert min(x for x, *_ in robot.path) > -0.05  # sideways from the beginning
+
+
+class TestHeight:
+    def flying(self):
+        robot = Robot("flying")
+        robot.place("dock", 2.0, 0.0, "goal")
+        return robot
+
+    @pytest.mark.parametrize("height", [1.5, 0.3])
+    def test_a_flying_robot_arrives_in_height_too(self, height):
+        robot = self.flying()
+        robot.height = 1.0
+        robot.sense()
+        assert robot.go(GoTo(goal="dock", height=height)).state is TicketState.SUCCEEDED
+        assert robot.height == pytest.approx(height, abs=0.06)
+        heights = np.array([h for *_, h in robot.path])
+        assert heights.max() <= max(1.0, height) + 0.03
+        assert heights.min() >= min(1.0, height) - 0.03
+        climbs = np.diff(heights) / PERIOD
+        assert np.abs(climbs).max() <= 0.5 + 1e-6
+        assert np.abs(np.diff(climbs)).max() <= 0.8 * PERIOD + 1e-6
+
+    def test_it_climbs_at_its_goal_before_it_has_arrived(self):
+        robot = self.flying()
+        robot.pose = Pose2(2.0, 0.0)
+        robot.sense()
+        robot.go(GoTo(goal="dock", height=1.0, heading="90 deg"))
+        assert robot.height == pytest.approx(1.0, abs=0.06)
+        assert robot.pose.distance(Pose2(2.0, 0.0)) <= 0.06
+
+    def test_without_a_height_it_stays_level(self):
+        robot = self.flying()
+        robot.go(GoTo(goal="dock"))
+        assert [h for *_, h in robot.path] == pytest.approx([0.0] * len(robot.path))
+
+    def test_a_height_that_stays_unknown_ends_it(self):
+        robot = self.flying()
+        ticket = robot.pipeline.submit(GoTo(goal="dock", height=5.0), Priority.NORMAL, "test")
+        robot.run(20)
+        robot.sees_height = False
+        robot.run(20)
+        assert ticket.failure.reason is Reason.LOST_SENSOR
+        assert "'height'" in ticket.failure.evidence
+
+
+class TestFaults:
+    @pytest.mark.parametrize("text", ["sideways", "90", "1 m", "look_at", "", "inf deg"])
+    def test_a_text_that_is_no_heading_is_refused(self, text):
+        with pytest.raises(InputError, match="heading must be 'along', 'keep', an angle such as '90 deg', or 'look_at"):
+            make_action(action_table(), "GoTo", {"goal": "dock", "heading": text})
+
+    @pytest.mark.parametrize("text", ["keep", "90 deg", "look_at dock"])
+    def test_a_robot_that_cannot_move_sideways_faces_along_its_path(self, text):
+        robot = Robot("differential")
+        robot.place("dock", 1.0, 1.0, "goal")
+        assert misfits_of(GoTo, {"goal": "dock", "heading": text}, robot.knowledge)[0][0] == "heading"
+        ticket = robot.go(GoTo(goal="dock", heading=text))
+        assert ticket.failure.reason is Reason.CANNOT
+        assert "cannot move sideways" in ticket.failure.evidence
+        assert not misfits_of(GoTo, {"goal": "dock", "heading": "along"}, robot.knowledge)
+
+    def test_a_robot_on_the_ground_has_no_height(self, robot):
+        assert misfits_of(FollowPath, {"height": 1.0}, robot.knowledge)[0][0] == "height"
+        ticket = robot.go(GoTo(goal="dock", height=1.0))
+        assert ticket.failure.reason is Reason.CANNOT
+        assert "cannot fly" in ticket.failure.evidence
+
+    def test_only_what_is_set_is_recorded(self, robot):
+        robot.go(GoTo(goal="dock", tolerance=2.0))
+        robot.go(GoTo(goal="dock", tolerance=2.0, heading="keep"))
+        plain, kept = (e.parameters for e in robot.of(TicketChanged) if e.state == "QUEUED")
+        assert list(plain) == ["goal", "cruise", "tolerance"]
+        assert kept == {**plain, "heading": "keep"}
