@@ -21,6 +21,7 @@ _DIMENSIONS = {
     "wheel_separation": LENGTH,
     "effective_wheel_separation": LENGTH,
     "icr_offset": LENGTH,
+    "base_radius": LENGTH,
     "half_length": LENGTH,
     "half_width": LENGTH,
     "max_wheel_speed": SPEED,

@@ -335,6 +335,27 @@ def mecanum_drive(
     return Locomotion("mecanum", _FOUR, np.eye(3), wheels, *limits, **body)
 
 
+def omni3_drive(
+    *, base_radius: float, max_wheel_speed: float, max_wheel_acceleration: float, **body: Any
+) -> Locomotion:
+    """Three omnidirectional wheels at 60, 180 and 300 deg, in the order front left, rear, front right.
+
+    The axes of the rollers are tangents of the wheels. A positive wheel speed drives the body anticlockwise around its
+    centre.
+
+    Args:
+        base_radius: Distance from the centre of the body to the wheels' contacts [m].
+        max_wheel_speed: Wheel linear speed limit [m/s].
+        max_wheel_acceleration: Wheel linear acceleration limit [m/s2].
+        body: Further attributes of the locomotion, such as `response`.
+    """
+    _require_positive("omni3", base_radius=base_radius)
+    side = 0.5 * math.sqrt(3.0)  # exact zeros below: the rear wheel has no part in forward motion
+    wheels = np.array([[-side, 0.5, base_radius], [0.0, -1.0, base_radius], [side, 0.5, base_radius]])
+    limits = _wheel_limits("omni3", max_wheel_speed, max_wheel_acceleration)
+    return Locomotion("omni3", ("front_left", "rear", "front_right"), np.eye(3), wheels, *limits, **body)
+
+
 @dataclass(frozen=True)
 class AxisLimits:
     """Limits of one axis of a body that accepts twists.
@@ -409,6 +430,7 @@ LOCOMOTIONS: dict[str, tuple[Callable[..., Locomotion], tuple[str, ...]]] = {
     "differential": (differential_drive, ("wheel_separation", *LIMITS)),
     "skid": (skid_drive, ("effective_wheel_separation", *LIMITS)),
     "mecanum": (mecanum_drive, ("half_length", "half_width", *LIMITS)),
+    "omni3": (omni3_drive, ("base_radius", *LIMITS)),
     "twist": (twist_body, ("axes",)),
     "legged": (partial(twist_body, "legged"), ("axes",)),
     "flying": (partial(twist_body, "flying"), ("axes",)),

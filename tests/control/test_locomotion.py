@@ -22,6 +22,7 @@ NUMBERS = {
     "differential": {"wheel_separation": 0.33, **LIMITS},
     "skid": {"effective_wheel_separation": 1.0, **LIMITS},
     "mecanum": {"half_length": 0.22, "half_width": 0.2, **LIMITS},
+    "omni3": {"base_radius": 0.2, **LIMITS},
 }
 FORWARD, SIDEWAYS, UP, TURN = AxisLimits(0.8, 1.0), AxisLimits(0.5, 0.7), AxisLimits(0.4, 0.5), AxisLimits(1.5, 3.0)
 NUMBERS |= {
@@ -92,6 +93,28 @@ def test_about_its_pivot_a_skid_drive_turns_and_what_is_asked_for_is_made(
 def test_a_mecanum_drive_goes_left_on_crossed_wheels() -> None:
     mecanum = mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS)
     assert mecanum.command(Twist2(0.0, left=0.5)) == pytest.approx([-0.5, 0.5, 0.5, -0.5])
+
+
+def test_three_wheels_drive_forward_on_the_front_ones_and_left_on_all() -> None:
+    omni = make_locomotion("omni3", **NUMBERS["omni3"])
+    side = np.sin(np.radians(60.0))
+    assert omni.axes == ("vx", "vy", "wz")
+    assert omni.command(Twist2(0.5)) == pytest.approx([-0.5 * side, 0.0, 0.5 * side])
+    assert omni.command(Twist2(0.0, left=0.5)) == pytest.approx([0.25, -0.5, 0.25])
+    assert omni.command(Twist2(0.0, turn=2.0)) == pytest.approx([0.4, 0.4, 0.4])
+    assert omni.speed_limit == pytest.approx(1.2 / side)
+    assert omni.turn_limit == pytest.approx(6.0)
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(0.1, 1.0))
+def test_three_wheels_roll_as_fast_as_their_places_move_along_them(direction: float, base_radius: float) -> None:
+    omni = make_locomotion("omni3", base_radius=base_radius, **LIMITS)
+    twist = Twist2(np.cos(direction), 0.7, np.sin(direction))
+    for degrees, speed in zip((60.0, 180.0, 300.0), omni.command(twist).tolist(), strict=True):
+        at = np.radians(degrees)
+        x, y = base_radius * np.cos(at), base_radius * np.sin(at)
+        velocity = twist.forward - twist.turn * y, twist.left + twist.turn * x
+        assert speed == pytest.approx(-np.sin(at) * velocity[0] + np.cos(at) * velocity[1])
 
 
 def test_limits_of_the_body_follow_from_those_of_the_wheels() -> None:

@@ -256,7 +256,7 @@ def load(kind, text, folder):
 
 OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
     "robot.locomotion": {
-        *("effective_wheel_separation", "icr_offset", "half_length", "half_width"),
+        *("effective_wheel_separation", "icr_offset", "base_radius", "half_length", "half_width"),
         *("max_speed", "max_acceleration", "land_after"),
     },
     "planner": {"python"},

@@ -14,7 +14,7 @@ from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
 from rocs_bt.geometry import Pose2, Twist2, wrap_angle
 
-ROBOTS = ["rosbot_xl"]
+ROBOTS = ["robotino", "rosbot_xl"]
 TWISTS = [
     Twist2(0.5), Twist2(-0.5), Twist2(0.0, left=0.5), Twist2(0.0, left=-0.5), Twist2(0.35, left=0.35),
     Twist2(-0.2, left=0.3), Twist2(0.0, turn=1.0), Twist2(0.3, turn=0.6), Twist2(0.3, turn=-1.0, left=0.25),
