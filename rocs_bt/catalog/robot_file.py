@@ -51,6 +51,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     body = root.table("body")
     length = body.quantity("length", LENGTH, math.nan, low=0.0)
     width = body.quantity("width", LENGTH, math.nan, low=0.0)
+    ground_contact = tuple(body.texts("ground_contact")) if "ground_contact" in body else None
     sensor_tables, monitor_tables, actuator_tables = (root.tables(key) for key in ("sensor", "monitor", "actuator"))
     _unique([*sensor_tables, *actuator_tables])  # their names are nodes of one graph
     sensors, made = _wire_sensors(sensor_tables, [_sensor(t) for t in sensor_tables], monitor_tables)
@@ -69,7 +70,17 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     root.done()
     name, wiring = file.parent.name, (sensors, monitors, analyzers, actuators)
     return RobotSpec(
-        name, file, doc, model, locomotion, length, width, *wiring, bases=root.bases, thresholds=thresholds
+        name,
+        file,
+        doc,
+        model,
+        locomotion,
+        length,
+        width,
+        *wiring,
+        bases=root.bases,
+        thresholds=thresholds,
+        ground_contact=ground_contact,
     )
 
 

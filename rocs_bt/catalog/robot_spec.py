@@ -188,6 +188,7 @@ class RobotSpec:
         sensors, monitors, analyzers, actuators: Devices and blocks; the agent consists of exactly these.
         bases: The robot.toml files that this one is based on, nearest first.
         thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
+        ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
     """
 
     name: str
@@ -203,6 +204,7 @@ class RobotSpec:
     actuators: tuple[ActuatorSpec, ...]
     bases: tuple[Path, ...] = ()
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
+    ground_contact: tuple[str, ...] | None = None
 
     def beside(self, name: str) -> Path:
         """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""

@@ -74,6 +74,11 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
     except InputError as error:
         yield from error.at(robot.model).faults
         return {}
+    if robot.ground_contact is not None:
+        try:
+            world.allow_ground_contact(_NAME, robot.ground_contact)
+        except InputError as error:
+            yield from error.at(robot.file).faults
     made: dict[str, Sensor] = {}
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:

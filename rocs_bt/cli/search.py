@@ -33,7 +33,7 @@ _LISTED = 12  # maximum number of listed obstacles
 )
 @click.option(
     "--failure",
-    type=click.Choice(["any", "collision", "failed", "stuck", "timeout", "error"]),
+    type=click.Choice(["any", "collision", "fell", "failed", "stuck", "timeout", "error"]),
     default="any",
     show_default=True,
     help="Outcome to search for.",

@@ -42,6 +42,7 @@ _VERDICTS = {
     "collision": "{name} collided",
     "failed": "The mission of {name} failed",
     "stuck": "{name} got stuck",
+    "fell": "{name} fell",
     "interrupted": "The run of {name} was interrupted",
     "timeout": "{name} ran out of time",
     "error": "{name} was stopped by an error",

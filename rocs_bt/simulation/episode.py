@@ -199,7 +199,8 @@ class Episode:
         if judge.decided:
             return
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]
-        if judge.update(t, pose, agent, commanded=world.commanded(name), collisions=ran_into):
+        tilt, ground = world.tilt(name), world.ground_contact(name)
+        if judge.update(t, pose, agent, commanded=world.commanded(name), collisions=ran_into, tilt=tilt, ground=ground):
             agent.stop(END)
 
     def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:

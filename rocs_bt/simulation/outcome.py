@@ -9,9 +9,10 @@ from typing import Protocol
 
 from ..errors import BlockError
 from ..geometry import Pose2
+from .fall import FallWatch
 from .progress import ProgressWatch
 
-OUTCOMES = ("error", "collision", "success", "failed", "stuck", "interrupted", "timeout")
+OUTCOMES = ("error", "collision", "fell", "success", "failed", "stuck", "interrupted", "timeout")
 """All outcomes in order of precedence: the outcome of an agent is the first that applies."""
 
 
@@ -115,13 +116,22 @@ class Judge:
         self._end_on_collision = end_on_collision
         self._found: dict[str, str] = {}
         self._progress = ProgressWatch()
+        self._fall = FallWatch()
         self._mission = "RUNNING"
         self._distance = math.inf
         self.time_to_goal: float | None = None
         self.decided = False
 
     def update(
-        self, t: float, pose: Pose2, agent: AgentState, *, commanded: bool, collisions: Sequence[str] = ()
+        self,
+        t: float,
+        pose: Pose2,
+        agent: AgentState,
+        *,
+        commanded: bool,
+        collisions: Sequence[str] = (),
+        tilt: float = 0.0,
+        ground: str = "",
     ) -> bool:
         """Process one control period.
 
@@ -131,6 +141,8 @@ class Judge:
             agent: State of the agent.
             commanded: Whether the robot is commanded to move.
             collisions: Names of the obstacles that the robot ran into since the last update.
+            tilt: True tilt of the robot [rad].
+            ground: Geom of the robot that touches the ground and should not; empty if there is none.
 
         Returns:
             Whether the outcome is decided.
@@ -140,6 +152,8 @@ class Judge:
         self.check_failure(agent)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
+        if self._fall.update(t, tilt, ground):
+            self._note("fell", self._fall.reason, decides=True)
         self._visit(t, pose)
         there = not self._after and (self._goal is None or self._at_goal)
         succeeded = there and agent.status == "SUCCESS"
@@ -180,7 +194,8 @@ class Judge:
 
     def verdict(self) -> Verdict:
         """Outcome at the present time."""
-        found = {"stuck": self.stuck, **self._found} if self.stuck else self._found
+        lasting = {outcome: why for outcome, why in (("stuck", self.stuck), ("fell", self._fall.reason)) if why}
+        found = {**lasting, **self._found}
         for outcome in OUTCOMES:
             if outcome in found:
                 return Verdict(outcome, found[outcome], self.time_to_goal)

@@ -114,6 +114,7 @@ def build_world(
         judges={a.name: _judge(scenario, a) for a in scenario.agents},
         goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
         starts=starts,
+        spatial=frozenset(name for name, robot in robots.items() if not robot_locomotion(robot.locomotion).wheels),
     )
 
 
@@ -169,7 +170,12 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
     model = catalog.cached(
         key, lambda: compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text)
     )
-    return MujocoWorld(model, list(robots), clock), robots
+    world = MujocoWorld(model, list(robots), clock)
+    for name, spec in robots.items():
+        if spec.ground_contact is not None:
+            with located_at(spec.file):
+                world.allow_ground_contact(name, spec.ground_contact)
+    return world, robots
 
 
 def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
@@ -198,7 +204,7 @@ def _actuator(
         world.attach(partial(gate.run, device.before_step))
     if spec.name == robot.locomotion.actuator:
         world.watch_motion(owner, gate)
-        if hasattr(device, "measured"):
+        if hasattr(device, "measured") and robot_locomotion(robot.locomotion).wheels:
             wheels[owner] = device.measured
     return gate
 

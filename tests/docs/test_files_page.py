@@ -44,6 +44,7 @@ deceleration = "1 m/s2"
 # zzz robot.locomotion
 [body]
 length = "0.5 m"
+ground_contact = ["left_wheel", "right_wheel", "caster"]
 width = "0.4 m"
 # zzz robot.body
 [[sensor]]

@@ -42,6 +42,9 @@ def judged(judge: Judge, outcome: str, t: float) -> None:
     elif outcome == "stuck":
         for k in range(16):
             judge.update(t + k, pose, mind, commanded=True)
+    elif outcome == "fell":
+        for k in range(16):
+            judge.update(t + k, pose, mind, commanded=False, ground="hull")
     elif outcome == "interrupted":
         judge.interrupt("SIGTERM")
     judge.update(t + 16.0, pose, mind, commanded=False, collisions=hit)

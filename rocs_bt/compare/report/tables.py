@@ -14,7 +14,9 @@ from ..record import OUTCOMES
 from ..statistics import Estimate, SampleSize, bootstrapped, interquartile_mean, mean_over_scenes
 from ..verdict import Verdict, favourable, swapped
 
-BEST_FIRST = sorted(OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "collision", "error").index)
+BEST_FIRST = sorted(
+    OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "fell", "collision", "error").index
+)
 
 
 @dataclass(frozen=True)

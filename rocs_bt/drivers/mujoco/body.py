@@ -128,7 +128,7 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
         else:
             turn = np.zeros(9)
             mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
-            corners.append(_box_points(model, geom) @ turn.reshape(3, 3).T + model.geom_pos[geom])
+            corners.append(box_points(model, geom) @ turn.reshape(3, 3).T + model.geom_pos[geom])
     if not corners:
         return -np.inf, -np.inf, np.inf, np.inf
     points = np.concatenate(corners)[:, :2]
@@ -145,9 +145,9 @@ def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
         turn = np.zeros(9)
         mujoco.mju_quat2Mat(turn, model.geom_quat[geom])
         if int(model.geom_dataid[geom]) >= 0:
-            points = _mesh_points(model, geom)
+            points = mesh_points(model, geom)
         else:
-            points = _ring_points(model, geom) if int(model.geom_type[geom]) == 5 else _box_points(model, geom)
+            points = _ring_points(model, geom) if int(model.geom_type[geom]) == 5 else box_points(model, geom)
         placed = points @ turn.reshape(3, 3).T + model.geom_pos[geom]
         corners += [(round(x, 6), round(y, 6)) for x, y in placed[:, :2].tolist()]
     return tuple(_convex(corners))
@@ -165,7 +165,8 @@ def _find(model: Any, name: str) -> RobotBody:
     return RobotBody(name, root, q, v, geoms, hull, reach, float(model.qpos0[q + 2]))
 
 
-def _mesh_points(model: Any, geom: int) -> Any:
+def mesh_points(model: Any, geom: int) -> Any:
+    """Vertices of a geom's mesh, frame of the geom [m], shape (n, 3)."""
     mesh = int(model.geom_dataid[geom])
     start, count = int(model.mesh_vertadr[mesh]), int(model.mesh_vertnum[mesh])
     return model.mesh_vert[start : start + count]
@@ -177,7 +178,8 @@ def _ring_points(model: Any, geom: int) -> Any:
     return radius * np.stack([np.cos(angles), np.sin(angles), np.zeros_like(angles)], axis=1)
 
 
-def _box_points(model: Any, geom: int) -> Any:
+def box_points(model: Any, geom: int) -> Any:
+    """Corners of a geom's bounding box, frame of the geom [m], shape (8, 3)."""
     centre, half = model.geom_aabb[geom][:3], model.geom_aabb[geom][3:]
     signs = np.array([(x, y, z) for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     return centre + signs * half

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -40,6 +40,7 @@ class ContactDetector:
         robots: Indices of the robots in the model, by name.
 
     Attributes:
+        grounded: Geoms that touch the ground in the present state and should not, by robot; the first of each robot.
         usual: Number of contacts in normal driving, which are those of wheels and casters with the floor. While MuJoCo
             reports this number, most updates can be skipped; not all, because a wheel may lift when the robot touches
             something.
@@ -49,6 +50,8 @@ class ContactDetector:
         self._robots = robots
         self._names = geom_labels(model, robots)
         self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
+        self._off_ground: dict[int, tuple[str, int]] = {}  # robots and IDs of geoms that should not touch the ground
+        self.grounded: dict[str, int] = {}
         self.usual = -1
         self._before = np.zeros(model.nv)
         self._touching: dict[tuple[str, str], float] = {}
@@ -67,9 +70,13 @@ class ContactDetector:
             commanded: Function from a robot's name to whether the robot is commanded to move.
         """
         plain = True
-        names, floor = self._names, self._floor
+        names, floor, off_ground = self._names, self._floor, self._off_ground
+        self.grounded = {}
         for one, two in data.contact.geom.tolist():
             if one in floor or two in floor:
+                found = off_ground.get(one) or off_ground.get(two)
+                if found is not None:
+                    self.grounded.setdefault(*found)
                 continue
             a, b = names[one], names[two]
             if a == b:
@@ -80,6 +87,18 @@ class ContactDetector:
                     self._touch(robot, other, t, commanded)
         if plain:
             self.usual = data.ncon
+
+    def allow_ground(self, robot: str, geoms: Collection[int]) -> None:
+        """Set the geoms of a robot that may touch the ground.
+
+        Args:
+            robot: Name of the robot.
+            geoms: IDs of the geoms.
+        """
+        for geom in self._robots[robot].geoms:
+            self._off_ground.pop(geom, None)
+            if geom not in geoms:
+                self._off_ground[geom] = robot, geom
 
     def drain(self) -> list[Contact]:
         """Contacts that began since the last call."""

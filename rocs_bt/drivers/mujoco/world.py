@@ -16,6 +16,7 @@ from ...errors import DeviceError, Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Pose3, Twist2, pose2, wrap_angle
 from ...safety import SafetyGate
 from .body import Controls, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
+from .ground import carrying_geoms
 from .nearness import Among, ClearanceQuery
 from .sight import LineOfSight
 from .touch import Contact, ContactDetector
@@ -71,6 +72,9 @@ class MujocoWorld:
         self._loops: list[Callable[[float], None]] = []  # inner loops of actuators
         self._motion: dict[str, SafetyGate] = {}  # gates of robots' motion actuators without velocity motors
         self._touch = ContactDetector(model, self.robots)
+        mujoco.mj_kinematics(model, self.data)
+        for name, body in self.robots.items():
+            self._touch.allow_ground(name, carrying_geoms(model, self.data, body))
         self._clearance = ClearanceQuery(model, self.robots)
         self._sight = LineOfSight(model, self.robots)
         self._revision = 0  # number of the present state, for values that are cached per state
@@ -118,6 +122,13 @@ class MujocoWorld:
         with self.lock:
             state = self._qpos[q : q + 7].tolist()
         return Pose3.from_quaternion(state[:3], state[3:])
+
+    def tilt(self, robot: str) -> float:
+        """True angle between the z axis of a robot's base and the vertical [rad], in [0, pi]."""
+        q = self.body(robot).q
+        with self.lock:
+            _, i, j, _ = self._qpos[q + 3 : q + 7].tolist()
+        return math.acos(min(1.0, max(-1.0, 1.0 - 2.0 * (i * i + j * j))))
 
     def position(self, robot: str) -> list[float]:
         """True position of the origin of a robot's base: x, y, z [m], world frame."""
@@ -321,6 +332,27 @@ class MujocoWorld:
         with self.lock:
             return self._touch.drain()
 
+    def allow_ground_contact(self, robot: str, names: Sequence[str]) -> None:
+        """Set the geoms of a robot that may touch the ground; by default those that carry it in its model's pose.
+
+        Args:
+            robot: Name of the robot.
+            names: Names of the geoms in the robot's model, without the robot's prefix.
+
+        Raises:
+            UnknownName: The robot's model has no such geom.
+        """
+        self.body(robot)
+        self._touch.allow_ground(robot, [self._id("geom", robot, name) for name in names])
+
+    def ground_contact(self, robot: str) -> str:
+        """Name of a geom of a robot that touches the ground and should not; empty if there is none."""
+        geom = self._touch.grounded.get(robot)
+        if geom is None:
+            return ""
+        body = self.model.geom_bodyid[geom]
+        return str(self.model.geom(geom).name or self.model.body(body).name).removeprefix(f"{robot}/")
+
     def clearance(self, robot: str, limit: float = math.inf, among: Among = "all") -> tuple[float, str]:
         """Distance from a robot's hull to the nearest obstacle, without the floor.
 
@@ -405,10 +437,11 @@ class MujocoWorld:
         self._ramping = [motors for motors in self._ramping if not motors.settled]
 
     def _id(self, kind: str, robot: str, name: str) -> int:
-        kinds = {"actuator": self._mj.mjtObj.mjOBJ_ACTUATOR, "sensor": self._mj.mjtObj.mjOBJ_SENSOR}
+        obj, model = self._mj.mjtObj, self.model
+        kinds = {"actuator": obj.mjOBJ_ACTUATOR, "sensor": obj.mjOBJ_SENSOR, "geom": obj.mjOBJ_GEOM}
         found = self._mj.mj_name2id(self.model, kinds[kind], f"{robot}/{name}")
         if found < 0:
-            count = {"actuator": self.model.nu, "sensor": self.model.nsensor}[kind]
+            count = {"actuator": model.nu, "sensor": model.nsensor, "geom": model.ngeom}[kind]
             names = [str(self._mj.mj_id2name(self.model, kinds[kind], i)) for i in range(count)]
             own = [n.removeprefix(f"{robot}/") for n in names if n.startswith(f"{robot}/")]
             raise UnknownName(unknown(f"MuJoCo {kind} of {robot}", name, own, f"The model of {robot}"))
