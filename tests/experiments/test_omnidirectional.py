@@ -1,0 +1,86 @@
+"""Robots that move sideways: EXP1 unchanged, a person passed with a fixed heading, and a circle around an object."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from functools import cache
+from itertools import pairwise
+
+import pytest
+
+from rocs_bt import Summary, run
+from rocs_bt.catalog import Catalog
+from rocs_bt.event import BodyMoved, ContactBegan, ListSink
+from rocs_bt.geometry import Pose2, wrap_angle
+
+CATALOG = Catalog()
+BOX = (-0.5, 1.0)
+RADIUS = 0.9  # [m]
+
+
+@cache
+def episode(scenario: str, seed: int) -> tuple[Summary, dict[str, list[Pose2]], list[ContactBegan]]:
+    """Summary, poses of each body in each control period, and contacts of one run."""
+    sink = ListSink()
+    summary = run(scenario, CATALOG, seed=seed, sinks=[sink]).summary
+    poses: dict[str, list[Pose2]] = {}
+    for e in sink.events:
+        if isinstance(e, BodyMoved):
+            poses.setdefault(e.body, []).append(Pose2(e.x, e.y, e.yaw))
+    return summary, poses, [e for e in sink.events if isinstance(e, ContactBegan)]
+
+
+@pytest.mark.parametrize(("scenario", "robot"), [("exp1_mecanum", "rosbot_xl"), ("exp1_omni", "robotino")])
+def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
+    spec, base = CATALOG.load_scenario(scenario), CATALOG.load_scenario("exp1")
+    assert [a.robot for a in spec.agents] == [robot]
+    same = {"robot": "", "line": 0, "parameters_line": 0}
+    assert [replace(a, **same) for a in spec.agents] == [replace(a, **same) for a in base.agents]
+    assert (spec.world, spec.duration) == (base.world, base.duration)
+    assert [str(replace(p, line=0)) for p in spec.places] == [str(replace(p, line=0)) for p in base.places]
+    assert [(a.name, a.robot, a.parameters) for a in spec.actors] == [
+        (a.name, a.robot, a.parameters) for a in base.actors
+    ]
+
+
+@pytest.mark.parametrize("scenario", ["exp1_mecanum", "exp1_omni"])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_exp1_is_clean_on_both_robots(scenario: str, seed: int) -> None:
+    summary, _, touched = episode(scenario, seed)
+    found = summary.agents["R2"]
+    assert found.outcome == "success"
+    assert not touched
+    assert found.time_reactive > 0.0
+    assert found.time_deliberative > 0.0
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+def test_a_person_is_passed_sideways_with_one_heading(seed: int) -> None:
+    summary, poses, touched = episode("pass_person", seed)
+    robot, person = poses["R2"], poses["person"]
+    assert summary.agents["R2"].outcome == "success"
+    assert not touched
+    assert max(abs(wrap_angle(pose.yaw)) for pose in robot) < math.radians(8.0)
+    assert max(pose.y for pose in robot) > 1.2, "in the other corridor"
+    assert robot[-1].y < 0.25, "and back"
+    ahead = [p.x - r.x for r, p in zip(robot, person, strict=True)]
+    assert ahead[0] > 0.0 > min(ahead), "they pass each other"
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_circle_is_driven_once_around_the_box_with_the_box_ahead(seed: int) -> None:
+    summary, poses, touched = episode("circle_box", seed)
+    assert summary.agents["R2"].outcome == "success"
+    assert not touched
+    robot = poses["R2"]
+    offsets = [(p.x - BOX[0], p.y - BOX[1]) for p in robot]
+    begin = next(i for i, p in enumerate(offsets) if math.hypot(*p) < RADIUS + 0.03)
+    angles = [math.atan2(y, x) for x, y in offsets[begin:]]
+    turned = math.fsum(wrap_angle(b - a) for a, b in pairwise(angles))
+    assert turned == pytest.approx(2.0 * math.pi, abs=0.15)
+    assert all(math.hypot(*p) == pytest.approx(RADIUS, abs=0.05) for p in offsets[begin:])
+    looking = [
+        abs(wrap_angle(math.atan2(-y, -x) - p.yaw)) for (x, y), p in zip(offsets[begin:], robot[begin:], strict=True)
+    ]
+    assert max(looking) < math.radians(10.0)
