@@ -112,10 +112,11 @@ class FollowRoute(PathAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            there = pose.distance(goal) <= self.tolerance and drive.at_height(self.tolerance)
-            if there and (self.passing or drive.stationary()):
+            there, at_height = pose.distance(goal) <= self.tolerance, drive.at_height(self.tolerance)
+            if there and at_height and (self.passing or drive.stationary()):
                 return
-            if anchor is None or pose.distance(anchor) > PROGRESS:
+            climbs = there and not at_height
+            if anchor is None or pose.distance(anchor) > PROGRESS or climbs:
                 anchor, since = pose, now
             elif now - since > self.patience:
                 raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {self.patience:g} s")

@@ -26,9 +26,10 @@ class GoTo(PathAction):
     """Drive straight to a goal with the follower and stop there; reflexes handle obstacles.
 
     If the heading error exceeds 60 deg, the robot first turns on the spot, unless it has another heading than `along`:
-    then it turns while it drives. A moving goal is followed. The action makes
-    the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued goal during a
-    reflex and is released when the action succeeds or fails.
+    then it turns while it drives. A moving goal is followed.
+
+    The action makes the goal the pursued goal of the world model, to which `goal_distance` refers. It stays the pursued
+    goal during a reflex and is released when the action succeeds or fails.
 
     Attributes:
         goal: Node of the world model with a pose.

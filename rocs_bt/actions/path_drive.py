@@ -115,7 +115,7 @@ class PathDrive:
                 [m/s].
             end_speed: Speed limit at the end of the path [m/s].
         """
-        self._reference = self._along(path, limit, end_speed, 0.0)
+        self._reference = self._along(path, limit, end_speed)
         self._reference.s = 0.0  # otherwise a path that ends at its start would count as driven
         self._cross_track = 0.0
 
@@ -123,19 +123,21 @@ class PathDrive:
         """Replace the speed limits of the present path, if there is one; arguments as in `begin`."""
         if self._reference is not None:
             s = self._reference.s
-            self._reference = self._along(self._reference.path, limit, end_speed, s or 0.0)
+            self._reference = self._along(self._reference.path, limit, end_speed)
             self._reference.s = s
 
-    def yaws(self, path: Path, s: float = 0.0) -> Array | None:
+    def yaws(self, path: Path) -> Array | None:
         """Planned yaws at the samples of a path, shape (n,) [rad]; None with the heading `along`.
 
-        The yaws begin with the robot's present one at arc length `s` [m].
+        The yaws begin with the robot's present one, at its arc length on the present path or at the start of another.
 
         Raises:
             ActionFailed: NO_GOAL, if the position of the place to look at is not known.
         """
         if self._heading.along:
             return None
+        reference = self._reference
+        s = 0.0 if reference is None or reference.path is not path else reference.s or 0.0
         wanted = self._heading.yaws(self._body, path.samples[:, :2], self._pose)
         return blended_yaws(wanted, path.spacing, s, self._pose.yaw, self._turning.rate / self._cruise)
 
@@ -154,9 +156,9 @@ class PathDrive:
         """Whether the height differs from the desired one by at most the tolerance [m]; true if none is desired."""
         return self._altitude is None or abs(self._altitude.error()) <= tolerance
 
-    def _along(self, path: Path, limit: Array | None, end_speed: float, s: float) -> PathReference:
+    def _along(self, path: Path, limit: Array | None, end_speed: float) -> PathReference:
         self._limit = limit, end_speed
-        yaws = self.yaws(path, s)
+        yaws = self.yaws(path)
         profile = speed_profile(
             path,
             self._body.locomotion,

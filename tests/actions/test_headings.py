@@ -15,7 +15,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.geometry import Pose2, wrap_angle
-from rocs_bt.knowledge import Knowledge
+from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.pipeline import Pipeline, Priority, TicketState
 from rocs_bt.safety import Limits, SafetyGate
 from rocs_bt.signal import Signal
@@ -231,6 +231,29 @@ class TestOtherActions:
         assert ticket.state is TicketState.SUCCEEDED
         assert yaws(robot) == pytest.approx(0.0, abs=0.02)
 
+    def test_a_route_is_slow_where_the_turned_hull_is_near_to_walls(self):
+        speeds = {}
+        for yaw in (0.0, math.pi / 2):
+            robot = Robot()
+            robot.pose = Pose2(0.0, 0.0, yaw)
+            robot.sense()
+            robot.place("far", 3.0, 0.0, "goal")
+            robot.knowledge.graph.set("R1", length=0.7, width=0.3)
+            robot.knowledge.world.occupancy = grid = OccupancyGrid(0.05, 12.0)
+            route = FollowRoute(points=[(0, 0), (3, 0)], goal="far", heading="keep", cruise=0.6, ease=0.3)
+            ticket = robot.pipeline.submit(route, Priority.NORMAL, "test")
+            robot.run(5)
+            walls = np.array([(x, side * 0.5) for x in np.arange(1.0, 2.0, 0.05) for side in (-1, 1)])
+            for _ in range(3):
+                grid.add_scan(walls, np.empty((0, 2), dtype=np.intp))
+            while not ticket.state.done and len(robot.path) < 400:
+                robot.run()
+            assert ticket.state is TicketState.SUCCEEDED
+            xs = np.array([x for x, *_ in robot.path])
+            speeds[yaw] = np.diff(xs)[(xs[1:] > 1.3) & (xs[1:] < 1.7)].mean() / PERIOD
+        assert speeds[0.0] >= 0.55
+        assert speeds[math.pi / 2] <= 0.45
+
     def test_a_leader_is_followed_while_looking_at_it_and_at_rest_too(self, robot):
         graph, speed = robot.knowledge.graph, 0.3
         graph.add("R2", "peer", pose=Pose2(0.0, 1.5), speed=speed, turn_rate=0.0)
@@ -279,6 +302,12 @@ class TestHeight:
         robot.go(GoTo(goal="dock", height=1.0, heading="90 deg"))
         assert robot.height == pytest.approx(1.0, abs=0.06)
         assert robot.pose.distance(Pose2(2.0, 0.0)) <= 0.06
+
+    def test_a_route_is_not_stuck_while_the_robot_climbs_at_its_end(self):
+        robot = self.flying()
+        ticket = robot.go(FollowRoute(points=[(0, 0), (2, 0)], goal="dock", height=4.0))
+        assert ticket.state is TicketState.SUCCEEDED
+        assert robot.height == pytest.approx(4.0, abs=0.11)
 
     def test_without_a_height_it_stays_level(self):
         robot = self.flying()
