@@ -162,6 +162,10 @@ def _take(why: Why, event: Event) -> None:
         why.recent.append(event)
 
 
+def _height(body: BodyMoved) -> str:
+    return "" if body.height is None else f", height {body.height:.3f} m"
+
+
 def _motion(why: Why) -> str:
     """Motion of the robot in words, from its signals `speed` and `turn_rate`."""
     (speed, turn) = (why.signals[n][1][0] if n in why.signals else math.nan for n in ("speed", "turn_rate"))
@@ -220,7 +224,8 @@ def _render(why: Why) -> Iterable[str]:
         yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
     yield from _part("just before", [describe(e) for e in why.recent[-10:]])
     yield from _part(
-        "true pose", [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m, yaw {b.yaw:.3f} rad" for b in why.bodies.values()]
+        "true pose",
+        [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m{_height(b)}, yaw {b.yaw:.3f} rad" for b in why.bodies.values()],
     )
     yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])

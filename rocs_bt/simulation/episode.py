@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
@@ -188,9 +189,9 @@ class Episode:
 
     def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
         name, world, judge = agent.name, self._world, self._judges[agent.name]
-        pose = world.pose(name)
+        pose, z = world.pose(name), world.position(name)[2] if name in self._spatial else math.nan
         for goal in self._goals.get(name, ()):
-            away = pose.distance(goal.pose)
+            away = goal.distance(pose, z)
             if away > goal.tolerance:
                 self._inside.discard((name, goal.name))
             elif (name, goal.name) not in self._inside:
@@ -200,7 +201,9 @@ class Episode:
             return
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]
         tilt, ground = world.tilt(name), world.ground_contact(name)
-        if judge.update(t, pose, agent, commanded=world.commanded(name), collisions=ran_into, tilt=tilt, ground=ground):
+        if judge.update(
+            t, pose, agent, commanded=world.commanded(name), collisions=ran_into, tilt=tilt, ground=ground, z=z
+        ):
             agent.stop(END)
 
     def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:

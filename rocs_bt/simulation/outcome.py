@@ -24,11 +24,23 @@ class Goal:
         name: Name of the place.
         pose: Pose of the place, world frame.
         tolerance: Maximum distance from the place at which the goal counts as reached [m].
+        z: Height of the place, world frame [m]; None to measure distances in the plane.
     """
 
     name: str
     pose: Pose2
     tolerance: float
+    z: float | None = None
+
+    def distance(self, pose: Pose2, z: float) -> float:
+        """Distance of a robot from the place [m], in space if the place has a height.
+
+        Args:
+            pose: Pose of the robot, world frame.
+            z: Height of the robot's base, world frame [m]; NaN if unknown.
+        """
+        planar = pose.distance(self.pose)
+        return planar if self.z is None or math.isnan(z) else math.hypot(planar, z - self.z)
 
 
 @dataclass(frozen=True)
@@ -132,6 +144,7 @@ class Judge:
         collisions: Sequence[str] = (),
         tilt: float = 0.0,
         ground: str = "",
+        z: float = math.nan,
     ) -> bool:
         """Process one control period.
 
@@ -143,18 +156,19 @@ class Judge:
             collisions: Names of the obstacles that the robot ran into since the last update.
             tilt: True tilt of the robot [rad].
             ground: Geom of the robot that touches the ground and should not; empty if there is none.
+            z: True height of the robot's base, world frame [m]; NaN if unknown.
 
         Returns:
             Whether the outcome is decided.
         """
         self._mission = agent.status
-        self._distance = math.inf if self._goal is None else pose.distance(self._goal.pose)
+        self._distance = math.inf if self._goal is None else self._goal.distance(pose, z)
         self.check_failure(agent)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
         if self._fall.update(t, tilt, ground):
             self._note("fell", self._fall.reason, decides=True)
-        self._visit(t, pose)
+        self._visit(t, pose, z)
         there = not self._after and (self._goal is None or self._at_goal)
         succeeded = there and agent.status == "SUCCESS"
         if self.time_to_goal is None and (succeeded or (there and self._at_end)):
@@ -211,9 +225,9 @@ class Judge:
         self._found.setdefault(outcome, reason)
         self.decided = self.decided or decides
 
-    def _visit(self, t: float, pose: Pose2) -> None:
+    def _visit(self, t: float, pose: Pose2, z: float) -> None:
         """Remove reached goals from `after`; a missed deadline decides the outcome."""
-        self._after = [(goal, by) for goal, by in self._after if pose.distance(goal.pose) > goal.tolerance]
+        self._after = [(goal, by) for goal, by in self._after if goal.distance(pose, z) > goal.tolerance]
         for goal, by in self._after:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)

@@ -258,7 +258,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
 def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:
     """Goals of the scenario, or only those of one agent if it is given."""
     return [
-        Goal(p.name, p.pose, p.tolerance)
+        Goal(p.name, p.pose, p.tolerance, p.z)
         for p in scenario.places
         if p.kind == "goal" and (agent is None or agent in p.agents)
     ]

@@ -1,0 +1,209 @@
+"""A body without wheels in a whole run: a flying box that an inner loop holds up, with its height in the recording."""
+
+from __future__ import annotations
+
+import pytest
+
+import rocs_bt
+from rocs_bt.catalog import Catalog
+from rocs_bt.event import BlockFailed, BodyMoved
+from rocs_bt.record import Recording
+from rocs_bt.record.why import explain
+
+MODEL = """<mujoco model="drone">
+  <worldbody>
+    <body name="base" pos="0 0 0.1">
+      <freejoint name="base"/>
+      <geom name="hull" type="box" size="0.15 0.15 0.04" pos="0 0 0.04" mass="1"/>
+      <geom name="skid" type="box" size="0.1 0.1 0.02" pos="0 0 -0.08" mass="0.1"/>
+      <site name="centre"/>
+    </body>
+  </worldbody>
+  <actuator>
+    <general name="fx" site="centre" gear="1 0 0 0 0 0"/>
+    <general name="fy" site="centre" gear="0 1 0 0 0 0"/>
+    <general name="fz" site="centre" gear="0 0 1 0 0 0"/>
+    <general name="tx" site="centre" gear="0 0 0 1 0 0"/>
+    <general name="ty" site="centre" gear="0 0 0 0 1 0"/>
+    <general name="tz" site="centre" gear="0 0 0 0 0 1"/>
+  </actuator>
+</mujoco>"""
+
+DRIVER = """
+from rocs_bt import Monitor, Signal
+from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
+from rocs_bt.units import LENGTH, SPEED, TURN_RATE
+
+
+class Thrust(MujocoActuator):
+    def __init__(self, name: str, mount: Mount) -> None:
+        super().__init__(name, 4, mount)
+        self.controls = mount.world.controls(mount.robot, ["fx", "fy", "fz", "tx", "ty", "tz"])
+        self.wanted, self.z = [0.0] * 4, 0.6
+
+    def command(self, values):
+        self.wanted = list(values)
+
+    def neutral(self):
+        self.wanted = [0.0] * 4
+
+    def before_step(self, t):
+        world, robot = self.mount.world, self.mount.robot
+        pose, twist, velocity = world.pose3(robot), world.twist(robot), world.data.qvel
+        forward, left, up, turn = self.wanted
+        self.z += up * world.step
+        force = 1.1 * 9.81 + 12.0 * (self.z - pose.z) - 6.0 * velocity[2] + self.mount.rng.normal(0.0, 0.05)
+        torque = -0.5 * pose.roll - 0.1 * velocity[3], -0.5 * pose.pitch - 0.1 * velocity[4], 0.3 * (turn - twist.turn)
+        values = [6.0 * (forward - twist.forward), 6.0 * (left - twist.left), force, *torque]
+        FAULT
+        world.set_controls(self.controls, values)
+
+
+class Motion(MujocoSensor):
+    def sample(self):
+        twist = self.mount.world.twist(self.mount.robot)
+        return [twist.forward, twist.turn, self.mount.world.position(self.mount.robot)[2]]
+
+
+class MotionMonitor(Monitor):
+    def signals(self):
+        return [
+            Signal("speed", 1, (SPEED,), (-9.0, 9.0), self.max_age),
+            Signal("turn_rate", 1, (TURN_RATE,), (-20.0, 20.0), self.max_age),
+            Signal("height", 1, (LENGTH,), (-1.0, 100.0), self.max_age),
+        ]
+
+    def interpret(self, readings):
+        forward, turn, height = readings["motion"].values
+        return {"speed": [forward], "turn_rate": [turn], "height": [height]}
+"""
+
+ROBOT = """
+format = "robot/3"
+doc = "A flying box."
+model = "robot.xml"
+
+[locomotion]
+kind = "flying"
+actuator = "thrust"
+lag = "0.15 s"
+vx = { max_speed = "0.8 m/s", max_acceleration = "1 m/s2" }
+vy = { max_speed = "0.5 m/s", max_acceleration = "1 m/s2" }
+vz = { max_speed = "0.5 m/s", max_acceleration = "1 m/s2" }
+wz = { max_speed = "1 rad/s", max_acceleration = "2 rad/s2" }
+
+[[sensor]]
+name = "position"
+driver = "position"
+unit = "m"
+signal = "pose"
+monitor = "pose"
+
+[[sensor]]
+name = "orientation"
+driver = "orientation"
+unit = "rad"
+signal = "pose"
+monitor = "pose"
+
+[[sensor]]
+name = "motion"
+driver = "drone.py:Motion"
+signal = "speed"
+monitor = "drone.py:MotionMonitor"
+
+[[monitor]]
+name = "pose"
+class = "PoseMonitor"
+sensors = ["position", "orientation"]
+
+[[actuator]]
+name = "thrust"
+driver = "drone.py:Thrust"
+"""
+
+SCENARIO = """
+format = "scenario/2"
+doc = "Flies to a gate."
+world = "field"
+duration = "12 s"
+
+[[place]]
+name = "gate"
+x = "1 m"
+y = "0.2 m"
+z = "0.6 m"
+
+[[agent]]
+name = "D"
+robot = "drone"
+mission = "go_to"
+x = "0 m"
+y = "0 m"
+success = { goal = "gate" }
+[agent.parameters]
+goal = "gate"
+"""
+
+FIELD = '<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/></worldbody></mujoco>'
+
+
+@pytest.fixture
+def fly(tmp_path):
+    """Run the scenario with a fault in the driver's inner loop, or another height of the gate."""
+
+    def run(seed: int = 1, fault: str = "pass", height: str = "0.6 m", report: bool = False):
+        files = {
+            "robots/drone/robot.xml": MODEL,
+            "robots/drone/robot.toml": ROBOT,
+            "robots/drone/drone.py": DRIVER.replace("FAULT", fault),
+            "scenarios/worlds/field.xml": FIELD,
+            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"'),
+        }
+        for name, text in files.items():
+            (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+            (tmp_path / name).write_text(text)
+        return rocs_bt.run("fly", Catalog(tmp_path), seed=seed, out=tmp_path / "run", report=report)
+
+    return run
+
+
+def moves(result) -> list[BodyMoved]:
+    return [e for e in Recording.open(result.recording).events() if isinstance(e, BodyMoved)]
+
+
+def test_it_flies_to_the_goal_and_its_height_is_recorded(fly) -> None:
+    first = fly(report=True)
+    agent = first.summary.agents["D"]
+    assert (agent.outcome, agent.reason) == ("success", "")
+    found = moves(first)
+    assert found[0].height == pytest.approx(0.1)
+    assert found[-1].height == pytest.approx(0.6, abs=0.1)
+    assert all(abs(e.roll) < 0.2 and abs(e.pitch) < 0.2 and e.wheels == b"" for e in found)
+    assert f"height {found[40].height:.3f} m" in str(explain(Recording.open(first.recording), found[40].t))
+    assert (first.recording.parent / "report.html").is_file()
+    again = fly()
+    assert moves(again) == found
+    assert again.summary.trajectory_hash == first.summary.trajectory_hash != fly(seed=2).summary.trajectory_hash
+
+
+def test_a_goal_at_another_height_is_not_reached(fly) -> None:
+    agent = fly(height="2 m").summary.agents["D"]
+    assert agent.outcome != "success"
+    assert agent.goals_reached == 0
+
+
+def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:
+    result = fly(fault="assert t < 2.0, 'no thrust'")
+    agent = result.summary.agents["D"]
+    assert agent.outcome == "error"
+    (failed,) = (e for e in Recording.open(result.recording).events() if isinstance(e, BlockFailed))
+    assert (failed.block, failed.owner, failed.t) == ("thrust", "content", pytest.approx(2.0, abs=0.05))
+    assert "AssertionError: no thrust (drone.py:" in agent.reason
+
+
+def test_it_falls(fly) -> None:
+    inverted = "0.5 * force, 0.5 * (3.1 - abs(pose.roll)) - 0.1 * velocity[3]"
+    agent = fly(fault=f"values[:4] = (0.0, 0.0, {inverted}) if t > 1.0 else values[:4]").summary.agents["D"]
+    assert agent.outcome == "fell"
+    assert agent.reason.startswith("it tilted by more than 60 deg at 1.")
