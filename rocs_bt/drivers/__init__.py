@@ -6,13 +6,16 @@ robot.toml names a driver; each backend has a class for this name, with the same
 
 from .parameters import (
     DRIVER_PARAMETERS,
+    AttitudeParameters,
     GyroParameters,
+    HeightParameters,
     LidarParameters,
     MailboxParameters,
     OrientationParameters,
     PositionParameters,
     RangeConeParameters,
     RobotSensorParameters,
+    TwistParameters,
     VelocityParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
@@ -24,13 +27,16 @@ from .parameters import (
 
 __all__ = [
     "DRIVER_PARAMETERS",
+    "AttitudeParameters",
     "GyroParameters",
+    "HeightParameters",
     "LidarParameters",
     "MailboxParameters",
     "OrientationParameters",
     "PositionParameters",
     "RangeConeParameters",
     "RobotSensorParameters",
+    "TwistParameters",
     "VelocityParameters",
     "WheelSpeedParameters",
     "WheelTravelParameters",

@@ -1,4 +1,4 @@
-"""Sensor models of robot sensors and gyros, which all simulated backends share."""
+"""Sensor models of robot sensors, twist sensors and gyros, which all simulated backends share."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..geometry import Pose2, wrap_angle
-from .parameters import GyroParameters, RobotSensorParameters
+from ..geometry import Pose2, Twist3, wrap_angle
+from .parameters import GyroParameters, RobotSensorParameters, TwistParameters
 
 _EMPTY_SLOT = (0.0, math.inf, 0.0)
 
@@ -53,6 +53,32 @@ class RobotSensorModel:
         found.sort(key=lambda sighting: sighting[1])
         slots = (found + [_EMPTY_SLOT] * given.max_peers)[: given.max_peers]
         return [value for slot in slots for value in slot]
+
+
+class TwistModel:
+    """Sensor model of a twist sensor: the true twist, with noise that is sampled once per time.
+
+    Args:
+        parameters: Parameters of the sensor.
+        rng: Random generator of the noise.
+    """
+
+    def __init__(self, parameters: TwistParameters, rng: np.random.Generator) -> None:
+        self._scale = [*[parameters.speed_noise] * 3, parameters.turn_noise]
+        self._rng = rng
+        self._sampled_at = math.nan
+        self._errors = [0.0] * 4
+
+    def read(self, stamp: float, twist: Twist3) -> list[float]:
+        """Compute the values of a reading: forward, left, up [m/s], turn [rad/s].
+
+        Args:
+            stamp: Time of the reading [s].
+            twist: True velocity of the base.
+        """
+        if stamp != self._sampled_at and any(self._scale):
+            self._sampled_at, self._errors = stamp, self._rng.normal(0.0, self._scale).tolist()
+        return [value + error for value, error in zip(twist, self._errors, strict=True)]
 
 
 class GyroModel:

@@ -23,13 +23,14 @@ from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from ..knowledge.share import MessageQueue, packed
 from ..safety import SafetyGate
-from .common import GyroModel, RobotSensorModel
+from .common import GyroModel, RobotSensorModel, TwistModel
 from .parameters import (
     DRIVER_PARAMETERS,
     GyroParameters,
     LidarParameters,
     RangeConeParameters,
     RobotSensorParameters,
+    TwistParameters,
     VelocityParameters,
     WheelTravelParameters,
     driver_class,
@@ -155,6 +156,32 @@ class MockOrientation(MockSensor):
         return [self.robot.pose.yaw]
 
 
+class MockTwist(MockSensor):
+    """Twist sensor: velocity of the commanded motion, with noise."""
+
+    parameters: TwistParameters
+    _model: TwistModel | None = None
+
+    def sample(self) -> list[float]:
+        if self._model is None:  # constructed late, since `make_sensor` sets `rng` after the constructor
+            self._model = TwistModel(self.parameters, self.rng)
+        return self._model.read(self.robot.world.clock.now(), self.robot.locomotion.twist3(self.robot.motion))
+
+
+class MockAttitude(MockSensor):
+    """Attitude sensor: roll and pitch [rad], which are 0."""
+
+    def sample(self) -> list[float]:
+        return [0.0, 0.0]
+
+
+class MockHeight(MockSensor):
+    """Height sensor: height [m], which is 0."""
+
+    def sample(self) -> list[float]:
+        return [0.0]
+
+
 class MockWheelSpeed(MockSensor):
     """Wheel encoders: the commanded wheel linear speeds [m/s]."""
 
@@ -273,6 +300,9 @@ class MockMailbox(MockSensor):
 SENSORS: Mapping[str, type[MockSensor]] = {
     "position": MockPosition,
     "orientation": MockOrientation,
+    "twist": MockTwist,
+    "attitude": MockAttitude,
+    "height": MockHeight,
     "wheel_speed": MockWheelSpeed,
     "wheel_travel": MockWheelTravel,
     "gyro": MockGyro,

@@ -21,7 +21,7 @@ from typing import Any, ClassVar, TypeVar
 from ..arguments import keyword_parameters
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..parameter import Parameter, misfit
-from ..units import Bounds, Metres, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
+from ..units import Bounds, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
 
 T = TypeVar("T")
 
@@ -42,6 +42,41 @@ class PositionParameters:
 @dataclass(frozen=True, kw_only=True)
 class OrientationParameters:
     """Orientation sensor: yaw of the base [rad], world frame."""
+
+    size: ClassVar[int] = 1
+
+
+@dataclass(frozen=True, kw_only=True)
+class TwistParameters:
+    """Twist sensor: velocity of the base, forward, left and up [m/s], and turn rate, left positive [rad/s].
+
+    Forward and left are horizontal, up and the axis of the turn are vertical, also while the body tilts.
+
+    Attributes:
+        speed_noise: Standard deviation of each speed [m/s].
+        turn_noise: Standard deviation of the turn rate [rad/s].
+    """
+
+    size: ClassVar[int] = 4
+    speed_noise: MetresPerSecond = 0.0
+    turn_noise: RadiansPerSecond = 0.0
+
+    def __post_init__(self) -> None:
+        if not (0.0 <= self.speed_noise < math.inf and 0.0 <= self.turn_noise < math.inf):
+            found = f"{self.speed_noise} m/s and {self.turn_noise} rad/s"
+            raise InputError(Fault(f"speed_noise and turn_noise must be 0 or more and finite, found {found}."))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AttitudeParameters:
+    """Attitude sensor: roll and pitch of the base [rad], as in `Pose3`."""
+
+    size: ClassVar[int] = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class HeightParameters:
+    """Height sensor: height of the base [m], world frame."""
 
     size: ClassVar[int] = 1
 
@@ -266,6 +301,9 @@ class MailboxParameters:
 DRIVER_PARAMETERS: Mapping[str, type] = {
     "position": PositionParameters,
     "orientation": OrientationParameters,
+    "twist": TwistParameters,
+    "attitude": AttitudeParameters,
+    "height": HeightParameters,
     "range_cone": RangeConeParameters,
     "lidar": LidarParameters,
     "robot_sensor": RobotSensorParameters,

@@ -111,6 +111,11 @@ class RobotModel(Model):
         """Forward distance from the base to the point that never moves sideways [m]; 0 without a locomotion."""
         return 0.0 if self._locomotion is None else self._locomotion.icr_offset
 
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes of the twist that can be commanded, of `vx`, `vy`, `vz` and `wz`; empty without a locomotion."""
+        return () if self._locomotion is None else self._locomotion.axes
+
     def inverse(self, twist: Twist2) -> Array:
         """Values of the motion command that produce a twist, shape (m,); wheel linear speeds [m/s] on wheels."""
         return self.locomotion.command(twist)

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor
 from .monitor import Monitor, MonitoredSensor
+from .motion_monitor import MotionMonitor
 from .odometry_monitor import OdometryMonitor
 from .peer_monitor import PeerMonitor
 from .pose_monitor import PoseMonitor
@@ -21,6 +22,7 @@ __all__ = [
     "MessageMonitor",
     "Monitor",
     "MonitoredSensor",
+    "MotionMonitor",
     "OdometryMonitor",
     "PeerMonitor",
     "PoseMonitor",
@@ -32,6 +34,7 @@ __all__ = [
 _SHIPPED = (
     FixMonitor,
     MessageMonitor,
+    MotionMonitor,
     OdometryMonitor,
     PeerMonitor,
     PoseMonitor,

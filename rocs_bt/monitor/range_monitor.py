@@ -8,11 +8,14 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..channel import Signals
 from ..device import Reading
 from ..errors import Fault, InputError
 from ..signal import Signal
 from ..units import LENGTH
+from .course import course_range, declared
 from .monitor import Monitor
 
 MOST_BEAMS = 1000
@@ -46,10 +49,15 @@ class RangeMonitor(Monitor):
     A robot without a sensor in a direction declares that group with `blind = true` and no beams. The group is then one
     value, +inf (no echo), so that shared rules run. The declaration is required because a missing group is an error.
 
+    If the bearings of the beams are declared, and the robot can move sideways, the monitor also writes `course_range`:
+    the range in the direction of motion. It is +inf while the robot is stationary, and if no beam is within 60 deg of
+    this direction.
+
     Args:
         beams: Number of beams of the sensor.
         min_vanish_range: Range below which an echo cannot vanish from all beams between two readings [m]; 0 disables
             the check. A ring without any echo after such an echo counts as broken until it has an echo again.
+        bearings: Bearings of the beams, body frame, left positive [rad], one per beam; empty if unknown.
         group: Groups by name: `beams` (indices into the sensor's values) and `weights` (default 1), or `blind = true`.
 
     Attributes:
@@ -66,6 +74,7 @@ class RangeMonitor(Monitor):
         beams: int,
         group: Mapping[str, Mapping[str, Any]] | None = None,
         min_vanish_range: float = 0.0,
+        bearings: Sequence[float] = (),
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
@@ -75,6 +84,11 @@ class RangeMonitor(Monitor):
         if not 1 <= self.beams <= MOST_BEAMS:
             bound = "at least 1" if self.beams < 1 else f"at most {MOST_BEAMS}"
             raise InputError(Fault(f"beams of monitor '{self.name}' must be {bound}, found {beams}."))
+        if bearings and len(bearings) != self.beams:
+            found = f"found {len(bearings)} for {self.beams} beams"
+            raise InputError(Fault(f"bearings of monitor '{self.name}' must be one angle per beam, {found}."))
+        lateral = bool(bearings) and "vy" in self.knowledge.robot.axes
+        self._bearings = np.array(bearings, dtype=float) if lateral else None
         self.groups = {name: self._checked(name, g) for name, g in (group or {}).items()}
 
     def signals(self) -> Sequence[Signal]:
@@ -88,7 +102,7 @@ class RangeMonitor(Monitor):
             else declare(name, 1, "No beam in this direction: +inf, never an echo.")
             for name, g in self.groups.items()
         )
-        return [raw, *groups]
+        return [raw, *groups, *(() if self._bearings is None else declared(["course_range"], self.max_age))]
 
     def expects(self) -> Mapping[str, int]:
         return {self.monitored[0].sensor.name: self.beams}
@@ -110,6 +124,9 @@ class RangeMonitor(Monitor):
         written: dict[str, Sequence[float]] = {name: values}
         for group, g in self.groups.items():
             written[group] = [values[b] / w for b, w in g.weighed] or [math.inf]
+        if self._bearings is not None:
+            twist = self.knowledge.robot.twist()
+            written["course_range"] = [course_range(self._bearings, np.array(values), twist)]
         return written
 
     def _checked(self, name: str, group: Mapping[str, Any]) -> BeamGroup:

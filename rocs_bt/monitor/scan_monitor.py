@@ -16,6 +16,7 @@ from ..errors import Fault, InputError
 from ..geometry import Pose2
 from ..signal import Signal
 from ..units import LENGTH
+from .course import course_range, declared
 from .monitor import Monitor
 
 Array = npt.NDArray[np.float64]
@@ -42,6 +43,9 @@ class ScanMonitor(Monitor):
     a ring of sonars on the hull also work for a scanner inside the hull. The hull is the box of [body], centred on the
     base. A NaN ray makes its sectors NaN, because a robot that cannot see must not drive.
 
+    On a robot that can move sideways, the monitor also writes `course_range`: the gap in the direction of motion. It is
+    +inf while the robot is stationary, and if no ray is within 60 deg of this direction.
+
     The scanner's geometry is that of the sensor with this signal in robot.toml: `rays`, `span` and `mount`.
 
     Args:
@@ -66,6 +70,8 @@ class ScanMonitor(Monitor):
             message = f"monitor '{self.name}' takes at most {MOST_BEAMS} rays over at most 360 deg, found {found}."
             raise InputError(Fault(message))
         self._beams, self._bearings = scanner.rays, scanner.bearings
+        self._lateral = "vy" in self.knowledge.robot.axes
+        self._directions = self._bearings + scanner.mount.yaw
         self._hull = _to_hull(self._bearings, scanner.mount, self._half_sizes())
         self._groups = {name: self._sectors(name, table) for name, table in (group or {}).items()}
         sectors = [sector for group in self._groups.values() for sector in group]
@@ -83,7 +89,7 @@ class ScanMonitor(Monitor):
             else declare(name, 1, "No ray in this direction: +inf, never an echo.")
             for name, sectors in self._groups.items()
         )
-        return [raw, *groups]
+        return [raw, *groups, *(declared(["course_range"], self.max_age) if self._lateral else ())]
 
     def expects(self) -> Mapping[str, int]:
         return {self.monitored[0].sensor.name: self._beams}
@@ -91,9 +97,12 @@ class ScanMonitor(Monitor):
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         values = list(next(iter(readings.values())).values)
         written: dict[str, Sequence[float]] = {SCAN: values}
-        least = iter(self._least(np.maximum(np.array(values) - self._hull, 0.0)))
+        gaps = np.maximum(np.array(values) - self._hull, 0.0)
+        least = iter(self._least(gaps))
         for name, sectors in self._groups.items():
             written[name] = [next(least) for _ in sectors] or [math.inf]
+        if self._lateral:
+            written["course_range"] = [course_range(self._directions, gaps, self.knowledge.robot.twist())]
         return written
 
     def _least(self, gaps: Array) -> list[float]:

@@ -13,6 +13,7 @@ from ..device import Reading
 from ..errors import Fault, InputError
 from ..signal import Signal
 from ..units import LENGTH, SPEED, TURN_RATE
+from .course import course_signals, course_values, declared
 from .monitor import Monitor
 
 FASTEST = 1e3
@@ -23,7 +24,8 @@ class WheelMonitor(Monitor):
     """Writes `wheel_speeds`, `speed`, `turn_rate` and `stop_distance` from measured wheel linear speeds.
 
     `stop_distance` is the reaction distance plus the braking distance at the present speed, by the latency and the
-    deceleration in `[locomotion]`: v * latency + v^2 / (2 deceleration).
+    deceleration in `[locomotion]`: v * latency + v^2 / (2 deceleration). Robots that move sideways also have
+    `course_speed` and `lateral_speed`.
 
     Raises:
         InputError: The robot has no wheels.
@@ -32,6 +34,7 @@ class WheelMonitor(Monitor):
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._locomotion = self.knowledge.robot.locomotion
+        self._course = course_signals(self._locomotion)
         if not self._locomotion.wheels:
             raise InputError(Fault(f"monitor '{self.name}': a '{self._locomotion.kind}' locomotion has no wheels."))
 
@@ -50,6 +53,7 @@ class WheelMonitor(Monitor):
             Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
             Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
             Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from the present speed."),
+            *declared(self._course, age),
         ]
 
     def expects(self) -> Mapping[str, int]:
@@ -64,4 +68,5 @@ class WheelMonitor(Monitor):
             "speed": [twist.forward],
             "turn_rate": [twist.turn],
             "stop_distance": [self._locomotion.stop_distance(twist)],
+            **course_values(twist, self._course),
         }

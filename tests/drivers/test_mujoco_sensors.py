@@ -6,13 +6,15 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
+import mujoco
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.locomotion import AxisLimits, make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import (
@@ -27,7 +29,7 @@ from rocs_bt.drivers.mujoco import (
 )
 from rocs_bt.drivers.mujoco.sensors import RangeCone
 from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, Pose3
 from rocs_bt.units import Metres
 
 MakeWorld = Callable[..., MujocoWorld]
@@ -153,6 +155,52 @@ def test_position_and_orientation_are_the_truth(make_world: MakeWorld) -> None:
     world.place("R2", Pose2(1.0, -2.0, 3.0))
     assert make_sensor(world, "R2", "position", "position", {}).read().values == pytest.approx([1.0, -2.0, 0.0975])
     assert make_sensor(world, "R2", "orientation", "orientation", {}).read().values == pytest.approx([3.0])
+
+
+def test_twist_attitude_and_height_are_the_truth_of_a_tilted_body(make_world: MakeWorld) -> None:
+    world = make_world()
+    body, pose = world.body("R2"), Pose3(0.4, -0.2, 0.7, 0.3, -0.5, 1.1)
+    forward, left, up, rate = 0.6, -0.3, 0.2, 0.9
+    c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, np.array(pose.quaternion))
+    world.data.qpos[body.q : body.q + 7] = [*pose[:3], *pose.quaternion]
+    world.data.qvel[body.v : body.v + 3] = c * forward - s * left, s * forward + c * left, up
+    world.data.qvel[body.v + 3 : body.v + 6] = rotation.reshape(3, 3).T @ [0.2, -0.4, rate]  # body frame
+    sensors = {name: make_sensor(world, "R2", name, name, {}) for name in ("twist", "attitude", "height")}
+    found = {name: sensor.read().values for name, sensor in sensors.items()}
+    assert found["twist"] == pytest.approx([forward, left, up, rate])
+    assert found["attitude"] == pytest.approx([0.3, -0.5])
+    assert found["height"] == [0.7]
+
+
+def test_noise_of_a_twist_sensor(make_world: MakeWorld) -> None:
+    world, noise = make_world(), {"speed_noise": 0.02, "turn_noise": 0.1}
+    sensor = make_sensor(world, "R2", "twist", "twist", noise)
+    assert sensor.read().values == sensor.read().values, "a second reading of the same instant is equal"
+
+    def later() -> list[float]:
+        world.advance(1)
+        return np.subtract(sensor.read().values, world.twist3("R2")).tolist()
+
+    spread = np.std([later() for _ in range(2000)], axis=0)
+    assert spread == pytest.approx([0.02, 0.02, 0.02, 0.1], rel=0.1)
+    with pytest.raises(InputError, match=r"does not take 'noise'. Use speed_noise and turn_noise"):
+        make_sensor(world, "R2", "twist", "twist", {}, noise=0.1)
+    with pytest.raises(InputError, match=r"must be 0 or more and finite, found -1.0 m/s and 0.0 rad/s"):
+        make_sensor(world, "R2", "twist", "twist", {"speed_noise": -1.0})
+
+
+def test_a_mock_robot_measures_its_commanded_twist() -> None:
+    limits = {axis: AxisLimits(1.0, 1.0) for axis in ("vx", "vy", "vz", "wz")}
+    robot = MockRobot(MockWorld(SimulatedClock(0.05)), make_locomotion("flying", axes=limits), Pose2(0.0, 0.0))
+    robot.motion = [0.1, 0.2, 0.3, 0.4]
+    assert make_mock_sensor(robot, "twist", "twist", {}).read().values == [0.1, 0.2, 0.3, 0.4]
+    noisy = make_mock_sensor(robot, "twist", "twist", {"speed_noise": 0.1}).read().values
+    assert noisy[0] != 0.1
+    assert noisy[3] == 0.4
+    assert make_mock_sensor(robot, "attitude", "attitude", {}).read().values == [0.0, 0.0]
+    assert make_mock_sensor(robot, "height", "height", {}).read().values == [0.0]
 
 
 def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:

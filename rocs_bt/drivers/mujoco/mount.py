@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2, Pose3, Twist2
+from ...geometry import Pose2, Pose3, Twist2, Twist3
 from .body import Controls, Motors
 
 
@@ -69,6 +69,10 @@ class DriverWorld(Protocol):
 
     def twist(self, robot: str) -> Twist2:
         """Velocity of a robot's base, body frame."""
+        ...
+
+    def twist3(self, robot: str) -> Twist3:
+        """Velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
         ...
 
     def object_pose(self, name: str) -> Pose2:

@@ -11,14 +11,17 @@ import numpy as np
 from ...errors import InputError, unknown
 from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
-from ..common import GyroModel, RobotSensorModel
+from ..common import GyroModel, RobotSensorModel, TwistModel
 from ..parameters import (
+    AttitudeParameters,
     GyroParameters,
+    HeightParameters,
     MailboxParameters,
     OrientationParameters,
     PositionParameters,
     RangeConeParameters,
     RobotSensorParameters,
+    TwistParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
     driver_class,
@@ -56,6 +59,49 @@ class Orientation(MujocoSensor):
 
     def sample(self) -> list[float]:
         return [self.mount.world.pose(self.mount.robot).yaw]
+
+
+class TwistSensor(MujocoSensor):
+    """Twist sensor: true velocity of the base, forward, left, up [m/s] and turn [rad/s], with noise."""
+
+    declares = TwistParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
+        self._model = TwistModel(read_parameters(TwistParameters, parameters, f"twist sensor '{name}'"), mount.rng)
+        if mount.noise > 0.0:
+            raise InputError(f"twist sensor '{name}' does not take 'noise'. Use speed_noise and turn_noise.")
+
+    def sample(self) -> list[float]:
+        world = self.mount.world
+        return self._model.read(world.stamp, world.twist3(self.mount.robot))
+
+
+class Attitude(MujocoSensor):
+    """Attitude sensor: roll and pitch of the base [rad]."""
+
+    declares = AttitudeParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
+        read_parameters(AttitudeParameters, parameters, f"attitude sensor '{name}'")
+
+    def sample(self) -> list[float]:
+        pose = self.mount.world.pose3(self.mount.robot)
+        return [pose.roll, pose.pitch]
+
+
+class Height(MujocoSensor):
+    """Height sensor: height of the base [m], world frame."""
+
+    declares = HeightParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
+        read_parameters(HeightParameters, parameters, f"height sensor '{name}'")
+
+    def sample(self) -> list[float]:
+        return self.mount.world.position(self.mount.robot)[2:]
 
 
 class WheelSpeed(MujocoSensor):
@@ -204,6 +250,9 @@ class MailboxSensor(MujocoSensor):
 SENSORS: Mapping[str, type[MujocoSensor]] = {
     "position": Position,
     "orientation": Orientation,
+    "twist": TwistSensor,
+    "attitude": Attitude,
+    "height": Height,
     "wheel_speed": WheelSpeed,
     "wheel_travel": WheelTravel,
     "gyro": Gyro,

@@ -13,7 +13,7 @@ import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
 from ...errors import DeviceError, Fault, InputError, UnknownName, unknown
-from ...geometry import Pose2, Pose3, Twist2, pose2, wrap_angle
+from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
 from ...safety import SafetyGate
 from .body import Controls, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .ground import carrying_geoms
@@ -143,6 +143,18 @@ class MujocoWorld:
             x, y, _, _, _, turn = self._qvel[v : v + 6].tolist()
         c, s = math.cos(yaw), math.sin(yaw)
         return Twist2(c * x + s * y, turn, c * y - s * x)
+
+    def twist3(self, robot: str) -> Twist3:
+        """True velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
+        body = self.body(robot)
+        with self.lock:
+            w, i, j, k = self._qpos[body.q + 3 : body.q + 7].tolist()
+            x, y, up, *turning = self._qvel[body.v : body.v + 6].tolist()
+        yaw = self.pose(robot).yaw
+        c, s = math.cos(yaw), math.sin(yaw)
+        vertical = (2.0 * (i * k - w * j), 2.0 * (j * k + w * i), 1.0 - 2.0 * (i * i + j * j))  # in the body frame
+        turn = sum(a * b for a, b in zip(vertical, turning, strict=True))
+        return Twist3(c * x + s * y, c * y - s * x, up, turn)
 
     def mocap_body(self, name: str) -> MocapBody:
         """Find a mocap body by its name.

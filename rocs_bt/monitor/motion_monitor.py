@@ -1,0 +1,82 @@
+"""MotionMonitor: motion, tilt and height of a body, from sensors that measure them directly."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ..channel import Signals
+from ..device import Reading
+from ..errors import Fault, InputError
+from ..geometry import Twist3
+from ..signal import Signal
+from ..units import LENGTH, SPEED, TURN_RATE
+from .course import course_signals, course_values, declared
+from .monitor import Monitor
+
+
+class MotionMonitor(Monitor):
+    """Writes the motion of a body without wheel encoders, and the tilt and the height of any body.
+
+    A twist sensor gives `speed`, `turn_rate` and `stop_distance`, and for bodies that move sideways or vertically
+    `course_speed`, `lateral_speed` and `climb`. An attitude sensor gives `tilt`, a height sensor `height`. At least one
+    of the three sensors is needed.
+
+    Args:
+        twist: Name of the twist sensor (forward, left, up [m/s], turn [rad/s]).
+        attitude: Name of the attitude sensor (roll, pitch [rad]).
+        height: Name of the height sensor [m].
+
+    Raises:
+        InputError: The monitor has none of these sensors.
+    """
+
+    def __init__(
+        self, *args: Any, twist: str = "twist", attitude: str = "attitude", height: str = "height", **kwargs: Any
+    ) -> None:
+        super().__init__(*args, **kwargs)
+        named = {each.sensor.name for each in self.monitored}
+        self._twist, self._attitude, self._height = twist, attitude, height
+        self._sizes_of = {name: size for name, size in ((twist, 4), (attitude, 2), (height, 1)) if name in named}
+        if not self._sizes_of:
+            found = ", ".join(sorted(named)) or "none"
+            message = f"monitor '{self.name}' needs a sensor '{twist}', '{attitude}' or '{height}', found {found}."
+            raise InputError(Fault(message, hint="Its parameters twist, attitude and height name its sensors."))
+        self._locomotion = self.knowledge.robot.locomotion
+        self._course = course_signals(self._locomotion)
+
+    def signals(self) -> Sequence[Signal]:
+        age, found = self.max_age, list[Signal]()
+        if self._twist in self._sizes_of:
+            found += [
+                Signal("speed", 1, (SPEED,), (-1e3, 1e3), age, "Forward speed of the body."),
+                Signal("turn_rate", 1, (TURN_RATE,), (-1e3, 1e3), age, "Yaw rate of the body, left positive."),
+                Signal("stop_distance", 1, (LENGTH,), (0.0, math.inf), age, "Distance to stop from this motion."),
+            ]
+            found += declared(self._course, age)
+        tilt_and_height = {self._attitude: "tilt", self._height: "height"}
+        return found + declared([signal for name, signal in tilt_and_height.items() if name in self._sizes_of], age)
+
+    def expects(self) -> Mapping[str, int]:
+        return self._sizes_of
+
+    def reject(self, sensor: str, reading: Reading) -> str:
+        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        written: dict[str, Sequence[float]] = {}
+        if self._twist in readings:
+            twist = Twist3(*readings[self._twist].values)
+            written |= {
+                "speed": [twist.forward],
+                "turn_rate": [twist.turn],
+                "stop_distance": [self._locomotion.stop_distance(twist)],
+                **course_values(twist, self._course),
+            }
+        if self._attitude in readings:
+            roll, pitch = readings[self._attitude].values
+            written["tilt"] = [math.acos(math.cos(roll) * math.cos(pitch))]
+        if self._height in readings:
+            written["height"] = list(readings[self._height].values)
+        return written
