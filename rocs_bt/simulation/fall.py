@@ -41,6 +41,8 @@ class FallWatch:
         Returns:
             True if the robot has fallen.
         """
+        if not ground and tilt <= TILT_LIMIT and self._contact is None and not self.reason:
+            return False  # the common case
         if ground:
             self._contact, self._contact_last = self._contact or (t, ground), t
         elif t - self._contact_last > _APART:

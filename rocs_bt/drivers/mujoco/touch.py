@@ -74,9 +74,8 @@ class ContactDetector:
         self.grounded = {}
         for one, two in data.contact.geom.tolist():
             if one in floor or two in floor:
-                found = off_ground.get(one) or off_ground.get(two)
-                if found is not None:
-                    self.grounded.setdefault(*found)
+                if one in off_ground or two in off_ground:
+                    self.grounded.setdefault(*(off_ground.get(one) or off_ground[two]))
                 continue
             a, b = names[one], names[two]
             if a == b:

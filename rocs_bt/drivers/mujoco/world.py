@@ -125,10 +125,9 @@ class MujocoWorld:
 
     def tilt(self, robot: str) -> float:
         """True angle between the z axis of a robot's base and the vertical [rad], in [0, pi]."""
-        q = self.body(robot).q
-        with self.lock:
-            _, i, j, _ = self._qpos[q + 3 : q + 7].tolist()
-        return math.acos(min(1.0, max(-1.0, 1.0 - 2.0 * (i * i + j * j))))
+        q, state = self.body(robot).q, self._qpos
+        i, j = state[q + 4], state[q + 5]
+        return math.acos(max(-1.0, 1.0 - 2.0 * (i * i + j * j)))
 
     def position(self, robot: str) -> list[float]:
         """True position of the origin of a robot's base: x, y, z [m], world frame."""
