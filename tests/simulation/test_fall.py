@@ -32,7 +32,7 @@ TOWER = """<mujoco model="tower">
     </body>
   </worldbody>
 </mujoco>"""
-SHIPPED = ["pioneer_p3dx", "jackal", "summit_xl", "rosbot_xl"]
+SHIPPED = ["pioneer_p3dx", "jackal", "summit_xl", "rosbot_xl", "robotino"]
 
 
 def watched(samples, period: float = 0.05) -> tuple[float | None, str]:
@@ -110,8 +110,8 @@ def test_wheels_rollers_and_casters_carry_the_shipped_robots(name, catalog, tmp_
     arena = tmp_path / "arena.xml"
     arena.write_text('<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/></worldbody></mujoco>')
     world = compose_world(arena, [RobotInstance("R", robot.model)], step=0.005)
-    for k in range(20):
-        world.data.qvel[6:] = 5.0  # all wheels turn
+    world.data.ctrl[:] = 6.0  # all wheels turn [rad/s]
+    for k in range(40):
         world.advance(10)
         assert world.ground_contact("R") == "", k
     q = world.robots["R"].q

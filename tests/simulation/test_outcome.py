@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -57,6 +59,12 @@ def test_an_earlier_outcome_outranks_a_later_one(pair: tuple[str, str], order: t
     for k, i in enumerate(order):
         judged(judge, pair[i], 20.0 * k)
     assert judge.verdict().outcome == pair[0]
+
+
+def test_the_outcomes_are_documented_in_order_of_precedence() -> None:
+    page = Path(__file__).parents[2] / "docs" / "architecture.md"
+    table = page.read_text("utf-8").partition("| outcome | condition |")[2].partition("\n\n")[0]
+    assert tuple(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == OUTCOMES
 
 
 def test_success_needs_the_truth_as_well_as_the_missions_word() -> None:
