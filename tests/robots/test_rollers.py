@@ -77,6 +77,14 @@ def test_it_moves_as_its_kinematics_say_within_a_few_per_cent(
     assert not world.contacts()
 
 
+def test_only_a_robot_that_declares_it_gets_the_sparse_solver(make_world: MakeWorld) -> None:
+    import mujoco
+
+    sparse, auto = int(mujoco.mjtJacobian.mjJAC_SPARSE), int(mujoco.mjtJacobian.mjJAC_AUTO)
+    found = {name: make_world(Catalog().load_robot(name)).model.opt.jacobian for name in ("pioneer_p3dx", *ROBOTS)}
+    assert found == {"pioneer_p3dx": auto, "robotino": auto, "rosbot_xl": sparse}
+
+
 @pytest.mark.parametrize("spec", ROBOTS, indirect=True)
 def test_it_stands_still_on_its_rollers(make_world: MakeWorld, spec: RobotSpec) -> None:
     world = make_world(spec)
