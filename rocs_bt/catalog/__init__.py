@@ -6,7 +6,7 @@ receive the loaded objects.
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import CachingCatalog, Catalog
-from .entry import KINDS, Entry, content_hash, find_project, is_path, kind_of, make_entry, shipped_root
+from .entry import IDENTIFIED, KINDS, Entry, content_hash, find_project, is_path, kind_of, make_entry, shipped_root
 from .planner_file import PlannerSpec, at_parameters, read_planner
 from .robot_file import load_robot
 from .robot_spec import (
@@ -24,6 +24,7 @@ from .scenario_tables import FactSpec, RateSpec, ShareSpec
 from .upgrade import KeyChange, Upgrade, upgraded, upgrades
 
 __all__ = [
+    "IDENTIFIED",
     "KINDS",
     "ActorSpec",
     "ActuatorSpec",

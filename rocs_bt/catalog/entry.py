@@ -29,6 +29,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "planner": ("planners/*.toml",),
 }
 
+IDENTIFIED = "identified.toml"
+"""Name of the file in a robot's folder with its measured parameters, which no run reads."""
+
 _XML_FILE = re.compile(r"""\b(?:file|path)\s*=\s*["']([^"']+)["']""")
 
 
@@ -67,9 +70,14 @@ class Entry:
             yield file.relative_to(self.path.parent).as_posix() if inside else file.name, file.read_bytes()
 
     def files(self) -> list[Path]:
-        """Files of the entry, sorted: a robot's whole folder; an XML or Python file and what it references."""
+        """Files of the entry that runs depend on, sorted.
+
+        They are a robot's whole folder except identified.toml; an XML or Python file and what it references.
+        """
         if self.kind == "robot":
-            return sorted(p for p in self.path.parent.rglob("*") if p.is_file() and "__pycache__" not in p.parts)
+            folder = self.path.parent
+            kept = (p for p in folder.rglob("*") if "__pycache__" not in p.parts and p != folder / IDENTIFIED)
+            return sorted(p for p in kept if p.is_file())
         if self.path.suffix == ".xml":
             return sorted(_with_references(self.path, set()))
         if self.path.suffix == ".py":

@@ -69,6 +69,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     }
     root.done()
     name, wiring = file.parent.name, (sensors, monitors, analyzers, actuators)
+    positions = {".".join(map(str, key)): at for key, at in root.positions.items() if key[:1] in _LOCATED or not key}
     return RobotSpec(
         name,
         file,
@@ -81,7 +82,11 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
         bases=root.bases,
         thresholds=thresholds,
         ground_contact=ground_contact,
+        positions=positions,
     )
+
+
+_LOCATED = (("model",), ("locomotion",), ("body",))
 
 
 def _model(root: Table) -> Path | None:

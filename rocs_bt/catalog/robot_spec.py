@@ -189,6 +189,7 @@ class RobotSpec:
         bases: The robot.toml files that this one is based on, nearest first.
         thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
         ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
+        positions: Line and column of `model` and of the keys of `locomotion` and `body`, such as `body.length`.
     """
 
     name: str
@@ -205,6 +206,12 @@ class RobotSpec:
     bases: tuple[Path, ...] = ()
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
     ground_contact: tuple[str, ...] | None = None
+    positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+
+    def position(self, table: str, *keys: str) -> tuple[int, int]:
+        """Line and column of the first of the keys that a table of robot.toml has; else of the table, or of `base`."""
+        names = (*(f"{table}.{key}" for key in keys), table, "")
+        return next((self.positions[name] for name in names if name in self.positions), (0, 0))
 
     def beside(self, name: str) -> Path:
         """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""

@@ -5,7 +5,7 @@ An exception of a user's class is a fault of that class's file.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Mapping
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,11 +22,14 @@ from ..drivers.mujoco import (
     make_actuator,
     make_sensor,
 )
+from ..drivers.mujoco.body import hull_outline
 from ..errors import DeviceError, Fault, InputError, located_at, unknown
 from ..event import pack
 from ..monitor import Monitor
 from ..raised import describe
+from ..record.header import Point
 from ..simulation import Driver, hardware_driver, mujoco_driver
+from .identified import TOLERANCE, identified_faults
 from .stub_agent import idle, stub_agent
 
 
@@ -37,6 +40,7 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if own:
         yield from driver_faults(robot, catalog)
     sensors = yield from check_model(robot, catalog)
+    yield from identified_faults(robot)
     known = [rules.name for rules in catalog.list("rules")]
     for name, thresholds in robot.thresholds.items():
         if name not in known:
@@ -79,6 +83,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
             world.allow_ground_contact(_NAME, robot.ground_contact)
         except InputError as error:
             yield from error.at(robot.file).faults
+    yield from _outline_faults(robot, hull_outline(world.model, world.robots[_NAME].hull))
     made: dict[str, Sensor] = {}
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:
@@ -102,6 +107,19 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
 
 
 _NAME = "R1"
+
+
+def _outline_faults(robot: RobotSpec, outline: Sequence[Point]) -> Iterator[Fault]:
+    """Compare `[body]` with the outline of the model's hull, which collides."""
+    for key, declared, along in (("length", robot.length, 0), ("width", robot.width, 1)):
+        places = [point[along] for point in outline]
+        size = max(places, default=0.0) - min(places, default=0.0)
+        if abs(declared - size) > TOLERANCE * size > 0.0:  # never for NaN
+            message = f"{key} is {declared:.3g} m, but the hull of the model has {size:.3g} m"
+            harm = "paths lead too near to obstacles." if declared < size else "paths avoid gaps that are wide enough."
+            line, column = robot.position("body", key)
+            hint = f'Write {key} = "{size:.3g} m", or correct the geom `hull`.'
+            yield Fault(f"{message}: {harm}", robot.file, line, column, hint, warning=True)
 
 
 def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver | None:

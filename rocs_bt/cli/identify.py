@@ -1,9 +1,10 @@
-"""`rocs-bt identify`: measure the drive of a robot's model."""
+"""`rocs-bt identify`: measure the motion of a robot's model."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import click
@@ -18,34 +19,58 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("robot")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, SI units.")
+@click.option("--dry-run", is_flag=True, help="Write no file.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
-def command(robot: str, as_json: bool, no_code: bool) -> None:
-    """Measure the drive of ROBOT, a name or a file, on an infinite plane, for the values in its robot.toml.
+def command(robot: str, as_json: bool, dry_run: bool, no_code: bool) -> None:
+    """Measure the motion of ROBOT, a name or a file, on an infinite plane, and write identified.toml beside robot.toml.
 
-    Effective wheel separation, ICR offset, wheel lag, top speed, and the braking distance by speed. Takes seconds.
+    For each axis of the body twist: reached speed, lag, and stopping distance; for wheels on two sides also effective
+    wheel separation and ICR offset. `rocs-bt check` compares robot.toml with the file. Takes seconds.
     """
+    from ..simulation.identified_file import write_identified
     from ..simulation.identify import identify
 
     catalog = catalog_for(robot, code=not no_code)
-    found = identify(catalog.load_robot(robot), catalog)
-    echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else _text(found))
+    spec = catalog.load_robot(robot)
+    found = identify(spec, catalog)
+    echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else "\n".join(_text(found)))
+    if not dry_run:
+        file = write_identified(spec, found.axes, found.wheels)
+        if not as_json:
+            echo(f"\nWritten to {file}; `rocs-bt check {file.parent}` compares robot.toml with it.")
 
 
-def _text(found: Identified) -> str:
-    lines = [
-        f"{found.robot} on a plane:",
-        f"  effective_wheel_separation  {found.effective_wheel_separation:.3f} m from measured wheel speeds; "
-        f"deviation of single turns up to {100.0 * found.wheel_separation_error:.1f} %, "
-        f"loss of turn rate under load up to {100.0 * (1.0 - found.slowest_turn):.0f} %",
-        f"  icr_offset                  {found.icr_offset:.3f} m ahead of the base, in curves",
-        f"  wheel_lag                   {found.wheel_lag:.3f} s on a ramp at the drive's maximum acceleration",
-        f"  top speed                   {found.top_speed:.2f} m/s",
-        f"  braking                     {found.brake_delay:.3f} s of delay, then {found.deceleration:.2f} m/s2, with a "
-        f"fit error up to {100.0 * found.misfit:.1f} %",
-        f"  for WheelMonitor            latency: one sensor period plus {found.brake_delay:.3f} s; "
-        f"deceleration: {found.deceleration:.2f} m/s2",
-        "",
-        "  from [m/s]   distance [m]     time [s]",
-        *(f"  {b.speed:10.2f}  {b.distance:13.3f}  {b.time:11.2f}" for b in found.braking),
-    ]
-    return "\n".join(lines)
+def _text(found: Identified) -> Iterator[str]:
+    yield f"{found.robot} on a plane:"
+    yield ""
+    yield "  axis   max_speed       lag  latency  deceleration  stop distance  fit error"
+    for axis, of in found.axes.items():
+        m = "rad" if axis == "wz" else "m"
+        yield (
+            f"  {axis:4}{_with_unit(of.max_speed, 2, f'{m}/s'):>12}  {of.lag:6.3f} s  {of.latency:5.3f} s"
+            f"{_with_unit(of.deceleration, 2, f'{m}/s2'):>14}{_with_unit(of.stop_distance, 3, m):>15}"
+            f"  up to {100.0 * of.misfit:.1f} %"
+        )
+    yield ""
+    yield "  lag: behind a ramp at the maximum acceleration; delay + lag in robot.toml."
+    yield "  latency: delay until braking begins; latency in robot.toml is one sensor period more."
+    yield "  stop distance: from max_speed, by latency and deceleration."
+    if found.wheels is not None:
+        wheels = found.wheels
+        yield ""
+        yield (
+            f"  effective_wheel_separation  {wheels.effective_wheel_separation:.3f} m from measured wheel speeds; "
+            f"deviation of single turns up to {100.0 * wheels.wheel_separation_error:.1f} %, "
+            f"loss of turn rate under load up to {100.0 * (1.0 - wheels.slowest_turn):.0f} %"
+        )
+        yield f"  icr_offset                  {wheels.icr_offset:.3f} m ahead of the base, in curves"
+    yield ""
+    yield "  axis        from  distance      time"
+    for axis, of in found.axes.items():
+        m = "rad" if axis == "wz" else "m"
+        for b in of.braking:
+            yield f"  {axis:4}{_with_unit(b.speed, 2, f'{m}/s'):>12}{_with_unit(b.distance, 3, m):>10}{b.time:8.2f} s"
+
+
+def _with_unit(value: float, digits: int, unit: str) -> str:
+    return f"{value:.{digits}f} {unit}"

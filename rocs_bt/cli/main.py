@@ -41,7 +41,7 @@ COMMANDS = {
     "share": "Make keys for robots that share knowledge over a network.",
     "requirements": "Check requirements on the recording of a run.",
     "diff": "Compare the content, settings and code of two scenarios.",
-    "identify": "Measure a robot's drive: wheel separation, lag, speed, braking.",
+    "identify": "Measure a robot's motion by axis: speed, lag, braking, and wheel separation.",
     "new": "Create a project, or add a file to it.",
     "docs": "Open the manual in the browser, without a network.",
     "doctor": "Check the installation and optional tools on this machine.",

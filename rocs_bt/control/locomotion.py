@@ -185,6 +185,13 @@ class Locomotion:
             return self.acceleration_limit / self.arm
         return _largest_multiple(self.command(Twist2(0.0, turn=1.0)), self.max_acceleration)
 
+    def axis_limits(self, axis: str) -> AxisLimits:
+        """Largest speed and acceleration of a motion along one axis alone."""
+        twist = {name: float(name == axis) for name in AXES}
+        # Rounded, because the pseudo-inverse is exact to about 1e-16 only.
+        values = np.round(self.command(Twist3(*twist.values())), 12)
+        return AxisLimits(*(_largest_multiple(values, limits) for limits in (self.max_speed, self.max_acceleration)))
+
     @cached_property
     def icr_offset(self) -> float:
         """Distance from the base forward to the centre of rotation in turns [m]; 0 unless a skid drive."""
@@ -358,7 +365,7 @@ def omni3_drive(
 
 @dataclass(frozen=True)
 class AxisLimits:
-    """Limits of one axis of a body that accepts twists.
+    """Limits of one axis of a twist.
 
     Attributes:
         max_speed: Speed limit in both directions [m/s, rad/s].

@@ -1,4 +1,7 @@
-"""System identification of a robot's drive on an infinite plane, for its robot.toml.
+"""System identification of a robot's motion on an infinite plane, for its robot.toml.
+
+Each axis of the body twist is measured by commands to the robot's own actuator: reached speed, lag behind a ramp, and
+stopping distances.
 
 A skid-steer robot is described by an ideal differential drive that turns as the robot does. The effective wheel
 separation is that of this drive. The ICR offset is the position of its axle, on which the instantaneous centre of
@@ -8,17 +11,19 @@ rotation is (Mandow et al., Experimental kinematics for wheeled skid-steer mobil
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import numpy.typing as npt
 
 from ..agent import robot_locomotion
-from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec
-from ..control.locomotion import Locomotion
+from ..catalog import AgentSpec, CachingCatalog, Catalog, RateSpec, RobotSpec, ScenarioSpec
+from ..control.locomotion import AXES, Locomotion
 from ..errors import Fault, InputError
 from ..event import NullSink
-from ..geometry import Pose2, wrap_angle
+from ..geometry import Pose2, Twist3, wrap_angle
+from .identified_file import AxisFigures, WheelFigures
 from .simulated_world import build_world
 
 WORLD = "plane"
@@ -34,11 +39,17 @@ _TURNS = (
     (0.2, 0.15),
 )  # factors of the maximum wheel speed
 _CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # factors of the maximum wheel speed
-_SPEEDS = (0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # [m/s] initial speeds of the braking tests
+_BRAKINGS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # initial speeds of the braking tests, factors of the speed limit
 _SETTLE, _WATCH = 2.0, 2.0  # [s] settling time of a motion; duration of its measurement
-_STEADY = 1e-3  # [m/s] maximum change of a steady speed in 0.5 s
-_STOPPED = 0.005  # [m/s] maximum speed that counts as stopped
+_WINDOW = 0.5  # [s] duration over which a steady speed is averaged
+_STEADY = 2e-3  # maximum change of a steady speed from window to window, relative to the command
+_STOPPED = 0.005  # [m/s, rad/s] maximum speed that counts as stopped
+_MOVES = 0.05  # minimum speed of a body that moves, relative to the command
+_FALLEN = 1.0  # [rad] roll or pitch of a body that has fallen
 _TIMEOUT = 20.0  # [s]
+_CLIMB = 1.5  # [m] height over the start of the tests of a flying body
+
+Array = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,8 +57,8 @@ class Braking:
     """Braking test from a steady speed to standstill.
 
     Attributes:
-        speed: Initial speed [m/s].
-        distance: Distance from the stop command to standstill [m].
+        speed: Initial speed [m/s, rad/s].
+        distance: Distance from the stop command to standstill [m, rad].
         time: Time from the stop command to standstill [s].
     """
 
@@ -57,72 +68,79 @@ class Braking:
 
 
 @dataclass(frozen=True)
-class Identified:
-    """Identified parameters of a robot's drive.
+class IdentifiedAxis(AxisFigures):
+    """Identified motion along one axis, with its braking tests.
 
     Attributes:
-        robot: Name of the robot.
-        effective_wheel_separation: Effective wheel separation, from true wheel linear speeds [m].
-        wheel_separation_error: Maximum error of the turn rate that the effective wheel separation predicts for a
-            single turn, relative to that turn rate.
-        slowest_turn: Minimum ratio of the wheels' speed difference in a turn to the commanded one; load causes the
-            loss.
-        icr_offset: Distance ahead of the base at which the robot does not skid sideways in a forward curve [m]. The
-            distance is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
-        wheel_lag: Total delay and lag of the wheels, on a ramp at the drive's maximum acceleration [s].
-        top_speed: Forward speed with all wheels at their maximum speed [m/s].
-        brake_delay: Delay of the braking model: stopping distance = v * delay + v^2 / (2 deceleration) [s].
-        deceleration: Deceleration of the braking model [m/s2].
         misfit: Maximum error of the braking model, relative to the measured stopping distance.
         braking: Braking tests.
     """
 
-    robot: str
-    effective_wheel_separation: float
-    wheel_separation_error: float
-    slowest_turn: float
-    icr_offset: float
-    wheel_lag: float
-    top_speed: float
-    brake_delay: float
-    deceleration: float
     misfit: float
     braking: tuple[Braking, ...]
 
 
+@dataclass(frozen=True)
+class IdentifiedWheels(WheelFigures):
+    """Identified drive that turns by the speed difference of two sides.
+
+    Attributes:
+        wheel_separation_error: Maximum error of the turn rate that the effective wheel separation predicts for a
+            single turn, relative to that turn rate.
+        slowest_turn: Minimum ratio of the wheels' speed difference in a turn to the commanded one; load causes the
+            loss.
+    """
+
+    wheel_separation_error: float
+    slowest_turn: float
+
+
+@dataclass(frozen=True)
+class Identified:
+    """Identified parameters of a robot's motion.
+
+    Attributes:
+        robot: Name of the robot.
+        axes: Motion by axis of the twist, such as `vx`: those that the robot can command. A vertical motion is measured
+            upwards.
+        wheels: Parameters of a drive that turns by the speed difference of two sides; None for other locomotions.
+    """
+
+    robot: str
+    axes: Mapping[str, IdentifiedAxis]
+    wheels: IdentifiedWheels | None
+
+
 def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
-    """Drive a robot's model on a plane, without blocks and rules, and identify its parameters.
+    """Move a robot's model on a plane, without blocks and rules, and identify its parameters.
 
     Args:
-        robot: Specification of the robot; its drive must turn by the speed difference of two sides.
+        robot: Specification of the robot, as in its file.
         catalog: Source of the world and of the robot's drivers.
 
     Raises:
-        InputError: The robot has no model, or its drive does not turn by the speed difference of two sides.
+        InputError: The robot has no model, does not move along one of its axes, or falls over.
     """
     locomotion = robot_locomotion(robot.locomotion)
-    if locomotion.twist_from_q.shape[1] != 2:
-        message = f"a '{locomotion.kind}' locomotion has no effective wheel separation."
-        raise InputError(
-            Fault(message, robot.file, hint="Only drives that turn by the speed difference of two sides have one.")
-        )
+    cached = CachingCatalog(catalog.project, code=catalog.code)  # compiles the model once
 
     def rig() -> _TestRig:
-        return _TestRig(robot, locomotion, catalog)
+        return _TestRig(robot, locomotion, cached)
 
-    separation, error, share = _turns(rig, locomotion)
-    top = rig().steady(locomotion.max_speed.min())
-    braking = tuple(_brake(rig(), speed) for speed in _SPEEDS if speed <= 0.98 * top)
-    delay, deceleration, misfit = _fit(braking)
-    icr_offset, lag = _icr_offset(rig, locomotion), _lag(rig(), locomotion)
-    return Identified(robot.name, separation, error, share, icr_offset, lag, top, delay, deceleration, misfit, braking)
+    axes = {axis: _axis(rig, locomotion, axis) for axis in locomotion.axes}
+    sided = locomotion.wheeled and locomotion.twist_from_q.shape[1] == 2
+    return Identified(robot.name, axes, _wheels(rig, locomotion) if sided else None)
 
 
 class _TestRig:
-    """A single robot at rest on the plane, with its usual devices."""
+    """A single robot at rest on the plane, with its usual devices; a flying robot hovers.
+
+    Attributes:
+        travel: Distance moved since the start by axis, body frame [m, rad].
+    """
 
     def __init__(self, robot: RobotSpec, locomotion: Locomotion, catalog: Catalog) -> None:
-        agent = AgentSpec(_NAME, robot.name, "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
+        agent = AgentSpec(_NAME, str(robot.file), "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
         file, rate = catalog.find("world", WORLD).path, RateSpec()
         scenario = ScenarioSpec(
             "identify",
@@ -139,65 +157,146 @@ class _TestRig:
         simulated = build_world(scenario, catalog, 1, NullSink())
         self.world = simulated.world
         self.period = rate.control_rate.period
+        self.travel = dict.fromkeys(AXES, 0.0)
         self._every = rate.control_rate.every
+        self._robot = robot
         self._locomotion = locomotion
-        self._wheels = simulated.actuators[_NAME][robot.locomotion.actuator]
-        self._measured_speeds = simulated.wheels[_NAME]
-        self.turned = 0.0
+        self._motion = simulated.actuators[_NAME][robot.locomotion.actuator]
+        self._commanded = list(locomotion.rest)
+        self._measured_speeds = simulated.wheels.get(_NAME, lambda: self._commanded)
+        if "vz" in locomotion.axes:
+            self._take_off()
 
-    @property
-    def pose(self) -> Pose2:
-        """True pose of the robot, world frame."""
-        return self.world.pose(_NAME)
-
-    @property
-    def speed(self) -> float:
-        """True forward speed of the robot [m/s]."""
-        return self.world.twist(_NAME).forward
+    def speed(self, axis: str) -> float:
+        """True speed along an axis, body frame [m/s, rad/s]."""
+        twist = self.world.twist(_NAME)
+        up = float(self.world.data.qvel[self.world.body(_NAME).v + 2])
+        return {"vx": twist.forward, "vy": twist.left, "vz": up, "wz": twist.turn}[axis]
 
     def sides(self) -> tuple[float, float]:
         """True wheel linear speeds of the left and right side [m/s]."""
         left, right = self._locomotion.coordinates(np.array(self._measured_speeds())).tolist()
         return left, right
 
-    def step(self, left: float, right: float) -> None:
-        """Drive for one control period at these wheel linear speeds of the sides [m/s]."""
-        before = self.pose.yaw
-        self._wheels.command((self._locomotion.values_from_q @ np.array([left, right])).tolist())
+    def along(self, axis: str, speed: float) -> Array:
+        """Command (m,) of a speed along one axis [m/s, rad/s]."""
+        return self._locomotion.command(Twist3(*(float(name == axis) for name in AXES))) * speed
+
+    def step(self, command: Array) -> None:
+        """Move for one control period with a command (m,).
+
+        Raises:
+            InputError: The robot fell over.
+        """
+        x, y, yaw = self.world.pose(_NAME)
+        z = self.world.position(_NAME)[2]
+        self._commanded = command.tolist()
+        self._motion.command(self._commanded)
         self.world.advance(self._every)
-        self.turned += wrap_angle(self.pose.yaw - before)
+        pose, solid = self.world.pose(_NAME), self.world.pose3(_NAME)
+        if max(abs(solid.roll), abs(solid.pitch)) > _FALLEN:
+            found = ", ".join(f"{v:.3g}" for v in self._commanded)
+            hint = "Lower max_speed or max_acceleration in [locomotion], or correct its driver."
+            raise InputError(Fault(f"the robot fell over with the command {found}.", self._robot.file, hint=hint))
+        c, s, dx, dy = math.cos(yaw), math.sin(yaw), pose.x - x, pose.y - y
+        moved = (c * dx + s * dy, c * dy - s * dx, solid.z - z, wrap_angle(pose.yaw - yaw))
+        for axis, distance in zip(AXES, moved, strict=True):
+            self.travel[axis] += distance
 
-    def hold(self, left: float, right: float, duration: float) -> None:
-        """Command the wheel linear speeds of the left and the right side [m/s] for a duration [s]."""
+    def hold(self, command: Array, duration: float) -> None:
+        """Move with a command (m,) for a duration [s]."""
         for _ in range(round(duration / self.period)):
-            self.step(left, right)
+            self.step(command)
 
-    def steady(self, speed: float) -> float:
-        """Drive straight until the speed is steady; returns the speed [m/s]."""
-        last = math.nan
-        for _ in range(round(_TIMEOUT / 0.5)):
-            self.hold(speed, speed, 0.5)
-            if abs(self.speed - last) <= _STEADY:
+    def hold_sides(self, left: float, right: float, duration: float) -> None:
+        """Command the wheel linear speeds of the left and the right side [m/s] for a duration [s]."""
+        self.hold(self._locomotion.values_from_q @ np.array([left, right]), duration)
+
+    def reach(self, axis: str, speed: float) -> tuple[float, float]:
+        """Accelerate along an axis by a ramp at the maximum acceleration, and hold the speed until it is steady.
+
+        Args:
+            axis: Axis of the twist.
+            speed: Commanded speed [m/s, rad/s].
+
+        Returns:
+            Steady speed [m/s, rad/s], and lag behind the ramp [s].
+
+        Raises:
+            InputError: The robot does not move along the axis, or fell over.
+        """
+        change = self._locomotion.axis_limits(axis).max_acceleration * self.period
+        start, given, commanded = self.travel[axis], 0.0, 0.0
+        while given < speed:
+            given = min(given + change, speed)
+            self.step(self.along(axis, given))
+            commanded += given * self.period
+        last, steady = math.nan, math.nan
+        for _ in range(round(_TIMEOUT / _WINDOW)):
+            before = self.travel[axis]
+            self.hold(self.along(axis, speed), _WINDOW)
+            commanded += speed * _WINDOW
+            last, steady = steady, (self.travel[axis] - before) / _WINDOW
+            if abs(steady - last) <= _STEADY * speed:
                 break
-            last = self.speed
-        return self.speed
+        if not steady > _MOVES * speed:
+            message = f"the robot does not move along {axis}: commanded {speed:.3g}, reached {steady:.3g}."
+            hint = "Correct the order and signs of its motors, or its driver."
+            raise InputError(Fault(message, self._robot.file, hint=hint))
+        # Load reduces the steady speed a little, which is no lag.
+        return steady, commanded / speed - (self.travel[axis] - start) / steady
+
+    def brake(self, axis: str) -> tuple[float, float]:
+        """Command not to move until the robot is stationary; returns distance [m, rad] and time [s]."""
+        start, time, rest = self.travel[axis], 0.0, np.array(self._locomotion.rest)
+        while self.speed(axis) > _STOPPED and time < _TIMEOUT:
+            self.step(rest)
+            time += self.period
+        farthest = self.travel[axis]
+        for _ in range(round(_WINDOW / self.period)):  # a swaying body may stop for a moment only
+            self.step(rest)
+            farthest = max(farthest, self.travel[axis])
+        return farthest - start, time
+
+    def _take_off(self) -> None:
+        up = self.along("vz", self._locomotion.axis_limits("vz").max_speed)
+        for _ in range(round(_TIMEOUT / self.period)):
+            if self.travel["vz"] >= _CLIMB:
+                break
+            self.step(up)
+        self.brake("vz")
 
 
-def _turns(rig: Callable[[], _TestRig], locomotion: Locomotion) -> tuple[float, float, float]:
-    """Measure turns: effective wheel separation [m], `wheel_separation_error` and `slowest_turn` of `Identified`."""
+def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> IdentifiedAxis:
+    """Measure the motion along one axis."""
+    limit, braking = locomotion.axis_limits(axis).max_speed, []
+    top, _ = rig().reach(axis, limit)
+    _, lag = rig().reach(axis, 0.5 * limit)
+    robot = rig()
+    for factor in _BRAKINGS:
+        speed, _ = robot.reach(axis, factor * limit)
+        braking.append(Braking(speed, *robot.brake(axis)))
+    latency, deceleration, misfit = _fit(braking)
+    stop_distance = top * latency + top * top / (2.0 * deceleration)
+    return IdentifiedAxis(top, lag, latency, deceleration, stop_distance, misfit, tuple(braking))
+
+
+def _wheels(rig: Callable[[], _TestRig], locomotion: Locomotion) -> IdentifiedWheels:
+    """Measure a drive with two sides in turns and curves."""
     differences, rates, shares = [], [], []
     for left, right in np.array(_TURNS) * locomotion.max_speed.min():
         robot = rig()
-        robot.hold(left, right, _SETTLE)
-        robot.turned = 0.0
-        robot.hold(left, right, _WATCH)
+        robot.hold_sides(left, right, _SETTLE)
+        turned = robot.travel["wz"]
+        robot.hold_sides(left, right, _WATCH)
         sides = robot.sides()
         differences.append(sides[1] - sides[0])
-        rates.append(robot.turned / _WATCH)
+        rates.append((robot.travel["wz"] - turned) / _WATCH)
         shares.append(differences[-1] / (right - left))
     wide, fast = np.array(differences), np.array(rates)
     separation = float(wide @ fast / (fast @ fast))
-    return separation, float(np.max(np.abs(wide / separation / fast - 1.0))), float(min(shares))
+    error = float(np.max(np.abs(wide / separation / fast - 1.0)))
+    return IdentifiedWheels(separation, _icr_offset(rig, locomotion), error, float(min(shares)))
 
 
 def _icr_offset(rig: Callable[[], _TestRig], locomotion: Locomotion) -> float:
@@ -205,38 +304,18 @@ def _icr_offset(rig: Callable[[], _TestRig], locomotion: Locomotion) -> float:
     turns, skids = [], []
     for left, right in np.array(_CURVES) * locomotion.max_speed.min():
         robot = rig()
-        robot.hold(left, right, _SETTLE)
+        robot.hold_sides(left, right, _SETTLE)
         for _ in range(round(_WATCH / robot.period)):
-            robot.step(left, right)
-            twist = robot.world.twist(_NAME)
-            turns.append(twist.turn)
-            skids.append(twist.left)
+            robot.hold_sides(left, right, robot.period)
+            turns.append(robot.speed("wz"))
+            skids.append(robot.speed("vy"))
     turned = np.array(turns)
     return float(-(turned @ skids) / (turned @ turned))
 
 
-def _lag(robot: _TestRig, locomotion: Locomotion) -> float:
-    """Measure the time by which the wheels lag behind a speed ramp to half their maximum speed [s]."""
-    top, speed, commanded = 0.5 * locomotion.max_speed.min(), 0.0, 0.0
-    for _ in range(round((top / locomotion.max_acceleration.min() + _SETTLE) / robot.period)):
-        speed = min(speed + locomotion.max_acceleration.min() * robot.period, top)
-        robot.step(speed, speed)
-        commanded += speed * robot.period
-    sag = robot.speed / top  # load reduces the effective wheel radius a little, which is no lag
-    return float((commanded - Pose2(0.0, 0.0).distance(robot.pose) / sag) / top)
-
-
-def _brake(robot: _TestRig, speed: float) -> Braking:
-    begun, start = robot.steady(speed), robot.pose
-    time = robot.world.clock.now()
-    while abs(robot.speed) > _STOPPED and robot.world.clock.now() - time < _TIMEOUT:
-        robot.step(0.0, 0.0)
-    return Braking(begun, start.distance(robot.pose), robot.world.clock.now() - time)
-
-
 def _fit(braking: Sequence[Braking]) -> tuple[float, float, float]:
-    """Fit distance / speed = delay + speed / (2 deceleration): delay [s], deceleration [m/s2], relative misfit."""
+    """Fit distance / speed = latency + speed / (2 deceleration): latency [s], deceleration, relative misfit."""
     v, d = np.array([b.speed for b in braking]), np.array([b.distance for b in braking])
-    (delay, slope), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), d / v, rcond=None)
-    delay = max(float(delay), 0.0)
-    return delay, float(0.5 / slope), float(np.max(np.abs((delay + slope * v) * v / d - 1.0)))
+    (latency, slope), *_ = np.linalg.lstsq(np.column_stack([np.ones_like(v), v]), d / v, rcond=None)
+    latency, slope = max(float(latency), 0.0), max(float(slope), 1e-4)  # a body may stop after the same time always
+    return latency, 0.5 / slope, float(np.max(np.abs((latency + slope * v) * v / d - 1.0)))

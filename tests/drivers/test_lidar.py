@@ -181,17 +181,3 @@ def test_a_delay_is_a_whole_number_of_steps(tmp_path: Path) -> None:
         make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": 0.007})
     with pytest.raises(InputError, match="delay must be 0 to 10 s"):
         make_actuator(make(tmp_path), "R", "wheels", "velocity", {**WHEELS, "delay": -0.1})
-
-
-def test_the_jackal_drives_and_turns_as_its_file_says() -> None:
-    from rocs_bt.simulation.identify import identify
-
-    found = identify(ROBOT, Catalog())
-    told = ROBOT.locomotion.parameters
-    assert found.effective_wheel_separation == pytest.approx(told["effective_wheel_separation"], rel=0.01)
-    assert found.wheel_lag == pytest.approx(told["response"].late, abs=0.003)
-    assert found.icr_offset == pytest.approx(told["icr_offset"], abs=0.002)
-    assert found.top_speed == pytest.approx(2.0, rel=0.01)
-    assert found.wheel_separation_error < 0.02
-    assert told["response"].deceleration["vx"] == pytest.approx(found.deceleration, rel=0.01)
-    assert told["response"].latency == pytest.approx(0.05 + found.brake_delay, abs=0.002)

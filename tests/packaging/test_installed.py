@@ -20,6 +20,7 @@ CONTENT = ("planners", "rules", "robots", "scenarios")
 DATA = (  # of each kind that no import asks for
     "py.typed",
     "_content/robots/pioneer_p3dx/robot.xml",
+    "_content/robots/pioneer_p3dx/identified.toml",
     "_content/robots/summit_xl/encounter.py",
     "_content/scenarios/exp1.toml",
     "_content/scenarios/families/barn_like.py",

@@ -1,0 +1,156 @@
+"""`identified.toml` (identified/1): measured parameters of a robot's motion, beside its robot.toml."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
+from ..control.locomotion import AXES
+from ..document import Table, read_toml
+from ..errors import Fault, InputError
+from ..record import write_whole
+from ..toml_text import as_toml
+from ..units import ANGLE, LENGTH, TIME, Dimension
+
+FORMAT = "identified/1"
+
+
+@dataclass(frozen=True)
+class AxisFigures:
+    """Measured motion along one axis of a body twist.
+
+    Attributes:
+        max_speed: Steady speed at the limit of the commands [m/s, rad/s].
+        lag: Total delay and lag behind a ramp command at the maximum acceleration [s].
+        latency: Delay of the braking model: distance = v * latency + v^2 / (2 deceleration) [s].
+        deceleration: Deceleration of the braking model [m/s2, rad/s2].
+        stop_distance: Distance to a stop from `max_speed`, by the braking model [m, rad].
+    """
+
+    max_speed: float
+    lag: float
+    latency: float
+    deceleration: float
+    stop_distance: float
+
+
+@dataclass(frozen=True)
+class WheelFigures:
+    """Measured parameters of a drive that turns by the speed difference of two sides.
+
+    Attributes:
+        effective_wheel_separation: Effective wheel separation, from true wheel linear speeds [m].
+        icr_offset: Distance ahead of the base at which the robot does not skid sideways in a forward curve [m]. The
+            distance is smaller at lower speed, smaller still when turning in place, and nearly 0 in reverse.
+    """
+
+    effective_wheel_separation: float
+    icr_offset: float
+
+
+@dataclass(frozen=True)
+class IdentifiedFile:
+    """Content of an identified.toml.
+
+    Attributes:
+        file: The file.
+        model: `model_hash` of the robot that was measured.
+        axes: Figures by axis, such as `vx`.
+        wheels: Figures of the wheels; None for other locomotions.
+    """
+
+    file: Path
+    model: str
+    axes: Mapping[str, AxisFigures]
+    wheels: WheelFigures | None
+
+
+def identified_path(robot: RobotSpec) -> Path | None:
+    """The identified.toml of a robot: its own, else that beside the model of its base; None if there is none."""
+    folders = [robot.file.parent] if robot.model is None else [robot.file.parent, robot.model.parent]
+    return next((path for folder in folders if (path := folder / IDENTIFIED).is_file()), None)
+
+
+def read_identified(file: Path) -> IdentifiedFile:
+    """Read an identified.toml.
+
+    Raises:
+        InputError: The file has faults; contains all of them, each with its line.
+    """
+    root = read_toml(file)
+    root.choice("format", (FORMAT,))
+    model = root.text("model")
+    axes = {axis: _read_axis(root.table(axis), _unit(axis)) for axis in AXES if axis in root}
+    wheels = None
+    if "wheels" in root:
+        table = root.table("wheels")
+        separation = table.quantity("effective_wheel_separation", LENGTH, low=0.0)
+        wheels = WheelFigures(separation, table.quantity("icr_offset", LENGTH, low=-math.inf))
+    root.done()
+    return IdentifiedFile(file, model, axes, wheels)
+
+
+def _read_axis(table: Table, unit: Dimension) -> AxisFigures:
+    return AxisFigures(
+        max_speed=table.quantity("max_speed", unit / TIME, low=0.0),
+        lag=table.quantity("lag", TIME),
+        latency=table.quantity("latency", TIME, low=0.0),
+        deceleration=table.quantity("deceleration", unit / TIME / TIME, low=1e-6),
+        stop_distance=table.quantity("stop_distance", unit, low=0.0),
+    )
+
+
+def write_identified(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> Path:
+    """Write the identified.toml of a robot into its folder; returns the file.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    file = robot.file.parent / IDENTIFIED
+    text = "# Measured by `rocs-bt identify`. `rocs-bt check` compares robot.toml with it.\n"
+    text += as_toml({"format": FORMAT, "model": model_hash(robot)})
+    for axis, of in axes.items():
+        unit = str(_unit(axis))
+        figures = {
+            "max_speed": f"{of.max_speed:.4g} {unit}/s",
+            "lag": f"{round(of.lag, 4):g} s",
+            "latency": f"{round(of.latency, 4):g} s",
+            "deceleration": f"{of.deceleration:.4g} {unit}/s2",
+            "stop_distance": f"{of.stop_distance:.4g} {unit}",
+        }
+        text += f"\n[{axis}]\n{as_toml(figures)}"
+    if wheels is not None:
+        separation, offset = wheels.effective_wheel_separation, round(wheels.icr_offset, 4)
+        figures = {"effective_wheel_separation": f"{separation:.4g} m", "icr_offset": f"{offset:g} m"}
+        text += f"\n[wheels]\n{as_toml(figures)}"
+    try:
+        write_whole(file, text)
+    except OSError as error:
+        hint = "Copy the robot's folder into your project, or use --dry-run."
+        raise InputError(Fault(f"cannot write the file: {error.strerror or error}.", file, hint=hint)) from error
+    return file
+
+
+def model_hash(robot: RobotSpec) -> str:
+    """SHA-256 over all that the measured motion depends on: the model's files, and driver of the motion actuator.
+
+    Args:
+        robot: Robot with a model.
+    """
+    motion = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
+    entries = [] if robot.model is None else [make_entry(robot.model, "world", "file")]
+    if is_reference(motion.driver):
+        entries.append(make_entry(robot.beside(motion.driver.partition(":")[0]), "node", "file"))
+    driver = [motion.driver, motion.parameters, motion.limits.max_change]
+    text = json.dumps([content_hash(entries), driver], sort_keys=True, default=str)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _unit(axis: str) -> Dimension:
+    """Dimension of a distance along an axis."""
+    return ANGLE if axis == "wz" else LENGTH
