@@ -83,7 +83,8 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
         ],
         "tickets": [[round(e.t, 3), e.ticket, e.action, e.state] for e in agent.tickets],
         "atomic": [[round(e.t, 3), e.action, e.route] for e in agent.atomic],
-        "wheels": []
+        "axes": [axis for i in run.header.agents if i.name == name for axis in i.axes],
+        "motion": []
         if command is None
         else [
             [round(t, 3), *_rounded(v, 3)]

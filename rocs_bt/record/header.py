@@ -183,6 +183,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals.
 
     `inactive` contains the rules that are inactive at the start, each with the required signals that the robot lacks.
+    `axes` contains the axes of a motion command, such as `vx`; empty for a robot on wheels.
     """
 
     name: str
@@ -192,6 +193,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     inactive: Mapping[str, tuple[str, ...]] = {}
     nodes: tuple[TreeNode, ...] = ()
     signals: tuple[SignalInfo, ...] = ()
+    axes: tuple[str, ...] = ()
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):

@@ -128,6 +128,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
     """Description of one agent in a recording."""
     spec = next(a for a in scenario.agents if a.name == agent.name)
     nodes = _nodes(agent.plan) if isinstance(agent.plan, TreePlan) else ()
+    locomotion = agent.knowledge.robot.locomotion
     return AgentInfo(
         name=spec.name,
         robot=spec.robot,
@@ -136,6 +137,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         inactive={rule.name: rule.missing for file in agent.rule_files for rule in file.model.rules.inactive},
         nodes=nodes,
         signals=signals_of(agent),
+        axes=() if locomotion.wheels else locomotion.values,
     )
 
 

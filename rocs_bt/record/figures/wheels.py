@@ -1,4 +1,4 @@
-"""Figure of wheel linear speeds and their commands."""
+"""Figure of motion commands: of wheels with their true speeds, or of the axes of a twist."""
 
 from __future__ import annotations
 
@@ -14,30 +14,38 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
+_AXES = {"vx": "forward [m/s]", "vy": "left [m/s]", "vz": "up [m/s]", "wz": "turn [rad/s]"}
 _NAMES = {2: ("left", "right"), 4: ("front left", "front right", "rear left", "rear right")}
 
 
 class Wheels(Figure):
-    """Wheel speeds: one row per wheel with the command as steps, the true speed as a line, reflexes shaded."""
+    """Motion commands: one row per wheel with the command as steps and the true speed as a line, or one row per axis.
+
+    Reflexes are shaded.
+    """
 
     name = "wheels"
-    title = "Wheel speeds and commands"
+    title = "Motion commands"
     size = (7.2, 4.0)
 
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         found = [(n, c) for n in runs[0].agents if (c := wheel_command(runs[0], n)) is not None]
-        rows = [(name, i, command.values.shape[1]) for name, command in found for i in range(command.values.shape[1])]
+        axes_of = {info.name: info.axes for info in runs[0].header.agents}
+        rows = [
+            (name, i, label)
+            for name, command in found
+            for i, label in enumerate(_labels(axes_of.get(name, ()), command.values.shape[1]))
+        ]
         if not rows:
             return
         canvas.set_figheight(0.9 + 1.45 * len(rows))
         grid = canvas.subplots(len(rows), 1, sharex=True, squeeze=False)
-        for axes, (name, wheel, count) in zip(grid[:, 0], rows, strict=True):
+        for axes, (name, wheel, label) in zip(grid[:, 0], rows, strict=True):
             for r, run in enumerate(runs):
                 self._wheel(axes, run, name, wheel, r, tag=f" {run.label}" if len(runs) > 1 else "")
             if name in runs[0].agents:
                 shade_reflexes(axes, runs[0].agents[name])
-            label = _NAMES[count][wheel] if count in _NAMES else f"wheel {wheel + 1}"
-            axes.set_ylabel(f"{name} {label}\n[m/s]" if len(found) > 1 else f"{label} [m/s]")
+            axes.set_ylabel(f"{name} {label}".replace(" [", "\n[") if len(found) > 1 else label)
             axes.margins(x=0.0)
         grid[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
         grid[-1, 0].set_xlabel("t [s]")
@@ -54,6 +62,14 @@ class Wheels(Figure):
         if body is not None and wheel < body.wheels.shape[1]:
             style = {**line_style(r), "linewidth": 2.2, "alpha": 0.6}
             axes.plot(body.t, body.wheels[:, wheel], color=MUTED, label=f"true{tag}", gid=f"{gid}-true", **style)
+
+
+def _labels(axes: Sequence[str], count: int) -> Sequence[str]:
+    """Labels of the `count` values of a command: of the axes of a twist, else of wheels."""
+    if len(axes) == count:
+        return [_AXES[axis] for axis in axes]
+    names = _NAMES[count] if count in _NAMES else [f"wheel {i + 1}" for i in range(count)]
+    return [f"{name} [m/s]" for name in names]
 
 
 def wheel_command(run: History, agent: str) -> Command | None:

@@ -98,7 +98,7 @@
     const box = document.createElement("div"), title = document.createElement("h3"), route = document.createElement("span");
     const list = document.createElement("dl"), cells = {};
     box.className = "state"; title.append(agent.name, route); box.append(title, list);
-    for (const name of ["node", "action", "rule", "wheels", "pose"]) {
+    for (const name of ["node", "action", "rule", "motion", "pose"]) {
       const term = document.createElement("dt");
       term.textContent = name; cells[name] = document.createElement("dd"); cells[name].dataset.is = name;
       list.append(term, cells[name]);
@@ -122,8 +122,9 @@
     cells.action.textContent = open.map((r) => r[2]).join(", ") || "–";
     const active = [...latest(agent.rules, (r) => r[1]).values()].filter((r) => r[2] !== "ended" && r[2] !== "released");
     cells.rule.textContent = active.map((r) => r[1].split("/").pop() + (r[3] ? ": " + r[3] : "")).join("; ") || "–";
-    const i = before(agent.wheels, now, first);
-    cells.wheels.textContent = i < 0 ? "–" : agent.wheels[i].slice(1).map((v) => v.toFixed(2)).join(" / ") + " m/s";
+    const i = before(agent.motion, now, first), values = i < 0 ? [] : agent.motion[i].slice(1).map((v) => v.toFixed(2));
+    const twist = agent.axes.length === values.length ? values.map((v, k) => agent.axes[k] + " " + v).join(", ") : "";
+    cells.motion.textContent = i < 0 ? "–" : twist || values.join(" / ") + " m/s";
     const pose = body && poseAt(body, now);
     cells.pose.textContent = pose ? `${pose.x.toFixed(2)}, ${pose.y.toFixed(2)} m, ${(pose.yaw * 180 / Math.PI).toFixed(0)}°` : "–";
   };
