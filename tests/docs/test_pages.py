@@ -23,7 +23,7 @@ def squeezed(text):
     return re.sub(r"\s+", " ", text)
 
 
-@pytest.mark.parametrize("page", ["extending.md", "put-it-on-your-robot.md", "recording.md"])
+@pytest.mark.parametrize("page", ["bring-your-own-body.md", "extending.md", "put-it-on-your-robot.md", "recording.md"])
 def test_its_code_is_taken_from_the_examples(page):
     text = (DOCS / page).read_text("utf-8")
     blocks = re.findall(r"```(?:python|toml)\n(.*?)```", text, re.DOTALL)
