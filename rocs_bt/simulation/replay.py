@@ -27,6 +27,7 @@ def replay(
     *,
     agent: str | None = None,
     missions: Mapping[str, Build] | None = None,
+    changed_content: bool = False,
 ) -> Divergence | None:
     """Run the agents of a recorded scenario on the recorded sensor data, and compare their events with the recording.
 
@@ -35,6 +36,7 @@ def replay(
         catalog: Source of the scenario; the project around the current folder by default.
         agent: Name of the only agent to compare; None compares all.
         missions: Mission functions that replaced the scenario's in the run, by agent.
+        changed_content: Whether to compare also if the content has changed since the run; the present content is used.
 
     Returns:
         First event that differs; None if all events are equal, except for fields with wall-clock times.
@@ -61,10 +63,11 @@ def replay(
         )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
-    if catalog.digest(scenario) != header.content_hash:
+    if not changed_content and catalog.digest(scenario) != header.content_hash:
         raise RecordingError(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
-            f"{header.content_hash[:12]}). Check out the recorded version, or run the scenario again."
+            f"{header.content_hash[:12]}). Check out the recorded version, run the scenario again, or "
+            "compare with the present content: rocs-bt replay --changed-content."
         )
     if measured := [a.name for a in scenario.agents if a.latency is None]:
         raise RecordingError(

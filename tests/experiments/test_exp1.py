@@ -113,8 +113,13 @@ def test_a_reading_that_was_changed_is_noticed(tmp_path: Path, catalog: Catalog)
 def test_rules_that_were_changed_are_noticed(tmp_path: Path, catalog: Catalog, variant: Variant) -> None:
     run("exp1", catalog, seed=1, out=tmp_path, report=False, duration=1.0)
     changed = variant(rules=('turn = "60 deg * side', 'turn = "50 deg * side'))
-    with pytest.raises(RecordingError, match="the content of 'exp1' has changed"):
-        replay(Recording.open(tmp_path / "run.mcap"), changed)
+    recording = Recording.open(tmp_path / "run.mcap")
+    with pytest.raises(RecordingError, match=r"the content of 'exp1' has changed.* replay --changed-content"):
+        replay(recording, changed)
+    difference = replay(recording, changed, changed_content=True)
+    assert difference is not None
+    same = variant(rules=("Turn toward the freer side", "Turn toward the side with more room"))
+    assert replay(recording, same, changed_content=True) is None
 
 
 def test_what_summary_json_says_is_what_the_run_says(tmp_path: Path, catalog: Catalog) -> None:
