@@ -75,7 +75,7 @@ class DynamicWindow:
         locomotion = self._robot.locomotion
         room = locomotion.acceleration_limit * self.period
         v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
-        reach = room / locomotion.arm
+        reach = locomotion.turn_acceleration_limit * self.period
         w = np.linspace(max(-self.turn_rate, turn - reach), min(self.turn_rate, turn + reach), 15)
         grid = np.meshgrid(v, np.append(w, 0.0), indexing="ij")
         return grid[0].ravel(), grid[1].ravel()

@@ -29,9 +29,11 @@ class Limits:
     Attributes:
         low: Minimum of each value, shape (n,), or (1,) for all values.
         high: Maximum of each value, of the same shape as `low`.
-        max_change: Maximum rate of change of each value [1/s]; +inf for no limit.
-        together: Whether all values are scaled by one factor, which preserves the curvature of a path for wheel speeds;
-            otherwise each value is limited separately.
+        max_change: Maximum rate of change [1/s], of all values, or shape (n,) of each; +inf for no limit.
+        together: Whether values are scaled by one factor, which preserves the curvature of a path; otherwise each value
+            is limited separately.
+        apart: Indices of values that are limited separately although the others are scaled together, such as the
+            vertical speed of a flying body.
 
     Raises:
         InputError: A bound is not finite, `low` is not below `high`, `max_change` is not positive, or the range of
@@ -40,8 +42,9 @@ class Limits:
 
     low: tuple[float, ...]
     high: tuple[float, ...]
-    max_change: float = math.inf
+    max_change: float | tuple[float, ...] = math.inf
     together: bool = False
+    apart: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:
         if len(self.low) != len(self.high) or not self.low:
@@ -51,8 +54,16 @@ class Limits:
                 raise InputError(f"a range goes from a finite number to a larger one, found {low:g} to {high:g}.")
             if self.together and not low <= 0.0 <= high:
                 raise InputError(f"the range of wheel speeds must contain 0 m/s, found {low:g} to {high:g} m/s.")
-        if not self.max_change > 0.0:
-            raise InputError(f"max_change must be positive, found {self.max_change:g}.")
+        if isinstance(self.max_change, tuple) and len(self.max_change) != len(self.low):
+            raise InputError(f"max_change needs one rate for each of {len(self.low)} values, or one for all.")
+        for change in self.changes:
+            if not change > 0.0:
+                raise InputError(f"max_change must be positive, found {change:g}.")
+
+    @property
+    def changes(self) -> tuple[float, ...]:
+        """Maximum rate of change of each value, of the shape of `low` [1/s]."""
+        return self.max_change if isinstance(self.max_change, tuple) else (self.max_change,) * len(self.low)
 
     @property
     def largest(self) -> float:
@@ -69,7 +80,7 @@ class Limits:
             return self
         if len(self.low) > 1:
             raise InputError(f"the range has bounds for {len(self.low)} values, but a command has {size}.")
-        return Limits(self.low * size, self.high * size, self.max_change, self.together)
+        return Limits(self.low * size, self.high * size, self.max_change, self.together, self.apart)
 
     def rest(self) -> list[float]:
         """Command within the range that is nearest to zero, shape (n,)."""
@@ -86,30 +97,27 @@ class Limits:
         Returns:
             Command within the range and within `max_change * period` of `last`, shape (n,).
         """
-        given = self._in_range(wanted)
+        given = self._within(wanted, self.low, self.high)
         if self.max_change == math.inf:
             return given
-        allowed, steps = self.max_change * period, [g - v for g, v in zip(given, last, strict=True)]
-        if self.together:
-            largest = max(map(abs, steps))
-            if largest > allowed:
-                steps = [s * (allowed / largest) for s in steps]
-        else:
-            steps = [min(max(s, -allowed), allowed) for s in steps]
-        return self._clipped([v + s for v, s in zip(last, steps, strict=True)])
+        allowed, steps = [change * period for change in self.changes], [g - v for g, v in zip(given, last, strict=True)]
+        steps = self._within(steps, [-limit for limit in allowed], allowed)
+        return _clipped([v + s for v, s in zip(last, steps, strict=True)], self.low, self.high)
 
-    def _in_range(self, values: Sequence[float]) -> list[float]:
+    def _within(self, values: Sequence[float], low: Sequence[float], high: Sequence[float]) -> list[float]:
+        """Values reduced to bounds: those that are limited together by one factor, the others separately."""
         if self.together:
             factor = 1.0
-            for v, low, high in zip(values, self.low, self.high, strict=True):
-                if not low <= v <= high:
-                    factor = min(factor, (high if v > 0.0 else low) / v)
+            for i, (v, least, most) in enumerate(zip(values, low, high, strict=True)):
+                if not least <= v <= most and i not in self.apart:
+                    factor = min(factor, (most if v > 0.0 else least) / v)
             if factor < 1.0:
-                values = [v * factor for v in values]
-        return self._clipped(values)
+                values = [v if i in self.apart else v * factor for i, v in enumerate(values)]
+        return _clipped(values, low, high)
 
-    def _clipped(self, values: Sequence[float]) -> list[float]:
-        return list(map(min, map(max, values, self.low), self.high))
+
+def _clipped(values: Sequence[float], low: Sequence[float], high: Sequence[float]) -> list[float]:
+    return list(map(min, map(max, values, low), high))
 
 
 @dataclass(frozen=True)
@@ -182,6 +190,7 @@ class SafetyGate(Actuator):
         self._landing = landing
         self._resting_since = math.inf  # [s] time since which a body that has moved rests
         self._lands = False
+        self._descent_sent = -math.inf  # [s]
         self._shut = False
         self._stops = object()  # replaced by each neutral; a counter could lose one of two concurrent stops
         self._failed = False
@@ -390,8 +399,11 @@ class SafetyGate(Actuator):
 
     @property
     def _landing_at(self) -> float:
-        """Time at which the landing begins [s]; +inf while the body moves, lands or has landed."""
-        return math.inf if self._lands or self._landing is None else self._resting_since + self._landing.after
+        """Time at which `check` commands the descent, first or again [s]; +inf for a body that does not rest."""
+        if self._landing is None:
+            return math.inf
+        # Repeated, because a robot's own controller may stop the descent without new commands.
+        return self._descent_sent + self._period if self._lands else self._resting_since + self._landing.after
 
     def _landed(self, given: list[float], now: float) -> list[float]:
         """Command for the device of a body that can land: the descent while it lands and is not commanded to move."""
@@ -402,13 +414,17 @@ class SafetyGate(Actuator):
         return list(self._landing.command) if self._landing is not None and self._lands else given
 
     def _land(self, landing: Landing, now: float) -> None:
-        """Begin the descent of a body that has rested long enough."""
+        """Command the descent of a body that has rested long enough, or again while it lands."""
         try:
             with self._locked_soon():
-                self._lands = True
+                if now < self._landing_at - 5e-7:  # another thread commanded a motion
+                    return
+                begins, self._lands, self._descent_sent = not self._lands, True, now
                 self._run(self._device.command, list(landing.command))
         except ActuatorError as error:
             self._report_failure(error)
             if self.on_failure is None:
                 raise
-        self._sink.emit(LandingBegan(t=now, agent=self._agent, actuator=self.name))
+            return
+        if begins:
+            self._sink.emit(LandingBegan(t=now, agent=self._agent, actuator=self.name))

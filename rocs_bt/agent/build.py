@@ -216,7 +216,7 @@ def describe(
     """Write the robot, its devices, the places and the peers to the Knowledge graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
     knowledge.robot.locomotion = locomotion
-    wheels = {}
+    wheels: dict[str, Any] = {"neutral": locomotion.neutral}
     if locomotion.wheels:
         limits = float(locomotion.max_speed.min()), float(locomotion.max_acceleration.min())
         wheels = dict(zip(("wheel_speed_limit", "wheel_acceleration_limit"), limits, strict=True))
@@ -254,7 +254,7 @@ def _limits(actuator: ActuatorSpec) -> dict[str, float]:
     """Attributes of an actuator's node: the range of commands that all values of the actuator accept."""
     limits = actuator.limits
     found = {"range_low": max(limits.low), "range_high": min(limits.high), "max_command_age": actuator.max_command_age}
-    return found | ({"max_change": limits.max_change} if math.isfinite(limits.max_change) else {})
+    return found | ({"max_change": min(limits.changes)} if math.isfinite(min(limits.changes)) else {})
 
 
 def thresholds(robot: RobotSpec, rules: Path) -> dict[str, Override]:

@@ -120,7 +120,8 @@ def _locomotion(
     elif "axes" not in spec.parameters:
         ramp = actuator.parameters.get("max_acceleration", math.inf)
         ramp = ramp if actuator.driver == "velocity" else math.inf
-        check_braking([table, *monitors], min(actuator.limits.max_change, ramp))
+        own = [table.table(axis) for axis in AXES if axis in table]
+        check_braking([table, *own, *monitors], min(*actuator.limits.changes, ramp))
         limits = locomotion_limits(table, spec.parameters, actuator.limits, ramp)
         spec = replace(spec, parameters={**spec.parameters, **limits})
     if spec.kind in LOCOMOTIONS and not table.faults:
@@ -212,7 +213,7 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
 def _actuator(table: Table, motion: str, locomotion: Mapping[str, Any]) -> ActuatorSpec:
     moves, axes = table.raw("name", None) == motion, locomotion.get("axes")
     if moves and axes is not None:
-        limits = _twist_limits(table, axes)
+        limits = _twist_limits(table, axes, locomotion["response"].deceleration)
     else:
         dimension = _dimension(table, "m/s" if moves else "1")
         if moves and dimension != SPEED:
@@ -227,16 +228,20 @@ def _actuator(table: Table, motion: str, locomotion: Mapping[str, Any]) -> Actua
     return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated, landing)
 
 
-def _twist_limits(table: Table, axes: Mapping[str, AxisLimits]) -> Limits:
+def _twist_limits(table: Table, axes: Mapping[str, AxisLimits], braking: Mapping[str, float]) -> Limits:
     """Limits of the actuator of a body that accepts twists: those of the axes in `[locomotion]`."""
     for key in ("range", "max_change", "unit"):
         if key in table:
             table.raw(key)
             message = f"{key} is not for the actuator of twists: the axes in [locomotion] declare its limits."
             table.fault(key, message, "Remove the line.")
-    high = tuple(axes[axis].max_speed for axis in AXES if axis in axes)
+    own = [axis for axis in AXES if axis in axes]
+    high = tuple(axes[axis].max_speed for axis in own)
+    # A body may brake faster than it plans to accelerate.
+    changes = tuple(max(axes[axis].max_acceleration, braking.get(axis, 0.0)) for axis in own)
+    apart = tuple(i for i, axis in enumerate(own) if axis == "vz")
     try:
-        return Limits(tuple(-limit for limit in high), high, together=True) if high else UNKNOWN
+        return Limits(tuple(-limit for limit in high), high, changes, True, apart) if high else UNKNOWN
     except InputError:  # reported for the axis
         return UNKNOWN
 
@@ -330,7 +335,7 @@ def locomotion_limits(table: Table, given: Mapping[str, Any], limits: Limits, ra
     """
     if limits is UNKNOWN:
         return {name: given.get(name, 1.0) for name in LIMITS}
-    allowed = dict(zip(LIMITS, (limits.largest, min(limits.max_change, ramp)), strict=True))
+    allowed = dict(zip(LIMITS, (limits.largest, min(*limits.changes, ramp)), strict=True))
     for (name, limit), unit in zip(allowed.items(), ("m/s", "m/s2"), strict=True):
         if name in given and given[name] > limit * (1.0 + 1e-9):
             message = f"{name} is {given[name]:g} {unit}, but the actuator allows {limit:g} {unit}."

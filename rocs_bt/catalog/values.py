@@ -8,7 +8,7 @@ import typing
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ..control.locomotion import AXES, LIMITS, LOCOMOTIONS, AxisLimits, Response
+from ..control.locomotion import AXES, HOLONOMIC, LIMITS, LOCOMOTIONS, AxisLimits, Response
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
@@ -84,7 +84,8 @@ def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
     minimum = {"icr_offset": -math.inf}  # the centre of rotation may be behind the base
     given = {name: of for name, of in _DIMENSIONS.items() if name in table and "axes" not in needed}
     found: dict[str, Any] = {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
-    axes = {axis: table.table(axis) for axis in AXES if axis in table}
+    able = AXES if "axes" in needed else ("vx", "vy") if kind in HOLONOMIC else ("vx",)
+    axes = {axis: table.table(axis) for axis in able if axis in table}
     if "axes" in needed:
         found["axes"] = {axis: _axis_limits(own, axis) for axis, own in axes.items()}
     if kind == "flying" and "land_after" in table:

@@ -209,10 +209,14 @@ class Locomotion:
         """Forward speed limit per turn rate limit [m]: half the wheel separation of a differential drive."""
         return self.speed_limit / self.turn_limit
 
-    def curve_factor(self, curvature: Array) -> Array:
-        """Factor by which curves (k,) [rad/m] increase the largest value of a command, relative to straight ahead."""
-        turning = curvature * self.arm
-        return 1.0 + turning if self.wheeled else np.maximum(1.0, turning)
+    def curve_factors(self, curvature: Array) -> tuple[Array, Array]:
+        """Factors by which curves (k,) [rad/m] need more speed and more acceleration than a straight, each (k,)."""
+        if self.wheeled:
+            factor = 1.0 + curvature * self.arm
+            return factor, factor
+        arms = self.arm, self.acceleration_limit / self.turn_acceleration_limit
+        speed, acceleration = (np.maximum(1.0, curvature * arm) for arm in arms)
+        return speed, acceleration
 
     def coordinates(self, values: Array) -> Array:
         """Coordinates q, shape (n,), of the values (m,) of a command."""
@@ -244,10 +248,21 @@ class Locomotion:
         Lateral motion counts only for bodies that can command it: the skid of other drives in a turn does not.
         """
         left = twist.left if "vy" in self.axes else 0.0
-        speeds = {"vx": abs(twist.forward), "vy": abs(left), "vz": abs(twist.up)}
+        speeds = (abs(twist.forward), abs(left), abs(twist.up))
+        course = math.hypot(*speeds)
+        parts = [course * v / (2.0 * a) for v, a in zip(speeds, self._decelerations, strict=True)]
+        # Wheels share the work of all axes; the axes of other bodies brake independently.
+        return course * self.response.latency + (sum(parts) if self.wheeled else max(parts))
+
+    @cached_property
+    def _decelerations(self) -> tuple[float, float, float]:
+        """Deceleration along forward, left and up [m/s2]: as declared, else by the acceleration limits."""
         brake = self.response.deceleration
-        braking = sum(v * v / (2.0 * brake.get(axis, self.acceleration_limit)) for axis, v in speeds.items())
-        return math.hypot(*speeds.values()) * self.response.latency + braking
+        units = {"vx": Twist3(1.0), "vy": Twist3(0.0, left=1.0), "vz": Twist3(0.0, up=1.0)}
+        able = {axis: np.round(self.command(unit), 12) for axis, unit in units.items() if axis in self.axes}
+        limits = {axis: _largest_multiple(values, self.max_acceleration) for axis, values in able.items()}
+        vx, vy, vz = (brake.get(axis, limits.get(axis, math.inf)) for axis in units)
+        return vx, vy, vz
 
     def saturate(self, values: Array) -> Array:
         """Values (m,), all scaled by one factor so that each is within its `max_speed`."""
@@ -313,14 +328,32 @@ def skid_drive(
             behind it, skids outward.
         body: Further attributes of the locomotion, such as `response`.
     """
-    _require_positive("skid", effective_wheel_separation=effective_wheel_separation)
-    if not math.isfinite(icr_offset):
-        raise InputError(f"icr_offset of a 'skid' drive must be a number, found {icr_offset}.")
-    wheels, sides = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]]), _sides(effective_wheel_separation)
-    if icr_offset != 0.0:
-        sides[1] = -icr_offset * sides[2]
+    wheels = np.array([[1.0, 0.0], [0.0, 1.0], [1.0, 0.0], [0.0, 1.0]])
+    sides = _skid_sides("skid", effective_wheel_separation, icr_offset)
     limits = _wheel_limits("skid", max_wheel_speed, max_wheel_acceleration)
     return Locomotion("skid", _FOUR, sides, wheels, *limits, **body)
+
+
+def tracked_drive(
+    *,
+    effective_wheel_separation: float,
+    max_wheel_speed: float,
+    max_wheel_acceleration: float,
+    icr_offset: float = 0.0,
+    **body: Any,
+) -> Locomotion:
+    """Tracked drive: two tracks, in the order left, right, that slip in turns like a skid drive.
+
+    Args:
+        effective_wheel_separation: Wheel separation of the differential drive that turns at the same rate [m].
+        max_wheel_speed: Speed limit of the tracks [m/s].
+        max_wheel_acceleration: Acceleration limit of the tracks [m/s2].
+        icr_offset: As for `skid_drive` [m].
+        body: Further attributes of the locomotion, such as `response`.
+    """
+    sides = _skid_sides("tracked", effective_wheel_separation, icr_offset)
+    limits = _wheel_limits("tracked", max_wheel_speed, max_wheel_acceleration)
+    return Locomotion("tracked", ("left", "right"), sides, np.eye(2), *limits, **body)
 
 
 def mecanum_drive(
@@ -436,6 +469,7 @@ ATTRIBUTES = frozenset({"response", "land_after"})
 LOCOMOTIONS: dict[str, tuple[Callable[..., Locomotion], tuple[str, ...]]] = {
     "differential": (differential_drive, ("wheel_separation", *LIMITS)),
     "skid": (skid_drive, ("effective_wheel_separation", *LIMITS)),
+    "tracked": (tracked_drive, ("effective_wheel_separation", *LIMITS)),
     "mecanum": (mecanum_drive, ("half_length", "half_width", *LIMITS)),
     "omni3": (omni3_drive, ("base_radius", *LIMITS)),
     "twist": (twist_body, ("axes",)),
@@ -443,7 +477,10 @@ LOCOMOTIONS: dict[str, tuple[Callable[..., Locomotion], tuple[str, ...]]] = {
     "flying": (partial(twist_body, "flying"), ("axes",)),
 }
 
-OPTIONAL = {"skid": ("icr_offset",)}
+HOLONOMIC = ("mecanum", "omni3")
+"""Kinds of wheels that can move sideways by command."""
+
+OPTIONAL = {"skid": ("icr_offset",), "tracked": ("icr_offset",)}
 """Optional parameters by kind of locomotion."""
 
 _NEUTRAL = {"legged": "stand", "flying": "hover"}
@@ -469,6 +506,16 @@ def _largest_multiple(values: Array, limits: Array) -> float:
 
 def _sides(wheel_separation: float) -> Array:
     return np.array([[0.5, 0.5], [0.0, 0.0], [-1.0 / wheel_separation, 1.0 / wheel_separation]])
+
+
+def _skid_sides(kind: str, effective_wheel_separation: float, icr_offset: float) -> Array:
+    _require_positive(kind, effective_wheel_separation=effective_wheel_separation)
+    if not math.isfinite(icr_offset):
+        raise InputError(f"icr_offset of a '{kind}' drive must be a number, found {icr_offset}.")
+    sides = _sides(effective_wheel_separation)
+    if icr_offset != 0.0:
+        sides[1] = -icr_offset * sides[2]
+    return sides
 
 
 def _wheel_limits(kind: str, max_wheel_speed: float, max_wheel_acceleration: float) -> tuple[Any, Any]:

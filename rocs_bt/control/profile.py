@@ -127,9 +127,9 @@ def speed_profile(
     stations = np.arange(len(path.samples), dtype=float) * path.spacing
     bend = np.abs(path.samples[:, 3])
     if yaws is None:
-        factor = locomotion.curve_factor(bend)
+        factor, more = locomotion.curve_factors(bend)
         squared = np.minimum(min(cruise, locomotion.speed_limit), locomotion.speed_limit / factor) ** 2
-        accelerations = along / factor
+        accelerations = along / more
     else:
         squared, accelerations = _with_yaws(path, locomotion, yaws, cruise, turn_rate, along)
     squared = np.minimum(squared, lateral_acceleration / np.maximum(bend, 1e-9))

@@ -35,6 +35,8 @@ AXES = {
 PARAMETERS = {
     "differential": {"wheel_separation": 0.331, **WHEELS},
     "skid": {"effective_wheel_separation": 0.9, "icr_offset": 0.05, **WHEELS},
+    "tracked": {"effective_wheel_separation": 0.55, "icr_offset": 0.02, **WHEELS},
+    "omni3": {"base_radius": 0.18, **WHEELS},
     "mecanum": {"half_length": 0.2, "half_width": 0.2, **WHEELS},
     "twist": {"axes": {axis: AXES[axis] for axis in ("vx", "wz")}},
     "legged": {"axes": {axis: AXES[axis] for axis in ("vx", "vy", "wz")}},
@@ -45,6 +47,10 @@ PARAMETERS = {
 @pytest.fixture(params=LOCOMOTIONS)
 def rig(request, make_rig):
     return make_rig(locomotion=make_locomotion(request.param, **PARAMETERS[request.param]))
+
+
+def test_every_kind_is_tried():
+    assert set(PARAMETERS) == set(LOCOMOTIONS)
 
 
 def commands(rig):

@@ -356,3 +356,48 @@ def test_a_shut_gate_still_lands(clock):
     gate.shut()
     passes(clock, gate, 6.0)
     assert tuple(body.log[-1]) == DOWN
+
+
+def test_the_descent_is_repeated_for_controllers_with_a_time_limit(clock):
+    body, gate = lander(clock)
+    passes(clock, gate, 0.5, [0.1, 0.0, 0.0, 0.0])
+    passes(clock, gate, 6.0)
+    before = len(body.log)
+    passes(clock, gate, 1.0)
+    assert 15 <= len(body.log) - before <= 25
+    assert set(map(tuple, body.log[before:])) == {DOWN}
+
+
+def test_a_command_that_comes_just_before_the_landing_is_kept(clock):
+    body, gate = lander(clock)
+    passes(clock, gate, 0.5, [0.1, 0.0, 0.0, 0.0])
+    passes(clock, gate, 4.9)
+    while clock.now() <= gate.expiry:
+        clock.advance()
+    clock_now, gate._locked_soon, locked = clock.now(), None, gate._locked_soon
+    assert clock_now > 5.0
+
+    def late():  # the other thread gets the lock first
+        gate._locked_soon = locked
+        gate.command([0.5, 0.0, 0.0, 0.0])
+        return locked()
+
+    gate._locked_soon = late
+    gate.check()
+    assert body.log[-1] == [0.5, 0.0, 0.0, 0.0]
+    passes(clock, gate, 1.0)
+    assert body.log[-1] == [0.0] * 4, "it hovers"
+
+
+def test_a_twist_changes_by_the_limit_of_each_axis_and_the_climb_by_itself(clock):
+    body = Wheels(4)
+    limits = Limits((-5.0, -5.0, -1.0, -1.0), (5.0, 5.0, 1.0, 1.0), (1.0, 1.0, 0.5, 2.0), True, (2,))
+    gate = SafetyGate(body, clock, limits, period=0.1, max_age=0.3)
+    gate.command([0.0, 0.0, 1.0, 4.0])
+    clock.advance(20)
+    gate.command([0.0, 0.0, 1.0, 4.0])
+    assert body.log[-1] == pytest.approx([0.0, 0.0, 0.1, 0.4]), "a large turn does not take the climb"
+    gate.neutral()
+    assert body.log[-1] == [0.0] * 4
+    with pytest.raises(InputError, match="one rate for each of 2 values"):
+        Limits((-1.0, -1.0), (1.0, 1.0), (1.0,))

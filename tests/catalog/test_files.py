@@ -124,6 +124,12 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
             r"no analyze class is named 'PasRange'. Did you mean 'PassRange'",
         ),
         ("[locomotion]", "[locomotion]\nactuator = 7", r":6:1: actuator must be a text, found 7"),
+        ("[body]", '[locomotion.vy]\ndeceleration = "1 m/s2"\n[body]', r"unknown key 'deceleration' in locomotion.vy"),
+        (
+            'wheel_radius = "9.75 cm"',
+            'wheel_radius = "1 cm"\nmax_acceleration = "2 m/s2"\n[locomotion.vx]\ndeceleration = "50 m/s2"',
+            r"deceleration is 50 m/s2, but the actuator allows 2",
+        ),
         ('monitor = "range"', "", r"sensor\.0 has no 'monitor'"),
         ('class = "RangeMonitor"', 'class = "RangeMonitor"\nsensors = ["sonr"]', r"no sensor .* 'sonr'. Did you mean"),
     ],
@@ -308,6 +314,7 @@ def test_a_body_that_accepts_twists_has_the_axes_with_a_table(robot_file):
     (actuator,) = robot.actuators
     assert actuator.limits.high == pytest.approx((0.5, 0.2, math.pi / 3.0))
     assert (actuator.limits.together, actuator.landing) == (True, None)
+    assert actuator.limits.max_change == (1.0, 0.5, 2.0)  # a body may brake faster than it accelerates
 
 
 def test_a_flying_body_lands(robot_file):

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,12 +17,13 @@ from rocs_bt.control.locomotion import (
     skid_drive,
 )
 from rocs_bt.errors import InputError, UnknownName
-from rocs_bt.geometry import Twist2
+from rocs_bt.geometry import Twist2, Twist3
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 NUMBERS = {
     "differential": {"wheel_separation": 0.33, **LIMITS},
     "skid": {"effective_wheel_separation": 1.0, **LIMITS},
+    "tracked": {"effective_wheel_separation": 0.55, **LIMITS},
     "mecanum": {"half_length": 0.22, "half_width": 0.2, **LIMITS},
     "omni3": {"base_radius": 0.2, **LIMITS},
 }
@@ -151,3 +154,34 @@ def test_matrices_that_do_not_fit_are_refused() -> None:
         Locomotion("odd", ("only",), np.zeros((3, 2)), np.eye(2), 1.0, 1.0)
     with pytest.raises(InputError, match="are not determined by its values"):
         Locomotion("odd", ("a", "b"), np.zeros((3, 2)), np.ones((2, 2)), 1.0, 1.0)
+
+
+DIRECTIONS = [math.radians(45.0 * k) for k in range(8)]
+
+
+@pytest.mark.parametrize("kind", ["differential", "mecanum", "omni3", "legged", "flying"])
+@pytest.mark.parametrize("direction", DIRECTIONS)
+def test_the_stop_distance_by_the_limits_is_not_too_short(kind: str, direction: float) -> None:
+    """A ramp within the limits of all values, from a motion in this direction to rest, as the oracle."""
+    made = make_locomotion(kind, **NUMBERS[kind])
+    left = 0.3 * math.sin(direction) if "vy" in made.axes else 0.0
+    twist = Twist2(0.3 * math.cos(direction), 0.0, left)
+    values, moved, period = made.command(twist), 0.0, 1e-3
+    while np.abs(values).max() > 1e-9:
+        values = made.approach(values, np.zeros(len(values)), period)
+        moved += period * math.hypot(made.twist(values).forward, made.twist(values).left)
+    late = made.response.latency * math.hypot(twist.forward, twist.left)
+    assert late + moved <= made.stop_distance(twist) + 1e-3
+    assert made.stop_distance(twist) <= late + 1.6 * moved + 1e-3
+
+
+def test_a_body_that_climbs_stops_by_its_own_limit() -> None:
+    made = make_locomotion("flying", **NUMBERS["flying"])
+    assert made.stop_distance(Twist3(0.0, up=0.4)) == pytest.approx(0.4 * 0.1 + 0.4**2 / (2.0 * UP.max_acceleration))
+
+
+def test_curves_need_speed_and_acceleration_of_the_turn() -> None:
+    made = make_locomotion("legged", axes={"vx": AxisLimits(0.6, 1.0), "wz": AxisLimits(2.0, 1.0)})
+    speed, acceleration = made.curve_factors(np.array([0.0, 2.0]))
+    assert speed.tolist() == [1.0, 1.0]
+    assert acceleration.tolist() == [1.0, 2.0]  # 1 m/s2 along a curve of 0.5 m turns at 2 rad/s2
