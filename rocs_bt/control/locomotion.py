@@ -348,7 +348,7 @@ def tracked_drive(
         effective_wheel_separation: Wheel separation of the differential drive that turns at the same rate [m].
         max_wheel_speed: Speed limit of the tracks [m/s].
         max_wheel_acceleration: Acceleration limit of the tracks [m/s2].
-        icr_offset: As for `skid_drive` [m].
+        icr_offset: Position of the point without lateral velocity ahead of the base, see `skid_drive` [m].
         body: Further attributes of the locomotion, such as `response`.
     """
     sides = _skid_sides("tracked", effective_wheel_separation, icr_offset)
