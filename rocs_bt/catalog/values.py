@@ -8,7 +8,7 @@ import typing
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ..control.locomotion import AXES, HOLONOMIC, LIMITS, LOCOMOTIONS, AxisLimits, Response
+from ..control.locomotion import AXES, HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL, AxisLimits, Response
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
@@ -82,7 +82,9 @@ def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
         if name != "axes" and name not in table:
             table.fault(None, f"a '{kind}' locomotion needs '{name}'.", f"Add a line '{name} = ...'.")
     minimum = {"icr_offset": -math.inf}  # the centre of rotation may be behind the base
-    given = {name: of for name, of in _DIMENSIONS.items() if name in table and "axes" not in needed}
+    wheeled = kind in LOCOMOTIONS and "axes" not in needed
+    own = (*needed, *OPTIONAL.get(kind, ()), *LIMITS) if wheeled else ()
+    given = {name: of for name, of in _DIMENSIONS.items() if name in table and (name in own or kind not in LOCOMOTIONS)}
     found: dict[str, Any] = {name: table.quantity(name, of, low=minimum.get(name, 0.0)) for name, of in given.items()}
     able = AXES if "axes" in needed else ("vx", "vy") if kind in HOLONOMIC else ("vx",)
     axes = {axis: table.table(axis) for axis in able if axis in table}
@@ -90,6 +92,8 @@ def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
         found["axes"] = {axis: _axis_limits(own, axis) for axis, own in axes.items()}
     if kind == "flying" and "land_after" in table:
         found["land_after"] = table.quantity("land_after", TIME, low=0.0, high=math.inf)
+    for name in (*own, "delay", "lag", "latency", "deceleration", *able):
+        table.raw(name, None)  # marks the key as known, so that it is suggested for a misspelt key
     found["response"] = _response(table, {axis: own for axis, own in axes.items() if axis != "wz"})
     return found
 
