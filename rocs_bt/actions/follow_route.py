@@ -50,7 +50,7 @@ RENEW = 0.2
 """Minimum time between two updates of the speeds after changes of the map [s]."""
 
 PROGRESS = 0.1
-"""Displacement within `patience` below which the robot is stuck [m]."""
+"""Displacement within `patience` below which the robot is stuck, in space for a desired height [m]."""
 
 
 @dataclass(kw_only=True, eq=False)
@@ -112,12 +112,12 @@ class FollowRoute(PathAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            there, at_height = pose.distance(goal) <= self.tolerance, drive.at_height(self.tolerance)
-            if there and at_height and (self.passing or drive.stationary()):
+            there = pose.distance(goal) <= self.tolerance and drive.at_height(self.tolerance)
+            if there and (self.passing or drive.stationary()):
                 return
-            climbs = there and not at_height
-            if anchor is None or pose.distance(anchor) > PROGRESS or climbs:
-                anchor, since = pose, now
+            rise = drive.height_error()
+            if anchor is None or not math.hypot(pose.distance(anchor[0]), rise - anchor[1]) <= PROGRESS:
+                anchor, since = (pose, rise), now
             elif now - since > self.patience:
                 raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {self.patience:g} s")
             if driven is not self.points:

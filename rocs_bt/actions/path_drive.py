@@ -154,7 +154,11 @@ class PathDrive:
 
     def at_height(self, tolerance: float) -> bool:
         """Whether the height differs from the desired one by at most the tolerance [m]; true if none is desired."""
-        return self._altitude is None or abs(self._altitude.error()) <= tolerance
+        return abs(self.height_error()) <= tolerance
+
+    def height_error(self) -> float:
+        """Desired height minus the present one [m]; 0 if none is desired, NaN while the height is unknown."""
+        return 0.0 if self._altitude is None else self._altitude.error()
 
     def _along(self, path: Path, limit: Array | None, end_speed: float) -> PathReference:
         self._limit = limit, end_speed

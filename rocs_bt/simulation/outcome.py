@@ -177,7 +177,7 @@ class Judge:
             self._note("success", "", decides=True)
         elif agent.status == "FAILURE":
             self._note("failed", f"the mission failed: {agent.reason or 'without a reason'}", decides=True)
-        self._watch_progress(t, pose, agent, commanded)
+        self._watch_progress(t, pose, z, agent, commanded)
         return self.decided
 
     def check_failure(self, agent: AgentState) -> None:
@@ -232,11 +232,11 @@ class Judge:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
-    def _watch_progress(self, t: float, pose: Pose2, agent: AgentState, commanded: bool) -> None:
+    def _watch_progress(self, t: float, pose: Pose2, z: float, agent: AgentState, commanded: bool) -> None:
         """Check the progress of the robot; none is required at the goal if success means staying there (`at_end`)."""
         arrived = self._at_end and not self._after and self._at_goal
         watch, held = self._progress, agent.held and not arrived
-        stuck = watch.update(t, pose, commanded=commanded and not arrived, reflex=agent.reflex, held=held)
+        stuck = watch.update(t, pose, z, commanded=commanded and not arrived, reflex=agent.reflex, held=held)
         self.stuck, self.stuck_rule = (watch.reason(pose, agent.reading), watch.rule) if stuck else ("", "")
         if stuck and self._end_on_stuck:
             self._note("stuck", self.stuck, decides=True)

@@ -24,17 +24,18 @@ class ProgressWatch:
     """
 
     def __init__(self) -> None:
-        self._anchor: Pose2 | None = None
+        self._anchor: tuple[Pose2, float] | None = None  # with the height [m]
         self._last: float | None = None
         self._trying = 0.0
         self._rules: dict[str, float] = {}  # [s] by the active rule
 
-    def update(self, t: float, pose: Pose2, *, commanded: bool, reflex: str, held: bool) -> bool:
+    def update(self, t: float, pose: Pose2, z: float, *, commanded: bool, reflex: str, held: bool) -> bool:
         """Process one control period.
 
         Args:
             t: Time [s].
             pose: Pose of the robot, world frame; NaN if unknown.
+            z: Height of the robot [m]; NaN for progress in the plane.
             commanded: Whether the robot is commanded to move.
             reflex: Rule of the active reflex; empty if none is active.
             held: Whether an action of the plan waits for the end of that reflex.
@@ -45,8 +46,8 @@ class ProgressWatch:
         passed, self._last = 0.0 if self._last is None else t - self._last, t
         if not math.isfinite(pose.x):  # on hardware the pose may be unknown, and so is the progress
             return False
-        if self._anchor is None or pose.distance(self._anchor) >= PROGRESS:
-            self._anchor, self._trying = pose, 0.0
+        if self._anchor is None or _distance(self._anchor, pose, z) >= PROGRESS:
+            self._anchor, self._trying = (pose, z), 0.0
             self._rules.clear()
         elif commanded or held:
             self._trying += passed
@@ -71,3 +72,9 @@ class ProgressWatch:
             return where
         values = f" ({text})" if (text := reading(rule)) else ""
         return f"{where}, held by {rule} for {self._rules[rule]:.1f} s{values}"
+
+
+def _distance(anchor: tuple[Pose2, float], pose: Pose2, z: float) -> float:
+    """Distance from an anchor [m], in space if both heights are known."""
+    planar, rise = pose.distance(anchor[0]), z - anchor[1]
+    return planar if math.isnan(rise) else math.hypot(planar, rise)

@@ -309,6 +309,30 @@ class TestHeight:
         assert ticket.state is TicketState.SUCCEEDED
         assert robot.height == pytest.approx(4.0, abs=0.11)
 
+    def test_a_route_is_not_stuck_while_the_robot_climbs_over_its_start(self):
+        robot = self.flying()
+        robot.place("near", 0.5, 0.0, "goal")
+        route = FollowRoute(points=[(0, 0), (0.5, 0)], goal="near", cruise=0.02, patience=2.0, height=4.0)
+        ticket = robot.pipeline.submit(route, Priority.NORMAL, "test")
+        robot.run(140)
+        assert ticket.failure is None
+        assert robot.height > 2.5
+        assert robot.pose.x < 0.2
+
+    def test_a_route_is_stuck_at_its_end_if_the_robot_does_not_climb(self):
+        robot = self.flying()
+        robot.pose = Pose2(2.0, 0.0)
+        robot.sense()
+        robot.knowledge.signals.write("height", [0.0], 0.0)
+        ticket = robot.pipeline.submit(
+            FollowRoute(points=[(2, 0), (2, 0)], goal="dock", height=4.0), Priority.NORMAL, "test"
+        )
+        for _ in range(100):
+            robot.height = 0.0
+            robot.sense()
+            robot.run()
+        assert ticket.failure.reason is Reason.STUCK
+
     def test_without_a_height_it_stays_level(self):
         robot = self.flying()
         robot.go(GoTo(goal="dock"))

@@ -112,6 +112,16 @@ def test_stuck_is_no_progress_while_commanded(wobble: float, commanded: bool) ->
         assert "less than 0.05 m in 15 s" in judge.verdict().reason
 
 
+@pytest.mark.parametrize(("climb", "stuck"), [(0.3, False), (-0.3, False), (0.0, True), (None, True)])
+def test_a_climb_is_progress(climb: float | None, stuck: bool) -> None:
+    judge, t = Judge(GOAL), 0.0
+    while t < 20.0 and not judge.decided:
+        height = {} if climb is None else {"z": 8.0 + climb * t}
+        judge.update(t, Pose2(0.0, 0.0), Mind(), commanded=True, **height)
+        t += 0.05
+    assert judge.decided is stuck
+
+
 @given(st.booleans(), st.booleans(), st.booleans())
 def test_stuck_by_a_reflex_only_while_an_action_of_the_plan_waits_for_it(held: bool, active: bool, there: bool) -> None:
     """A plan that waits of its own accord is not stuck, whatever a reflex does; nor is a robot whose place counts."""
