@@ -15,6 +15,7 @@ from ..drivers.mujoco import (
     MujocoWorld,
     RobotInstance,
     SensorMount,
+    Velocity,
     compile_model,
     make_actuator,
     make_sensor,
@@ -203,8 +204,10 @@ def _actuator(
     if isinstance(device, MujocoActuator) and device.has_loop:
         world.attach(partial(gate.run, device.before_step))
     if spec.name == robot.locomotion.actuator:
-        world.watch_motion(owner, gate)
-        if hasattr(device, "measured") and robot_locomotion(robot.locomotion).wheels:
+        wheeled = bool(robot_locomotion(robot.locomotion).wheels)
+        if not isinstance(device, Velocity):  # the world knows the commands of velocity motors
+            world.watch_motion(owner, gate, wheeled=wheeled)
+        if hasattr(device, "measured") and wheeled:
             wheels[owner] = device.measured
     return gate
 

@@ -79,6 +79,30 @@ def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, Safe
     return arm, gate
 
 
+@pytest.mark.parametrize(("velocity", "wheeled", "moves"), [
+    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), False, True),
+    ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), False, True),
+    ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), False, False),
+    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, False),
+])  # fmt: skip
+def test_a_landing_on_something_is_a_contact_of_a_moving_robot(tmp_path, velocity, wheeled, moves) -> None:
+    (tmp_path / "robot.xml").write_text(CRANE)
+    arena = tmp_path / "arena.xml"
+    table = '<geom name="table" type="box" size="0.05 0.05 0.1" pos="0 0 0.1"/>'
+    arena.write_text(f'<mujoco><option gravity="0 0 0"/><worldbody>{table}</worldbody></mujoco>')
+    world = compose_world(arena, [RobotInstance("C", tmp_path / "robot.xml")], step=0.005)
+    arm = make_actuator(world, "C", "arm", Arm, {}, np.random.default_rng(1))
+    gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
+    world.watch_motion("C", gate, wheeled=wheeled)
+    world.data.qpos[2] = 0.2505 if any(velocity) else 0.2499
+    world.data.qvel[:6] = velocity
+    found = []
+    while not found and world.stamp < 1.0:
+        world.advance(1)
+        found = world.contacts()
+    assert [(c.robot, c.other, c.moving) for c in found] == [("C", "table", moves)]
+
+
 def angle_of(world: MujocoWorld) -> float:
     return float(world.joint_positions(world.controls("C", ["arm"]))[0])
 

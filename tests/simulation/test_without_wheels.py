@@ -122,6 +122,20 @@ name = "thrust"
 driver = "drone.py:Thrust"
 """
 
+JAW = """[[actuator]]
+name = "jaw"
+driver = "velocity"
+motors = ["jaw"]
+wheel_radius = "0.05 m"
+range = ["-0.1", "0.1"]
+
+"""
+
+_FINGER = '<body name="jaw"><joint name="jaw" type="hinge"/><geom size="0.01" mass="0.01"/></body>'
+MODEL_WITH_JAW = MODEL.replace("</body>", _FINGER + "</body>").replace(
+    "</actuator>", '<velocity name="jaw" joint="jaw" kv="0.01"/></actuator>'
+)
+
 SCENARIO = """
 format = "scenario/2"
 doc = "Flies to a gate."
@@ -152,13 +166,20 @@ FIELD = '<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/></wo
 def fly(tmp_path):
     """Run the scenario with a fault in the driver's inner loop, or another height of the gate."""
 
-    def run(seed: int = 1, fault: str = "pass", height: str = "0.6 m", report: bool = False):
+    def run(
+        seed: int = 1,
+        fault: str = "pass",
+        height: str = "0.6 m",
+        report: bool = False,
+        jaw: bool = False,
+        end: str = "12 s",
+    ):
         files = {
-            "robots/drone/robot.xml": MODEL,
-            "robots/drone/robot.toml": ROBOT,
+            "robots/drone/robot.xml": MODEL_WITH_JAW if jaw else MODEL,
+            "robots/drone/robot.toml": ROBOT.replace("[[actuator]]", JAW * jaw + "[[actuator]]"),
             "robots/drone/drone.py": DRIVER.replace("FAULT", fault),
             "scenarios/worlds/field.xml": FIELD,
-            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"'),
+            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"').replace("12 s", end),
         }
         for name, text in files.items():
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -207,3 +228,15 @@ def test_it_falls(fly) -> None:
     agent = fly(fault=f"values[:4] = (0.0, 0.0, {inverted}) if t > 1.0 else values[:4]").summary.agents["D"]
     assert agent.outcome == "fell"
     assert agent.reason.startswith("it tilted by more than 60 deg at 1.")
+
+
+def test_it_is_stuck_if_it_does_not_move_although_it_is_commanded_to_and_has_a_gripper(fly) -> None:
+    agent = fly(fault="values[:2] = 0.0, 0.0", jaw=True, end="20 s").summary.agents["D"]
+    assert agent.outcome == "stuck"
+
+
+def test_a_long_climb_is_not_stuck(fly) -> None:
+    assert (
+        fly(fault="values[:2] = 0.0, 0.0; self.z += 0.3 * world.step", end="20 s").summary.agents["D"].outcome
+        == "timeout"
+    )

@@ -3,7 +3,7 @@
 MuJoCo itself is imported only when a world is constructed.
 """
 
-from .actuators import ACTUATORS, MujocoActuator, make_actuator
+from .actuators import ACTUATORS, MujocoActuator, Velocity, make_actuator
 from .body import Controls, Motors
 from .compose import RobotInstance, SensorMount, compile_model, compose_world
 from .mount import DriverWorld, Mount
@@ -24,6 +24,7 @@ __all__ = [
     "MujocoWorld",
     "RobotInstance",
     "SensorMount",
+    "Velocity",
     "compile_model",
     "compose_world",
     "make_actuator",

@@ -41,6 +41,7 @@ class ContactDetector:
 
     Attributes:
         grounded: Geoms that touch the ground in the present state and should not, by robot; the first of each robot.
+        spatial: Names of the robots whose vertical speed, roll rate and pitch rate count as motion, too.
         usual: Number of contacts in normal driving, which are those of wheels and casters with the floor. While MuJoCo
             reports this number, most updates can be skipped; not all, because a wheel may lift when the robot touches
             something.
@@ -52,6 +53,7 @@ class ContactDetector:
         self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
         self._off_ground: dict[int, tuple[str, int]] = {}  # robots and IDs of geoms that should not touch the ground
         self.grounded: dict[str, int] = {}
+        self.spatial: set[str] = set()
         self.usual = -1
         self._before = np.zeros(model.nv)
         self._touching: dict[tuple[str, str], float] = {}
@@ -112,5 +114,7 @@ class ContactDetector:
 
     def _moves(self, robot: str) -> bool:
         v = self._robots[robot].v
-        x, y, _, _, _, turn = self._before[v : v + 6].tolist()
-        return bool(x * x + y * y > _STILL**2 or abs(turn) > _STILL_TURN)
+        x, y, z, roll, pitch, turn = self._before[v : v + 6].tolist()
+        if robot not in self.spatial:
+            z = roll = pitch = 0.0
+        return bool(x * x + y * y + z * z > _STILL**2 or max(abs(roll), abs(pitch), abs(turn)) > _STILL_TURN)

@@ -288,13 +288,17 @@ class MujocoWorld:
         """
         self._loops.append(loop)
 
-    def watch_motion(self, robot: str, gate: SafetyGate) -> None:
-        """Register the safety gate of a robot's motion actuator, so that `commanded` knows its commands.
+    def watch_motion(self, robot: str, gate: SafetyGate, *, wheeled: bool = False) -> None:
+        """Register the safety gate of a motion actuator without velocity motors, for `commanded`.
 
-        A robot with velocity motors needs none, as the world knows the commands of these motors.
+        Args:
+            robot: Name of the robot.
+            gate: Safety gate of its motion actuator.
+            wheeled: Whether the robot has wheels; the vertical motion of other robots counts in contacts.
         """
-        if not self._motors[robot]:
-            self._motion[robot] = gate
+        self._motion[robot] = gate
+        if not wheeled:
+            self._touch.spatial.add(robot)
 
     def guard(self, gate: SafetyGate) -> None:
         """Register a safety gate; its watchdog is then checked before each physics step."""
