@@ -9,7 +9,7 @@ from math import cos, pi, sin
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from rocs_bt import Pose2
+from rocs_bt.errors import InputError, unknown
 from rocs_bt.plan import Mission
 from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, Radians
 
@@ -20,7 +20,7 @@ CORNERS = 12
 def build(
     mission: Mission,
     *,
-    object: str = "object",
+    object: str,
     radius: PositiveMetres = 1.0,
     cruise: PositiveMetresPerSecond = 0.4,
     start: Radians = pi,
@@ -33,8 +33,15 @@ def build(
         radius: Radius of the circle [m].
         cruise: Speed [m/s].
         start: Direction from the object to the first point of the circle, world frame [rad].
+
+    Raises:
+        InputError: The position of the object is unknown.
     """
-    centre = mission.knowledge.world.pose_of(object) or Pose2(0.0, 0.0)
+    world = mission.knowledge.world
+    centre = world.pose_of(object)
+    if centre is None:
+        known = [name for name in (*world.objects(), *world.places()) if world.pose_of(name) is not None]
+        raise InputError(unknown("object with a known position", object, known))
 
     def point(angle: float, distance: float = radius) -> tuple[float, float]:
         return centre.x + distance * cos(angle), centre.y + distance * sin(angle)

@@ -33,7 +33,7 @@ def typed(
 
 @pytest.fixture
 def check(rig):
-    def run(build, **parameters):
+    def run(build, *, fit=True, **parameters):
         environment = Environment.of(rig.knowledge.signals)
         return check_mission(
             build,
@@ -42,6 +42,7 @@ def check(rig):
             clock=rig.clock,
             parameters=parameters,
             compile_guard=lambda text: compile_expression(text, environment),
+            fit=fit,
         )
 
     return run
@@ -160,7 +161,7 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "test_mission_files.py:158: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
+        assert "test_mission_files.py:159: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
             fault
         )
 
@@ -185,15 +186,23 @@ class TestShipped:
     @pytest.mark.parametrize("file", SHIPPED, ids=lambda f: f.stem)
     def test_every_mission_explains_itself_and_has_no_faults(self, rig, check, file):
         rig.knowledge.world.place("goal", Pose2(1.0, 0.0), kind="goal")
+        rig.knowledge.world.place("object", Pose2(2.0, 0.0), kind="object")
         module = load(file)
         assert module.__doc__
         needed = {n: n for n, p in mission_parameters(module.build).items() if p.required}
         # A goal that this rig does not have is a doubt; anything else would be a fault.
-        assert [f for f in check(module.build, **needed) if not f.warning] == []
+        assert [f for f in check(module.build, fit=False, **needed) if not f.warning] == []
 
     @pytest.mark.parametrize("file", SHIPPED, ids=lambda f: f.stem)
     def test_every_mission_is_in_the_readmes_table(self, file):
         assert f"`{file.stem}`" in (FOLDER.parent / "README.md").read_text()
+
+    def test_a_circle_around_an_unknown_object_is_refused(self, rig, check):
+        rig.knowledge.world.place("box", Pose2(2.0, 0.0), kind="object")
+        (fault,) = check(load(FOLDER / "circle.py").build, object="bx")
+        assert not fault.warning
+        assert "no object with a known position is named 'bx'" in fault.message
+        assert "'box'" in fault.hint
 
     @pytest.mark.parametrize("name", ["go_to", "go_to_origin"])
     def test_it_reaches_the_origin(self, mind, name):
