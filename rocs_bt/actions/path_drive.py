@@ -196,11 +196,15 @@ class PathDrive:
     def stationary(self) -> bool:
         """Whether the robot is stationary; true if its motion is not measured.
 
-        A robot that looks at a place may still turn, because the place may move.
+        A robot that looks at a place may still turn, because the place may move. A robot without wheels and with
+        another heading than `along` is not stationary while a signal of its planar motion is invalid.
         """
-        motion = self._body.knowledge.robot.motion()
-        if self._heading.place:
-            twist = self._body.locomotion.twist(motion)
+        motion, locomotion = self._body.knowledge.robot.motion(), self._body.locomotion
+        looks = bool(self._heading.place)
+        if not (self._heading.along or locomotion.wheels) and self._unknown(locomotion.twist(motion), turn=not looks):
+            return False
+        if looks:
+            twist = locomotion.twist(motion)
             return not math.hypot(twist.forward, twist.left) > STANDING
         return not any(abs(speed) > STANDING for speed in motion.tolist())
 
@@ -240,6 +244,12 @@ class PathDrive:
         if self._altitude is not None:
             rest = self._altitude.added(np.array(rest)).tolist()
         return hold(self._body, rest, self._body.period)
+
+    def _unknown(self, twist: Twist2, *, turn: bool) -> bool:
+        """Whether a signal of the motion in the plane is invalid; the turn rate counts on request."""
+        speeds = {"speed": twist.forward, "lateral_speed": twist.left, **({"turn_rate": twist.turn} if turn else {})}
+        signals = self._body.knowledge.signals
+        return any(math.isnan(speed) and name in signals for name, speed in speeds.items())
 
     def _turned(self, values: Array) -> Array:
         """Convert values (m,) of a motion between the robot and a robot turned by 180 deg, in either direction."""

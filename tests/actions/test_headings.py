@@ -209,6 +209,19 @@ class TestGoTo:
         assert max(abs(e.heading_error) for e in robot.of(FollowerStepped)) <= 0.02
         assert max(abs(e.cross_track) for e in robot.of(FollowerStepped)) <= 0.03
 
+    def test_an_unknown_turn_rate_is_no_standstill(self):
+        robot = Robot("flying")
+        robot.place("near", 0.0, 0.0, "goal")
+        ticket = robot.pipeline.submit(GoTo(goal="near", heading="0 deg"), Priority.NORMAL, "test")
+        signals, write = robot.knowledge.signals, robot.knowledge.signals.write
+        signals.write = lambda name, value, t: write(name, [math.nan] if name == "turn_rate" else value, t)
+        robot.sense()
+        robot.run(10)
+        assert not ticket.state.done
+        signals.write = write
+        robot.run(10)
+        assert ticket.state is TicketState.SUCCEEDED
+
 
 class TestOtherActions:
     def test_a_path_is_followed_sideways_round_its_corners(self, robot):

@@ -73,6 +73,14 @@ def test_approaching_keeps_both_limits_and_the_kinematics(drive: Locomotion, q: 
     np.testing.assert_allclose(drive.values_from_q @ drive.coordinates(then), then, atol=1e-9)
 
 
+@pytest.mark.parametrize("unknown", ["vx", "vy", "vz", "wz"])
+def test_the_unknown_speed_of_one_axis_leaves_the_others_known(unknown: str) -> None:
+    flyer = make_locomotion("flying", **NUMBERS["flying"])
+    speeds = {"vx": 0.4, "vy": -0.2, "vz": 0.1, "wz": 0.7, unknown: np.nan}
+    twist = flyer.twist3(list(speeds.values()))
+    assert twist == pytest.approx((speeds["vx"], speeds["vy"], speeds["vz"], speeds["wz"]), nan_ok=True)
+
+
 def test_a_left_turn_runs_the_right_wheels_forward() -> None:
     differential, skid, mecanum = (
         make_locomotion(kind, **NUMBERS[kind]) for kind in ("differential", "skid", "mecanum")
