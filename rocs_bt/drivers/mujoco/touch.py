@@ -41,7 +41,7 @@ class ContactDetector:
 
     Attributes:
         grounded: Geoms that touch the ground in the present state and should not, by robot; the first of each robot.
-        spatial: Names of the robots whose vertical speed, roll rate and pitch rate count as motion, too.
+        spatial: Names of the robots for which vertical speed, roll rate and pitch rate count as motion, too.
         usual: Number of contacts in normal driving, which are those of wheels and casters with the floor. While MuJoCo
             reports this number, most updates can be skipped; not all, because a wheel may lift when the robot touches
             something.
