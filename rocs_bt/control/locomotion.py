@@ -121,7 +121,7 @@ class Locomotion:
         array.flags.writeable = False
         object.__setattr__(self, name, array)
 
-    @property
+    @cached_property
     def wheels(self) -> tuple[str, ...]:
         """Names of the wheels, in the order of every command; empty for a body that accepts twists."""
         return self.values if self.wheeled else ()
@@ -204,7 +204,7 @@ class Locomotion:
         turning[1] += self.icr_offset * turning[2]
         return self if self.icr_offset == 0.0 else replace(self, twist_from_q=turning)
 
-    @property
+    @cached_property
     def arm(self) -> float:
         """Forward speed limit per turn rate limit [m]: half the wheel separation of a differential drive."""
         return self.speed_limit / self.turn_limit
@@ -251,7 +251,8 @@ class Locomotion:
         Lateral motion counts only for bodies that can command it: the skid of other drives in a turn does not.
         """
         left = twist.left if "vy" in self.axes else 0.0
-        speeds = (abs(twist.forward), abs(left), abs(twist.up))
+        up = twist.up if self._vertical is not None else 0.0
+        speeds = (abs(twist.forward), abs(left), abs(up))
         course = math.hypot(*speeds)
         parts = [course * v / (2.0 * a) for v, a in zip(speeds, self._decelerations, strict=True)]
         # Wheels share the work of all axes; the axes of other bodies brake independently.

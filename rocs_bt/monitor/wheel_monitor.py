@@ -68,5 +68,5 @@ class WheelMonitor(Monitor):
             "speed": [twist.forward],
             "turn_rate": [twist.turn],
             "stop_distance": [self._locomotion.stop_distance(twist)],
-            **course_values(twist, self._course),
+            **(course_values(twist, self._course) if self._course else {}),
         }
