@@ -11,8 +11,8 @@ Output:
 
     a 'twist' locomotion with the axes vx, vy, wz
     it stops from 0.5 m/s within 0.15 m
-    exp1_puck, seed 3, 17.7 s simulated
-    R2 success; 3.88 m, 0 collisions, 5 reflexes, 3 replans
+    exp1_puck, seed 3, 23.2 s simulated
+    R2 success; 4.75 m, 0 collisions, 8 reflexes, 4 replans
 """
 
 import tempfile

@@ -237,8 +237,8 @@ def _twist_limits(table: Table, axes: Mapping[str, AxisLimits], braking: Mapping
             table.fault(key, message, "Remove the line.")
     own = [axis for axis in AXES if axis in axes]
     high = tuple(axes[axis].max_speed for axis in own)
-    # A body may brake faster than it plans to accelerate.
-    changes = tuple(max(axes[axis].max_acceleration, braking.get(axis, 0.0)) for axis in own)
+    # A body may brake faster than it plans to accelerate; the steps of the gate must not slow the braking.
+    changes = tuple(max(axes[axis].max_acceleration, _MARGIN * braking.get(axis, 0.0)) for axis in own)
     apart = tuple(i for i, axis in enumerate(own) if axis == "vz")
     try:
         return Limits(tuple(-limit for limit in high), high, changes, True, apart) if high else UNKNOWN
@@ -287,6 +287,8 @@ def _unique(tables: Sequence[Table]) -> Sequence[Table]:
         seen.setdefault(name, table.key[0])
     return tables
 
+
+_MARGIN = 1.5  # of the gate's rate of change over the deceleration of a body
 
 UNKNOWN = Limits((-1.0,), (1.0,))
 """Placeholder for limits that are missing or invalid in the file, which is reported as a fault."""

@@ -234,7 +234,7 @@ class Locomotion:
     def twist(self, values: Array) -> Twist2:
         """Planar body twist of the values (m,) of a command, without slip."""
         if not self.wheeled:  # the product below would spread the NaN of one axis to all
-            axes = dict(zip(self.values, values.tolist(), strict=True))
+            axes = dict(zip(self.values, map(float, values), strict=True))
             return twist2((axes["vx"], axes["wz"], axes.get("vy", 0.0)))
         forward, left, turn = self._twist_from_values.dot(values).tolist()
         return twist2((forward, turn, left))
