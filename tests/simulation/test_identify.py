@@ -329,7 +329,7 @@ max_acceleration = "1 m/s2"
 deceleration = "1.5 m/s2"
 [locomotion.wz]
 max_speed = "1.5 rad/s"
-max_acceleration = "3 rad/s2"
+max_acceleration = "6 rad/s2"
 [[actuator]]
 name = "rotors"
 driver = "hover.py:Hover"
