@@ -146,7 +146,9 @@ def model_hash(robot: RobotSpec) -> str:
     entries = [] if robot.model is None else [make_entry(robot.model, "world", "file")]
     if is_reference(motion.driver):
         entries.append(make_entry(robot.beside(motion.driver.partition(":")[0]), "node", "file"))
-    driver = [motion.driver, motion.parameters, motion.limits.max_change]
+    change = motion.limits.max_change
+    # Those of each axis come from [locomotion], which is compared.
+    driver = [motion.driver, motion.parameters, None if isinstance(change, tuple) else change]
     text = json.dumps([content_hash(entries), driver], sort_keys=True, default=str)
     return hashlib.sha256(text.encode()).hexdigest()
 
