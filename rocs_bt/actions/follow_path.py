@@ -36,6 +36,7 @@ class FollowPath(PathAction):
         tolerance: Distance from the end at which the stationary robot has arrived, also in height [m].
         corner_radius: Radius of the arcs that round the corners [m].
         heading: Yaw on the way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+            An angle holds on arrival, too, within 5 deg.
         height: Height to fly at [m]; no change by default.
     """
 
@@ -56,7 +57,7 @@ class FollowPath(PathAction):
                 continue
             there = pose.distance(end) <= self.tolerance
             arrived = drive.remaining <= 2.0 * self.tolerance and there and drive.at_height(self.tolerance)
-            if arrived and drive.stationary():
+            if arrived and drive.faces(pose) and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and not there
             if drive.lost or missed:

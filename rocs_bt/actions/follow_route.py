@@ -75,6 +75,7 @@ class FollowRoute(PathAction):
         passing: Whether the goal also counts as reached by a moving robot.
         patience: Time without progress after which the action fails as STUCK [s].
         heading: Yaw on the way: `along` the route, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+            An angle holds on arrival, too, within 5 deg.
         height: Height to fly at [m]; no change by default.
     """
 
@@ -113,7 +114,7 @@ class FollowRoute(PathAction):
                 yield drive.brake()
                 continue
             there = pose.distance(goal) <= self.tolerance and drive.at_height(self.tolerance)
-            if there and (self.passing or drive.stationary()):
+            if there and (self.passing or (drive.faces(pose) and drive.stationary())):
                 return
             rise = drive.height_error()
             if anchor is None or not math.hypot(pose.distance(anchor[0]), rise - anchor[1]) <= PROGRESS:

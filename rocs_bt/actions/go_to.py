@@ -36,6 +36,7 @@ class GoTo(PathAction):
         cruise: Speed on straight parts [m/s].
         tolerance: Distance from the goal at which the stationary robot has arrived, also in height [m].
         heading: Yaw on the way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
+            An angle holds on arrival, too, within 5 deg.
         height: Height to fly at [m]; no change by default.
     """
 
@@ -69,7 +70,8 @@ class GoTo(PathAction):
                 yield drive.brake()
                 continue
             distance = pose.distance(goal)
-            if distance <= self.tolerance and drive.at_height(self.tolerance) and drive.stationary():
+            there = distance <= self.tolerance and drive.at_height(self.tolerance) and drive.faces(pose)
+            if there and drive.stationary():
                 return
             missed = drive.remaining < 0.5 * self.tolerance and distance > self.tolerance
             if missed and (misses := misses + 1) > MISSES:

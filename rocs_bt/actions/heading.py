@@ -11,7 +11,7 @@ from ..action import Body
 from ..control.heading import toward
 from ..control.locomotion import Array, Locomotion
 from ..errors import Fault, InputError
-from ..geometry import Pose2
+from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, parse_quantity
 from .pose import goal_pose
 
@@ -19,6 +19,9 @@ ALONG = "along"
 """Heading along the path, the default."""
 
 LOOK_AT = "look_at"
+
+FACING = math.radians(5.0)
+"""Maximum yaw error of an arrived robot with an angle as heading [rad]."""
 
 MOVED = 0.05
 """Displacement of a place to look at that triggers new yaws [m]."""
@@ -42,6 +45,7 @@ class Heading:
         self.kept: float | None = None
         self.place = ""
         self._looked: Pose2 | None = None
+        self._angle: float | None = None
         words = text.split(maxsplit=1)
         self._kind: Literal["along", "fixed", "look_at"] = "fixed"
         if text == ALONG:
@@ -49,7 +53,7 @@ class Heading:
         elif len(words) == 2 and words[0] == LOOK_AT:
             self._kind, self.place = "look_at", words[1].strip()
         elif text != "keep":
-            self.kept = _angle(text)
+            self.kept = self._angle = _angle(text)
 
     @property
     def along(self) -> bool:
@@ -79,6 +83,10 @@ class Heading:
         if self.kept is None:
             self.kept = pose.yaw
         return np.full(len(positions), self.kept)
+
+    def faces(self, pose: Pose2) -> bool:
+        """Whether the yaw of a pose is within `FACING` of an angle; true for other headings."""
+        return self._angle is None or abs(wrap_angle(self._angle - pose.yaw)) <= FACING
 
     def changed(self, body: Body) -> bool:
         """Whether the place has moved by more than `MOVED` since the last `yaws`.

@@ -156,6 +156,10 @@ class PathDrive:
         """Whether the height differs from the desired one by at most the tolerance [m]; true if none is desired."""
         return abs(self.height_error()) <= tolerance
 
+    def faces(self, pose: Pose2) -> bool:
+        """Whether a pose has the yaw of arrival, if the heading is an angle."""
+        return self._heading.faces(pose)
+
     def height_error(self) -> float:
         """Desired height minus the present one [m]; 0 if none is desired, NaN while the height is unknown."""
         return 0.0 if self._altitude is None else self._altitude.error()

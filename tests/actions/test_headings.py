@@ -222,6 +222,20 @@ class TestGoTo:
         robot.run(10)
         assert ticket.state is TicketState.SUCCEEDED
 
+    @pytest.mark.parametrize("kind", ["mecanum", "flying"])
+    def test_arrives_only_with_the_yaw_of_an_angle(self, kind):
+        robot = Robot(kind)
+        robot.place("near", 0.02, 0.0, "goal")
+        for action in (
+            GoTo(goal="near", heading="90 deg"),
+            FollowPath(points=[(0, 0), (0.02, 0)], heading="90 deg"),
+            FollowRoute(points=[(0, 0), (0.02, 0)], goal="near", heading="90 deg"),
+        ):
+            robot.pose = Pose2(0.0, 0.0, 0.0)
+            robot.sense()
+            assert robot.go(action).state is TicketState.SUCCEEDED
+            assert robot.pose.yaw == pytest.approx(math.pi / 2, abs=math.radians(5.0))
+
 
 class TestOtherActions:
     def test_a_path_is_followed_sideways_round_its_corners(self, robot):
