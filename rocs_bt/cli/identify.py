@@ -47,7 +47,7 @@ def _text(found: Identified) -> Iterator[str]:
     for axis, of in found.axes.items():
         m = "rad" if axis == "wz" else "m"
         yield (
-            f"  {axis:4}{_with_unit(of.max_speed, 2, f'{m}/s'):>12}  {of.lag:6.3f} s  {of.latency:5.3f} s"
+            f"  {axis:4}{_with_unit(of.max_speed, 2, f'{m}/s'):>12}  {max(of.lag, 0.0):6.3f} s  {of.latency:5.3f} s"
             f"{_with_unit(of.deceleration, 2, f'{m}/s2'):>14}{_with_unit(of.stop_distance, 3, m):>15}"
             f"  up to {100.0 * of.misfit:.1f} %"
         )

@@ -15,7 +15,11 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as Canvas
 
 _AXES = {"vx": "forward [m/s]", "vy": "left [m/s]", "vz": "up [m/s]", "wz": "turn [rad/s]"}
-_NAMES = {2: ("left", "right"), 4: ("front left", "front right", "rear left", "rear right")}
+_NAMES = {
+    2: ("left", "right"),
+    3: ("front left", "rear", "front right"),
+    4: ("front left", "front right", "rear left", "rear right"),
+}
 
 
 class Wheels(Figure):
