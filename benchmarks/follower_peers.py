@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 
 from rocs_bt.control.follower_qp import Weights
-from rocs_bt.control.locomotion import differential_drive
+from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference

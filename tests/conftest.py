@@ -10,7 +10,7 @@ from rocs_bt import clock
 from rocs_bt.actions import action_table
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.follower import Follower
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.device import Actuator
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import ListSink

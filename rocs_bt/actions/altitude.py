@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 from ..action import ActionFailed, Body, Reason
-from ..control.axis import Axis
 from ..control.locomotion import Array
 from .pose import PATIENCE
 
@@ -26,7 +25,7 @@ class Altitude:
         self._body = body
         self._height = height
         self._index = locomotion.values.index("vz")
-        self._axis = Axis(float(locomotion.max_speed[self._index]), float(locomotion.max_acceleration[self._index]))
+        self._axis = locomotion.axis_limits("vz")
         self._late = locomotion.response.late
         self._command: float | None = None
         self._lost = 0

@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..action import Action, Body
-from ..control.axis import Axis
+from ..control.axis import AxisLimits
 from ..control.heading import blended_yaws, limited_yaws
 from ..control.locomotion import Array
 from ..control.path import Path
@@ -58,7 +58,7 @@ class PathDrive:
         self._lateral_acceleration = lateral_acceleration
         self._turn_first = turn_first
         self._heading = heading or Heading(ALONG)
-        self._turning = Axis(
+        self._turning = AxisLimits(
             min(TURN_RATE, body.locomotion.turn_limit),
             min(TURN_ACCELERATION, 0.5 * body.locomotion.turn_acceleration_limit),
         )
@@ -139,7 +139,7 @@ class PathDrive:
         reference = self._reference
         s = 0.0 if reference is None or reference.path is not path else reference.s or 0.0
         wanted = self._heading.yaws(self._body, path.samples[:, :2], self._pose)
-        return blended_yaws(wanted, path.spacing, s, self._pose.yaw, self._turning.rate / self._cruise)
+        return blended_yaws(wanted, path.spacing, s, self._pose.yaw, self._turning.max_speed / self._cruise)
 
     def turned(self, path: Array, times: Array) -> Array:
         """Copy of a timed path (k, 3) from the robot on, at times (k,) [s] from 0 on, with the yaws of the heading."""
@@ -175,12 +175,12 @@ class PathDrive:
             end_speed=end_speed,
             limit=limit,
             yaws=yaws,
-            turn_rate=self._turning.rate,
+            turn_rate=self._turning.max_speed,
         )
         if yaws is not None:
             turning = self._turning
             return PathReference(
-                path, profile, turn_rate=turning.rate, turn_acceleration=turning.acceleration, yaws=yaws
+                path, profile, turn_rate=turning.max_speed, turn_acceleration=turning.max_acceleration, yaws=yaws
             )
         return PathReference(
             path, profile, turn_first=self._turn_first, icr_offset=self._follower.locomotion.icr_offset

@@ -10,7 +10,8 @@ from typing import Any
 
 from ..analyze import ANALYZERS
 from ..confine import is_file
-from ..control.locomotion import AXES, LAND_AFTER, LANDING_SPEED, LIMITS, LOCOMOTIONS, AxisLimits
+from ..control.locomotion import AXES, Locomotion
+from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
 from ..document import Table
 from ..errors import InputError, did_you_mean
 from ..geometry import Pose2
@@ -61,8 +62,10 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
     kind = locomotion_table.choice("kind", LOCOMOTIONS)
     motion = locomotion_table.text("actuator", "wheels")
     parameters = locomotion_parameters(locomotion_table, kind)
-    actuators = tuple(_actuator(t, motion, parameters) for t in actuator_tables)
-    locomotion = _locomotion(locomotion_table, LocomotionSpec(kind, motion, parameters), actuators, monitor_tables)
+    actuators = tuple(_actuator(t, motion, "axes" in parameters) for t in actuator_tables)
+    locomotion, actuators = _locomotion(
+        locomotion_table, LocomotionSpec(kind, motion, parameters), actuators, monitor_tables
+    )
     thresholds = {
         rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
@@ -111,13 +114,13 @@ def _beside(table: Table, key: str, named: str) -> bool:
 
 
 def _locomotion(
-    table: Table, spec: LocomotionSpec, actuators: Sequence[ActuatorSpec], monitors: Sequence[Table]
-) -> LocomotionSpec:
-    """Complete the limits of wheels by those of their actuator, and check the locomotion."""
-    actuator = next((a for a in actuators if a.name == spec.actuator), None)
+    table: Table, spec: LocomotionSpec, actuators: tuple[ActuatorSpec, ...], monitors: Sequence[Table]
+) -> tuple[LocomotionSpec, tuple[ActuatorSpec, ...]]:
+    """Complete the limits of wheels by those of their actuator, or those of an actuator of twists by the axes'."""
+    actuator, wheeled = next((a for a in actuators if a.name == spec.actuator), None), "axes" not in spec.parameters
     if actuator is None:
         _unknown(table, "actuator", spec.actuator, [a.name for a in actuators], "actuator")
-    elif "axes" not in spec.parameters:
+    elif wheeled:
         ramp = actuator.parameters.get("max_acceleration", math.inf)
         ramp = ramp if actuator.driver == "velocity" else math.inf
         own = [table.table(axis) for axis in AXES if axis in table]
@@ -126,10 +129,13 @@ def _locomotion(
         spec = replace(spec, parameters={**spec.parameters, **limits})
     if spec.kind in LOCOMOTIONS and not table.faults:
         try:
-            robot_locomotion(spec)
+            made = robot_locomotion(spec)
         except InputError as error:
             table.adopt(None, error)
-    return spec
+        else:
+            if not wheeled:
+                actuators = tuple(_moved_by_twists(a, made) if a is actuator else a for a in actuators)
+    return spec, actuators
 
 
 def _sensor(table: Table) -> SensorSpec:
@@ -210,10 +216,10 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
     return AnalyzeSpec(read_name(table), cls, tuple(wanted), free_parameters(table, known), table.position()[0])
 
 
-def _actuator(table: Table, motion: str, locomotion: Mapping[str, Any]) -> ActuatorSpec:
-    moves, axes = table.raw("name", None) == motion, locomotion.get("axes")
-    if moves and axes is not None:
-        limits = _twist_limits(table, axes, locomotion["response"].deceleration)
+def _actuator(table: Table, motion: str, twists: bool) -> ActuatorSpec:
+    moves = table.raw("name", None) == motion
+    if moves and twists:
+        limits = _no_limits(table)
     else:
         dimension = _dimension(table, "m/s" if moves else "1")
         if moves and dimension != SPEED:
@@ -224,32 +230,33 @@ def _actuator(table: Table, motion: str, locomotion: Mapping[str, Any]) -> Actua
     parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
     positions = {key: table.position(key) for key in parameters}
     line, isolated = table.position()[0], table.flag("isolated", False)
-    landing = _landing(locomotion) if moves and "vz" in (axes or ()) else None
-    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated, landing)
+    return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated)
 
 
-def _twist_limits(table: Table, axes: Mapping[str, AxisLimits], braking: Mapping[str, float]) -> Limits:
-    """Limits of the actuator of a body that accepts twists: those of the axes in `[locomotion]`."""
+def _no_limits(table: Table) -> Limits:
+    """Note a fault for each limit of an actuator of twists, which has those of the axes; returns a placeholder."""
     for key in ("range", "max_change", "unit"):
         if key in table:
             table.raw(key)
             message = f"{key} is not for the actuator of twists: the axes in [locomotion] declare its limits."
             table.fault(key, message, "Remove the line.")
-    own = [axis for axis in AXES if axis in axes]
-    high = tuple(axes[axis].max_speed for axis in own)
+    return UNKNOWN
+
+
+def _moved_by_twists(actuator: ActuatorSpec, locomotion: Locomotion) -> ActuatorSpec:
+    """Complete the actuator of a body that accepts twists: limits of the axes, and the landing of one that hovers."""
+    speeds, braking = locomotion.max_speed.tolist(), locomotion.response.deceleration
     # A body may brake faster than it plans to accelerate; the steps of the gate must not slow the braking.
-    changes = tuple(max(axes[axis].max_acceleration, _MARGIN * braking.get(axis, 0.0)) for axis in own)
-    apart = tuple(i for i, axis in enumerate(own) if axis == "vz")
-    try:
-        return Limits(tuple(-limit for limit in high), high, changes, True, apart) if high else UNKNOWN
-    except InputError:  # reported for the axis
-        return UNKNOWN
-
-
-def _landing(locomotion: Mapping[str, Any]) -> Landing:
-    axes = locomotion["axes"]
-    down = tuple(-min(LANDING_SPEED, axes[a].max_speed) if a == "vz" else 0.0 for a in AXES if a in axes)
-    return Landing(locomotion.get("land_after", LAND_AFTER), down)
+    changes = tuple(
+        max(limit, _MARGIN * braking.get(axis, 0.0))
+        for axis, limit in zip(locomotion.values, locomotion.max_acceleration.tolist(), strict=True)
+    )
+    climbs = [axis == "vz" for axis in locomotion.values]
+    apart = tuple(i for i, climb in enumerate(climbs) if climb)
+    limits = Limits(tuple(-speed for speed in speeds), tuple(speeds), changes, True, apart)
+    down = tuple(-min(LANDING_SPEED, speed) if climb else 0.0 for speed, climb in zip(speeds, climbs, strict=True))
+    landing = Landing(locomotion.land_after, down) if locomotion.neutral == "hover" else None
+    return replace(actuator, limits=limits, landing=landing)
 
 
 def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> str:
@@ -287,6 +294,9 @@ def _unique(tables: Sequence[Table]) -> Sequence[Table]:
         seen.setdefault(name, table.key[0])
     return tables
 
+
+LANDING_SPEED = 0.3
+"""Speed at which a flying body descends to land, if its limit allows [m/s]."""
 
 _MARGIN = 1.5  # of the gate's rate of change over the deceleration of a body
 

@@ -9,7 +9,8 @@ from typing import Any
 
 from ..clock import Clock
 from ..confine import is_file
-from ..control.locomotion import Locomotion, make_locomotion
+from ..control.locomotion import Locomotion
+from ..control.locomotion_kinds import make_locomotion
 from ..device import Actuator
 from ..event import EventSink
 from ..geometry import Pose2

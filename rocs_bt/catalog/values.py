@@ -8,7 +8,8 @@ import typing
 from collections.abc import Collection, Mapping
 from typing import Any
 
-from ..control.locomotion import AXES, HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL, AxisLimits, Response
+from ..control.locomotion import AXES, AxisLimits, Response
+from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
 from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
@@ -100,10 +101,9 @@ def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
 
 def _axis_limits(table: Table, axis: str) -> AxisLimits:
     """Read the limits of one axis of a body that accepts twists."""
-    speed = TURN_RATE if axis == "wz" else SPEED
-    return AxisLimits(
-        table.quantity("max_speed", speed, low=1e-6), table.quantity("max_acceleration", speed / TIME, low=1e-6)
-    )
+    before, speed = len(table.faults), TURN_RATE if axis == "wz" else SPEED
+    found = table.quantity("max_speed", speed, low=1e-6), table.quantity("max_acceleration", speed / TIME, low=1e-6)
+    return AxisLimits(*found) if len(table.faults) == before else AxisLimits(1.0, 1.0)
 
 
 def _response(table: Table, axes: Mapping[str, Table]) -> Response:

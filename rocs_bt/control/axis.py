@@ -8,30 +8,33 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import InputError
-from .locomotion import Array
+
+Array: TypeAlias = npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Axis:
+class AxisLimits:
     """Limits of one axis; its moves have trapezoidal rates and end at rest relative to their target.
 
     Attributes:
-        rate: Maximum rate [m/s or rad/s].
-        acceleration: Maximum acceleration [m/s2 or rad/s2].
+        max_speed: Limit of the rate in both directions [m/s or rad/s].
+        max_acceleration: Limit of the acceleration [m/s2 or rad/s2].
 
     Raises:
         InputError: A limit is not a positive number.
     """
 
-    rate: float
-    acceleration: float
+    max_speed: float
+    max_acceleration: float
 
     def __post_init__(self) -> None:
-        for name in ("rate", "acceleration"):
+        for name in ("max_speed", "max_acceleration"):
             if not 0.0 < getattr(self, name) < math.inf:
                 raise InputError(f"{name} of an axis must be a positive number, found {getattr(self, name)}.")
 
@@ -51,11 +54,11 @@ class Axis:
         """
         # Error at the end of the step if the step ends at the target's rate.
         left = error - 0.5 * (rate + target_rate) * time
-        change = self.acceleration * time
+        change = self.max_acceleration * time
         # The fastest approach from which the remaining steps can brake; close to the target, two steps end there.
-        fastest = 0.5 * (math.sqrt(change * change + 8.0 * self.acceleration * abs(left)) - change)
+        fastest = 0.5 * (math.sqrt(change * change + 8.0 * self.max_acceleration * abs(left)) - change)
         wanted = target_rate + math.copysign(min(fastest, abs(left) / max(time, settling)), left)
-        wanted = min(max(wanted, -self.rate), self.rate)
+        wanted = min(max(wanted, -self.max_speed), self.max_speed)
         return min(max(wanted, rate - change), rate + change)
 
     def track(self, targets: Array, times: Array, position: float, rate: float) -> tuple[Array, Array]:

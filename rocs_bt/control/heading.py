@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from ..geometry import wrap_angle
-from .axis import Axis
+from .axis import AxisLimits
 from .locomotion import Array
 from .path import REACH
 
@@ -60,7 +60,7 @@ def blended_yaws(yaws: Array, spacing: float, s: float, yaw: float, slope: float
     return np.asarray(yaws + error * (1.0 - np.sin(0.5 * math.pi * share)))
 
 
-def limited_yaws(targets: Array, times: Array, yaw: float, turn: float, axis: Axis) -> tuple[Array, Array]:
+def limited_yaws(targets: Array, times: Array, yaw: float, turn: float, axis: AxisLimits) -> tuple[Array, Array]:
     """Yaws and turn rates that follow target yaws from the present yaw, in the shorter direction, without a jump.
 
     Args:

@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 from ..errors import InputError
 from ..geometry import Pose2, Twist2, wrap_angle
-from .axis import Axis
+from .axis import AxisLimits
 from .heading import limited_yaws
 from .locomotion import Array
 from .path import REACH, Grid, Path
@@ -107,7 +107,7 @@ class PathReference(Reference):
         self._turn_rate = turn_rate
         self._turn_acceleration = turn_acceleration
         self._icr_offset = icr_offset
-        self._axis = Axis(turn_rate, turn_acceleration)
+        self._axis = AxisLimits(turn_rate, turn_acceleration)
 
     @property
     def remaining(self) -> float:

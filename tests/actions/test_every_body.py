@@ -20,7 +20,8 @@ from rocs_bt.actions import (
     TurnAngle,
     TurnTo,
 )
-from rocs_bt.control.locomotion import LOCOMOTIONS, AxisLimits, make_locomotion
+from rocs_bt.control.locomotion import AxisLimits
+from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, make_locomotion
 from rocs_bt.event import ActuatorCommanded, AtomicStarted
 from rocs_bt.geometry import Pose2
 from rocs_bt.pipeline import TicketState

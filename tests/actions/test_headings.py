@@ -9,7 +9,8 @@ from rocs_bt.action import Reason, make_action, misfits_of
 from rocs_bt.actions import FollowPath, FollowRobot, FollowRoute, GoTo, action_table
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.follower import Follower
-from rocs_bt.control.locomotion import AxisLimits, Response, differential_drive, mecanum_drive, twist_body
+from rocs_bt.control.locomotion import AxisLimits, Response
+from rocs_bt.control.locomotion_kinds import differential_drive, mecanum_drive, twist_body
 from rocs_bt.device import Actuator
 from rocs_bt.errors import InputError
 from rocs_bt.event import FollowerStepped, ListSink, TicketChanged

@@ -6,7 +6,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent import RuleFile, RuleWatch
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, NullSink
 from rocs_bt.expression import Environment

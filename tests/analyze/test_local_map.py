@@ -8,7 +8,7 @@ import pytest
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import skid_drive
+from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2

@@ -8,7 +8,7 @@ import pytest
 from rocs_bt.analyze import Localise, PassPosition
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, SignalsWritten
 from rocs_bt.geometry import Pose2, Twist2, along_arc

@@ -2,7 +2,8 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.control.locomotion import Locomotion, differential_drive, mecanum_drive, omni3_drive, skid_drive
+from rocs_bt.control.locomotion import Locomotion
+from rocs_bt.control.locomotion_kinds import differential_drive, mecanum_drive, omni3_drive, skid_drive
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 LOCOMOTIONS = {

@@ -11,7 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.control.follower import Command, Follower, FollowerSettings
-from rocs_bt.control.locomotion import Locomotion, Response, make_locomotion
+from rocs_bt.control.locomotion import Locomotion, Response
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, Preview, Reference, TimedReference, TurnReference

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.heading import NEAR, blended_yaws, toward
-from rocs_bt.control.locomotion import Locomotion, Response, mecanum_drive
+from rocs_bt.control.locomotion import Locomotion, Response
+from rocs_bt.control.locomotion_kinds import mecanum_drive
 from rocs_bt.control.path import REACH, Path
 from rocs_bt.control.profile import BRAKES, speed_profile
 from rocs_bt.control.reference import PathReference

@@ -7,15 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.control.locomotion import (
-    LOCOMOTIONS,
-    AxisLimits,
-    Locomotion,
-    differential_drive,
-    make_locomotion,
-    mecanum_drive,
-    skid_drive,
-)
+from rocs_bt.control.locomotion import AxisLimits, Locomotion
+from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, differential_drive, make_locomotion, mecanum_drive, skid_drive
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.geometry import Twist2, Twist3
 

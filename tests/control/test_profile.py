@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.control.locomotion import differential_drive
+from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import CRAWL, speed_profile
 from rocs_bt.errors import InputError

@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.control.locomotion import Locomotion, skid_drive
+from rocs_bt.control.locomotion import Locomotion
+from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
@@ -163,7 +164,7 @@ def test_a_profile_of_another_path_is_refused(drive: Locomotion) -> None:
 
 
 def _drive() -> Locomotion:
-    from rocs_bt.control.locomotion import differential_drive
+    from rocs_bt.control.locomotion_kinds import differential_drive
 
     return differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import differential_drive
+from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, read_parameters
 from rocs_bt.drivers.mock import MockRobot, MockSensor, MockWorld, along_arc, make_actuator, make_sensor
 from rocs_bt.drivers.mujoco import ACTUATORS, SENSORS

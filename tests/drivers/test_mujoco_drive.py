@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.device import Actuator
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
 from rocs_bt.errors import DeviceError, InputError, UnknownName

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers import WheelTravelParameters
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_actuator as make_mock_actuator

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, make_sensor

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.control.locomotion import AxisLimits, Response, make_locomotion, twist_body
+from rocs_bt.control.locomotion import AxisLimits, Response
+from rocs_bt.control.locomotion_kinds import make_locomotion, twist_body
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.errors import DeviceError, InputError, WiringError
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten

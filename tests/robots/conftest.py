@@ -5,7 +5,7 @@ import math
 import pytest
 
 from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.control.locomotion import make_locomotion
+from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
 from rocs_bt.geometry import Pose2
