@@ -84,7 +84,7 @@ def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, Safe
     ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), False, True),
     ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), False, False),
     ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, False),
-])  # fmt: skip
+])  # fmt: skip  # a table
 def test_a_landing_on_something_is_a_contact_of_a_moving_robot(tmp_path, velocity, wheeled, moves) -> None:
     (tmp_path / "robot.xml").write_text(CRANE)
     arena = tmp_path / "arena.xml"
