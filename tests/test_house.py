@@ -145,8 +145,12 @@ def test_the_versions_agree():
     assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"] == rocs_bt.__version__
 
 
-def test_constraints_are_exact_pins_and_name_no_index():
-    for line in (ROOT / "constraints.txt").read_text().splitlines():
+PINS = ["constraints.txt", "tests/ros2/requirements-jazzy.txt", "tests/ros2/requirements-kilted.txt"]
+
+
+@pytest.mark.parametrize("name", PINS)
+def test_pins_are_exact_and_name_no_index(name):
+    for line in (ROOT / name).read_text().splitlines():
         if line and not line.startswith("#"):
             requirement, _, marker = line.partition(" ; ")
             assert requirement.count("==") == 1

@@ -1,0 +1,40 @@
+"""ROS 2 for the tests: a domain of their own, and robots in plain rclpy that run in .venv-ros."""
+
+from __future__ import annotations
+
+import fcntl
+import importlib.util
+import os
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+if importlib.util.find_spec("rclpy") is None:
+    collect_ignore = ["on_rclpy"]  # `make test` runs these in .venv-ros
+
+
+@pytest.fixture
+def domain() -> Iterator[int]:
+    """A ROS domain that no other test on this machine uses at the same time."""
+    for number in range(100, 0, -1):
+        with Path(tempfile.gettempdir(), f"rocs_bt-ros-domain-{number}").open("w") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except BlockingIOError:
+                continue
+            yield number
+            return
+    pytest.fail("a hundred tests use ROS at the same time")
+
+
+@pytest.fixture
+def ros_environment(domain: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, str]:
+    """The environment of this process and of others, which meet on the loopback interface in that domain."""
+    for name in ("PYTHONPATH", "AMENT_PREFIX_PATH", "RMW_IMPLEMENTATION", "CYCLONEDDS_URI", "ROS_NAMESPACE"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setenv("ROS_HOME", str(tmp_path / "ros"))  # logs
+    return dict(os.environ)
