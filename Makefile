@@ -4,7 +4,8 @@ BIN := $(VENV)/bin
 STAMP := $(VENV)/.set-up
 JAZZY := .venv-ros
 KILTED := .venv-ros-kilted
-ON_JAZZY := $(JAZZY)/bin/python -m pytest -n 2 --dist loadfile tests/ros2/on_rclpy
+IN_ROS = if [ -e $(1)/unavailable ]; then cat $(1)/unavailable; else set -x; \
+    $(1)/bin/python -m pytest -n 2 --dist loadfile tests/ros2/on_rclpy $(2); fi
 
 .PHONY: run test docs lint bench soak wheel clean setup help
 
@@ -61,14 +62,15 @@ docs: setup
 test: setup $(JAZZY)/.set-up
 	@$(MAKE) --no-print-directory --jobs=2 lint docs
 	$(BIN)/python -m pytest -n 2 --dist loadfile
-	@if [ -e $(JAZZY)/unavailable ]; then cat $(JAZZY)/unavailable; else set -x; $(ON_JAZZY); fi
+	@$(call IN_ROS,$(JAZZY))
 
 bench: setup
 	$(BIN)/python benchmarks
 
 soak: setup $(JAZZY)/.set-up $(KILTED)/.set-up
 	$(BIN)/python -m pytest -m "soak or hypothesis" --hypothesis-profile=explore -n 2 -rP
-	@if [ -e $(JAZZY)/unavailable ]; then cat $(JAZZY)/unavailable; else set -x; $(ON_JAZZY) -m soak -rP; fi
+	@$(call IN_ROS,$(JAZZY),-m soak -rP)
+	@$(call IN_ROS,$(KILTED),-m "soak or not soak" -rP)
 	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/simulation/test_isolated.py tests/experiments/test_exp3.py
 
 wheel: setup

@@ -6,10 +6,13 @@ import fcntl
 import importlib.util
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
+
+from .robot_process import RobotProcess
 
 if importlib.util.find_spec("rclpy") is None:
     collect_ignore = ["on_rclpy"]  # `make test` runs these in .venv-ros
@@ -38,3 +41,16 @@ def ros_environment(domain: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
     monkeypatch.setenv("ROS_HOME", str(tmp_path / "ros"))  # logs
     return dict(os.environ)
+
+
+@pytest.fixture
+def counterpart(ros_environment: dict[str, str], tmp_path: Path) -> Iterator[Callable[..., RobotProcess]]:
+    """Starts robots in plain rclpy: `counterpart("--stamped", "--peer", "0,0,1,1,0.3", distribution="jazzy")`."""
+    with ExitStack() as stack:
+        count = iter(range(100))
+
+        def start(*options: str, distribution: str = "here") -> RobotProcess:
+            log = tmp_path / f"commands-{next(count)}.jsonl"
+            return stack.enter_context(closing(RobotProcess([*options], distribution, ros_environment, log)))
+
+        yield start
