@@ -125,6 +125,8 @@ def _port_uses(node: Node, port: Port[Any]) -> Iterator[Use]:
     if key is None and port.name in NAMING.get(node.tag, ()) and isinstance(given, str):
         key = given
     if key is None:
+        for use in port.keys_in(given) if isinstance(given, str) else ():
+            yield Use(node, port.name, use.key, not use.writes, use.writes, use.writes, use.column)
         return
     if port.direction is Direction.INPUT:
         yield Use(node, port.name, key, reads=port.default is not None)

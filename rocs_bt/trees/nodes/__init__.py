@@ -8,7 +8,7 @@ from .changes import Changes
 from .family import Control, Decorator, Instant, Leaf, halt
 from .guard import CONDITIONS
 from .node import Node
-from .port import REQUIRED, Code, Direction, InOut, Input, Output, Port, pointed, pointer
+from .port import REQUIRED, Code, Direction, InOut, Input, KeyUse, Output, Port, pointed, pointer
 from .registry import BUILTIN, Registry, children_faults, nodes_of
 from .runtime import Runtime, Watch
 from .subtree import SubTree
@@ -30,6 +30,7 @@ __all__ = [
     "InOut",
     "Input",
     "Instant",
+    "KeyUse",
     "Leaf",
     "Node",
     "Outcome",

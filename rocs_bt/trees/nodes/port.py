@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from enum import Enum
-from typing import Any, Final, Generic, Protocol, TypeVar, overload
+from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, overload
 
 from ...errors import Fault, InputError
 from ...units import Dimension, convert
@@ -37,6 +37,20 @@ class _Required(Enum):
 
 REQUIRED: Final = _Required.REQUIRED
 """Default of a port for which a file must give a value."""
+
+
+class KeyUse(NamedTuple):
+    """Blackboard key inside the text of a port.
+
+    Attributes:
+        key: Name of the key.
+        column: Position in the text, counted from 0.
+        writes: Whether the node writes the key; otherwise it reads the key.
+    """
+
+    key: str
+    column: int
+    writes: bool
 
 
 class Port(Generic[T]):
@@ -125,6 +139,10 @@ class Port(Generic[T]):
             raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
         value: T = found
         return value
+
+    def keys_in(self, text: str) -> Iterable[KeyUse]:
+        """Keys inside a text that is not itself a key; derived classes with such a syntax override this."""
+        return ()
 
 
 class Input(Port[T]):
