@@ -129,6 +129,7 @@ def build_agent(
         rule_reading=arc.reading,
         rng=runtime.rng,
         privileged=controller.privileged,
+        ros=devices.ros,
     )
     plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

@@ -17,6 +17,7 @@ from ..monitor import Monitor
 from ..pipeline import Pipeline
 from ..plan import Plan
 from ..reactive import ReflexArc
+from ..ros_link import RosLink
 from ..safety import SafetyGate
 
 
@@ -29,12 +30,14 @@ class RobotDevices:
         sensors: Sensors by name.
         actuators: Safety gates of the actuators, by name.
         sensor_rates: Rates of the sensors in control periods, by sensor name.
+        ros: ROS connection of the robot; None without one, as in simulation.
     """
 
     robot: RobotSpec
     sensors: Mapping[str, Sensor]
     actuators: Mapping[str, SafetyGate]
     sensor_rates: Mapping[str, Rate]
+    ros: RosLink | None = None
 
 
 @dataclass(frozen=True)

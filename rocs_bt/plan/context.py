@@ -16,6 +16,7 @@ from ..event import Event, EventSink
 from ..expression import TRUTH, Expression, reading
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
+from ..ros_link import RosLink, RosTypes
 from ..trees.board import Board
 from ..trees.error import TreeError
 from ..trees.nodes import Node
@@ -108,6 +109,8 @@ class MissionContext:
         rng: Function from a purpose, such as `samples`, to a random generator. In a run the generators are seeded by
             the scenario and the seed of the run, so that runs are repeatable.
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
+        ros: ROS connection of the robot; None without one, as in simulation.
+        ros_types: Function that returns the ROS types that are installed, for checks without a connection.
 
     Attributes:
         leaves: Leaves created by `build`, in order.
@@ -119,6 +122,7 @@ class MissionContext:
         content: Access to node classes and route planners; empty unless a catalog loaded the mission.
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
+        ros: ROS connection of the robot; None without one, as in simulation.
     """
 
     def __init__(
@@ -133,6 +137,8 @@ class MissionContext:
         check_options: CheckOptions | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
         privileged: Mapping[str, Any] | None = None,
+        ros: RosLink | None = None,
+        ros_types: Callable[[], RosTypes | None] = lambda: None,
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -149,6 +155,8 @@ class MissionContext:
         self.content: Content = NoContent()
         self.shared: dict[str, Any] = {}
         self.privileged: Mapping[str, Any] = privileged or {}
+        self.ros = ros
+        self._ros_types = ros_types
         self._compile = compile_guard
         self.check_options = check_options
         self.fit = check_options is None or check_options.fit
@@ -162,6 +170,11 @@ class MissionContext:
     def parts(self) -> dict[str, Any]:
         """Keyword arguments for the constructor of a `Plan`, as in `Patrol("patrol", **mission.parts)`."""
         return {name: getattr(self, name) for name in ("knowledge", "pipeline", "actions", "clock", "sink")}
+
+    @property
+    def ros_types(self) -> RosTypes | None:
+        """ROS types of the connection; without a connection those that are installed, or None."""
+        return self._ros_types() if self.ros is None else self.ros.types
 
     def signal_condition(self, expression: str) -> SignalCondition:
         """Compile a condition on signals, such as `min(front) > 0.5 m`.

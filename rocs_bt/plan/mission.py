@@ -13,13 +13,13 @@ from ..action import make_action, parameters_of, refuse_misfits
 from ..errors import Fault, InputError, unknown
 from ..knowledge import WorldModel
 from ..raised import CodeLocation, called_at
-from ..trees.nodes import BUILTIN, Node, Registry, SubTree
+from ..trees.nodes import Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
 from .action_node import action_nodes
 from .context import MissionContext, SignalCondition
 from .leaves import Condition, Enter, Wait
-from .xml_mission import embedded
+from .xml_mission import embedded, shipped_nodes
 
 LOOK_AT = "look_at "
 """Beginning of a heading toward a place."""
@@ -168,7 +168,7 @@ class Mission(MissionContext):
             InputError: The class is unknown, the number of children is wrong, or attributes are faulty.
         """
         if self._nodes is None:
-            self._nodes = BUILTIN.with_(action_nodes(self.actions))
+            self._nodes = shipped_nodes().with_(action_nodes(self.actions))
         if tag not in self._nodes:  # if unknown, load all, for the list of names in the error
             self._nodes = self._nodes.with_(self.content.load_nodes({tag}) or self.content.load_nodes())
         given = {port.rstrip("_"): value for port, value in attributes.items()}  # `if_` is the port `if`

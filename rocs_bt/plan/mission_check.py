@@ -19,6 +19,7 @@ from ..event import NullSink
 from ..expression import Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
+from ..ros_link import RosTypes
 from ..trees.examine import Flow, examine, flow_of
 from ..trees.nodes import Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
@@ -177,6 +178,7 @@ def check_mission(
     compile_guard: Callable[[str], Expression] | None = None,
     fit: bool = True,
     later: Collection[str] | None = None,
+    ros_types: Callable[[], RosTypes | None] = lambda: None,
 ) -> list[Fault]:
     """Check a mission: build it, and check its tree. Faults that are warnings do not prevent a run.
 
@@ -190,6 +192,7 @@ def check_mission(
         fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
             robot's limits.
         later: Names of nodes that may become known during the run; None if any node may.
+        ros_types: Function that returns the ROS types that are installed, or None.
     """
     try:
         declared = mission_parameters(build)
@@ -208,6 +211,7 @@ def check_mission(
         check_options=CheckOptions(
             fit, [value for value in (parameters or {}).values() if isinstance(value, str)], later
         ),
+        ros_types=ros_types,
     )
     try:
         root = build(mission, **(parameters or {}))

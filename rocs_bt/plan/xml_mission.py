@@ -24,8 +24,12 @@ from .action_node import action_nodes
 from .context import MissionContext
 from .nav2 import ELSEWHERE, GOAL_KEYS, NAV2
 from .parameters import mission_arguments, mission_parameters
+from .ros2 import ROS_NODES
 
 Build = Callable[..., Any]
+
+_OWN = BUILTIN.with_(ROS_NODES)
+_DIALECTS = {"nav2": NAV2.with_(ROS_NODES)}
 
 
 def tags_of(document: Document) -> set[str]:
@@ -160,7 +164,7 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
 
 def shipped_nodes(dialect: str = "") -> Registry:
     """Node classes of this package for missions of a dialect, without the robot's actions."""
-    return NAV2 if dialect == "nav2" else BUILTIN
+    return _DIALECTS.get(dialect, _OWN)
 
 
 def embedded(

@@ -8,6 +8,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.plan import action_nodes, mission_nodes
+from rocs_bt.plan.ros2 import ROS_NODES
 from rocs_bt.trees.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
 from rocs_bt.trees.nodes.node import NODE_ATTRIBUTES, RESERVED
 
@@ -35,7 +36,7 @@ def test_the_nodes_of_our_own_are_these():
         "WaitForChange",
         "When",
     ]
-    assert set(EVERY) == {*BUILTIN, *OWN, *ACTIONS}, "no name is used twice"
+    assert set(EVERY) == {*BUILTIN, *OWN, *ACTIONS, *(node.tag for node in ROS_NODES)}, "no name is used twice"
     assert {"GoTo", "FollowPath", "FollowRobot", "TurnTo", "Dock", "Stop", "AvoidCollision", "GoToOrigin"} <= set(EVERY)
 
 

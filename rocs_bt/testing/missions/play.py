@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any
 from ...catalog import Catalog
 from ...errors import Fault, InputError
 from ...event import Said
-from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, xml_mission
-from ...trees.nodes import BUILTIN, RUNNING, Decorator, Node, Tree
+from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, shipped_nodes, xml_mission
+from ...trees.nodes import RUNNING, Decorator, Node, Tree
 from ...trees.status import FAILURE, IDLE, Outcome, outcome_name
 from .coverage import TreeCoverage, outline
 from .environment import Known, MissionEnvironment, checked_ticks
@@ -191,7 +191,7 @@ def _nodes(catalog: Catalog, tags: Iterable[str], scripted: Iterable[str]) -> li
     """Node classes of the project for some tags, and stubs for tags without a class that have scripted outcomes."""
     from ...actions import ACTIONS
 
-    unknown = set(tags) - {*BUILTIN, *ACTIONS}
+    unknown = set(tags) - {*shipped_nodes(), *ACTIONS}
     found = catalog.load_nodes(unknown)
     missing = unknown - {node.tag for node in found}
     return [*found, *(stub_leaf(tag) for tag in sorted(missing) if tag in set(scripted) and not wild(tag))]

@@ -1,0 +1,176 @@
+"""RosAction: goal of a ROS 2 action."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...action import Failure, Reason
+from ...errors import DeviceError, InputError
+from ...ros_link import GoalState, RosActionClient, RosGoal, RosLink
+from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
+from ...units import TIME
+from .assignments import FieldInputs, FieldOutputs
+from .uses_ros import FOREVER, UsesRos, interface_type, parse_name
+
+GRACE = 2.0
+"""Time after which a goal counts as still pursued, if the server has not cancelled it during a reflex [s]."""
+
+
+class GoalLeaf(UsesRos[RosActionClient], Leaf):
+    """Base of leaves that send a goal to an action server.
+
+    RUNNING while the goal is pursued, SUCCESS if it succeeds. FAILURE with the reason if it is rejected, aborted or
+    cancelled by the server, if no server is there within `wait`, after `timeout`, without feedback for
+    `feedback_timeout`, or if the server disappears. A leaf that is halted or has timed out asks the server to cancel
+    the goal, and does not wait for it.
+    """
+
+    named = "action"
+
+    wait = Input(float, 5.0, "maximum time to wait for a server [s]", dimension=TIME)
+    timeout = Input(float, FOREVER, "maximum duration of the goal [s]", dimension=TIME)
+    feedback_timeout = Input(float, FOREVER, "maximum time between two feedback messages [s]", dimension=TIME)
+    cancel_on_reflex = Input(
+        bool, False, "whether the goal is cancelled while a reflex is active, and sent again afterwards"
+    )
+
+    _goal: RosGoal | None = None
+    _resending = False
+
+    def message(self) -> dict[str, Any]:
+        """Fields of the goal.
+
+        Raises:
+            InputError: A value is missing or does not fit.
+        """
+        raise NotImplementedError
+
+    def on_feedback(self, goal: RosGoal) -> str:
+        """Write the newest feedback to the keys; returns the reason why it cannot, or an empty text."""
+        return ""
+
+    def on_result(self, goal: RosGoal) -> str:
+        """Write the result to the keys; returns the reason why it cannot, or an empty text."""
+        return ""
+
+    def connect(self, link: RosLink, name: str, type: str) -> RosActionClient:
+        return link.action(name, type)
+
+    def initialise(self) -> None:
+        self._goal, self._resending, self._count = None, False, 0
+        self._begun = self.runtime.now()
+        self._heard = self._begun
+
+    def update(self) -> Outcome:
+        client = self.opened()
+        if isinstance(client, Failure):
+            return self.failed(client)
+        if self._goal is None:
+            return self._send(client)
+        goal, name = self._goal, self.names()[0]
+        state = goal.state
+        missing = self._new_feedback(goal)
+        if state.done:
+            return self._ended(goal, state, missing)
+        if missing:
+            return self.failed(Failure(Reason.CANNOT, missing))
+        now = self.runtime.now()
+        if not client.ready():
+            return self.failed(Failure(Reason.UNHEARD, f"the server of '{name}' disappeared"))
+        if now - self._begun >= self.timeout:
+            return self.failed(Failure(Reason.TIMEOUT, f"'{name}' is not done after {self.timeout:g} s"))
+        if now - self._heard >= self.feedback_timeout:
+            evidence = f"no feedback of '{name}' for {self.feedback_timeout:g} s"
+            return self.failed(Failure(Reason.UNHEARD, evidence))
+        if self._interrupted and not self._resending:
+            self._resending, self._cancelled_at = True, now
+            goal.cancel()
+        if self._resending and not self._interrupted and now - self._cancelled_at >= GRACE:
+            self._resending = False  # the server has not cancelled the goal, so it is still pursued
+        self.feedback_message = f"'{name}': {state.value}"
+        return RUNNING
+
+    def terminate(self, new_status: Outcome) -> None:
+        if self._goal is not None and not self._goal.state.done:
+            self._goal.cancel()
+        self._goal = None
+
+    @property
+    def _interrupted(self) -> bool:
+        """Whether a reflex is active that interrupts the goal."""
+        return bool(self.mission is not None and self.mission.pipeline.held and self.cancel_on_reflex)
+
+    def _send(self, client: RosActionClient) -> Outcome:
+        now, name = self.runtime.now(), self.names()[0]
+        if self._interrupted:
+            self.feedback_message = f"'{name}' waits for a reflex"
+            return RUNNING
+        if not client.ready():
+            if now - self._begun >= self.wait:
+                return self.failed(Failure(Reason.UNHEARD, f"no server of the action '{name}' within {self.wait:g} s"))
+            self.feedback_message = f"waits for a server of '{name}'"
+            return RUNNING
+        try:
+            self._goal = client.send(self.message())
+        except InputError as error:
+            return self.failed(Failure.cannot(error))
+        except DeviceError as error:
+            return self.failed(Failure(Reason.REFUSED, str(error)))
+        self._begun = self._heard = now
+        self._count, self._resending = 0, False
+        self.feedback_message = f"'{name}': goal sent"
+        return RUNNING
+
+    def _new_feedback(self, goal: RosGoal) -> str:
+        if goal.feedback_count == self._count:
+            return ""
+        self._count, self._heard = goal.feedback_count, self.runtime.now()
+        return self.on_feedback(goal)
+
+    def _ended(self, goal: RosGoal, state: GoalState, missing: str) -> Outcome:
+        name = self.names()[0]
+        if self._resending and state in (GoalState.CANCELED, GoalState.ABORTED):
+            self._goal, self._begun = None, self.runtime.now()
+            self.feedback_message = f"'{name}' waits for a reflex"
+            return RUNNING
+        missing = missing or self.on_result(goal)
+        if state is GoalState.SUCCEEDED:
+            self.feedback_message = f"'{name}' succeeded"
+            return self.failed(Failure(Reason.CANNOT, missing)) if missing else SUCCESS
+        evidence = {
+            GoalState.REJECTED: f"the server of '{name}' rejected the goal",
+            GoalState.ABORTED: f"the server of '{name}' aborted the goal",
+            GoalState.CANCELED: f"the server of '{name}' cancelled the goal",
+        }.get(state, f"'{name}' failed: {goal.error}")
+        return self.failed(Failure(Reason.REFUSED, evidence + self.detail(goal)))
+
+    def detail(self, goal: RosGoal) -> str:
+        """Text from the result of a goal that did not succeed, for the reason of the failure; may be empty."""
+        return ""
+
+
+class RosAction(GoalLeaf):
+    """Sends a goal to an action server and waits for its result; needs rclpy.
+
+        <RosAction action="fibonacci" type="example_interfaces/action/Fibonacci" goal="order = {n}"
+                   feedback="sequence -> {partial}" result="sequence -> {sequence}" timeout="10 s"/>
+
+    RUNNING while the goal is pursued, SUCCESS if it succeeds. A halted leaf asks the server to cancel the goal.
+    """
+
+    parts = {"goal": "_Goal", "feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
+
+    action = Input(str, doc="name of the action", parse=parse_name)
+    type_ = Input(str, doc="action type", name="type", parse=interface_type("action"))
+    goal = FieldInputs("fields of the goal: path = value; path = {key}")
+    feedback = FieldOutputs("keys for fields of the feedback, written when it arrives: path -> {key}")
+    result = FieldOutputs("keys for fields of the result, also if the goal fails: path -> {key}")
+
+    def message(self) -> dict[str, Any]:
+        return self.message_of("goal")
+
+    def on_feedback(self, goal: RosGoal) -> str:
+        return self.put("feedback", goal.feedback)
+
+    def on_result(self, goal: RosGoal) -> str:
+        return self.put("result", goal.result)

@@ -1,0 +1,626 @@
+"""The nodes for ROS 2 on a fake connection: what they send, write to keys, wait for, and say when it fails."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import DeviceError, Fault, InputError, unknown
+from rocs_bt.geometry import Pose2
+from rocs_bt.plan import TreePlan, check_mission, mission_nodes, xml_mission
+from rocs_bt.ros_link import GoalState, Received, RosField
+from rocs_bt.trees.examine import examine
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
+from rocs_bt.trees.xml import load_xml
+
+TIME = "builtin_interfaces/msg/Time"
+TYPES = {
+    "std_msgs/msg/String": {"data": RosField("string")},
+    "std_msgs/msg/Int8": {"data": RosField("int8")},
+    "geometry_msgs/msg/Vector3": {axis: RosField("float64") for axis in "xyz"},
+    "geometry_msgs/msg/Twist": {
+        "linear": RosField("geometry_msgs/msg/Vector3"),
+        "angular": RosField("geometry_msgs/msg/Vector3"),
+    },
+    "geometry_msgs/msg/Polygon": {"points": RosField("geometry_msgs/msg/Vector3", array=True)},
+    "sensor_msgs/msg/Scan": {
+        "stamp": RosField(TIME),
+        "ranges": RosField("float32", array=True),
+        "covariance": RosField("float64", array=True, size=4),
+        "names": RosField("string", array=True),
+        "valid": RosField("bool"),
+    },
+    TIME: {"sec": RosField("int32"), "nanosec": RosField("uint32")},
+    "std_srvs/srv/SetBool_Request": {"data": RosField("bool")},
+    "std_srvs/srv/SetBool_Response": {"success": RosField("bool"), "message": RosField("string")},
+    "test_msgs/action/Fibonacci_Goal": {"order": RosField("int32")},
+    "test_msgs/action/Fibonacci_Feedback": {"sequence": RosField("int32", array=True)},
+    "test_msgs/action/Fibonacci_Result": {"sequence": RosField("int32", array=True)},
+}
+
+
+class Types:
+    def fields(self, type):
+        if type.split("/")[0] not in {name.split("/")[0] for name in TYPES}:
+            return None
+        if type not in TYPES:
+            raise InputError(unknown("type", type, TYPES))
+        return TYPES[type]
+
+
+class Message:
+    def __init__(self, value):
+        self.value = value
+
+    def get(self, path=()):
+        value = self.value
+        for part in path:
+            value = value[part]
+        return value
+
+
+class Link:
+    """A connection that remembers what was opened and sent; tests set what arrives."""
+
+    def __init__(self):
+        self.types = Types()
+        self.opened, self.sent, self.closed = [], [], []
+        self.here, self.newest, self.refuses = True, None, ""
+        self.matched, self.calls, self.goals = 1, [], []
+        self.accepting, self.asked = False, None
+
+    def open(self, kind, *of):
+        if self.refuses:
+            raise InputError(Fault(self.refuses))
+        self.opened.append((kind, *of))
+        return SimpleNamespace(
+            matched=lambda: self.matched,
+            publish=self.publish,
+            newest=lambda: self.newest,
+            ready=lambda: self.here,
+            call=lambda request: self.keep(self.calls, request, response=None, error="", forgotten=False),
+            send=lambda goal: self.keep(
+                self.goals, goal, state=GoalState.SENT, feedback=None, feedback_count=0, result=None, error=""
+            ),
+            open=self.accept,
+            goal=lambda: self.asked,
+            close=lambda: self.closed.append((kind, *of)),
+        )
+
+    def publish(self, values):
+        if not self.here:
+            raise DeviceError("the network is down")
+        self.sent.append(values)
+
+    def keep(self, kept, values, **fields):
+        made = SimpleNamespace(values=values, cancelled=0, **fields)
+        made.forget = lambda: setattr(made, "forgotten", True)
+        made.cancel = lambda: setattr(made, "cancelled", made.cancelled + 1)
+        kept.append(made)
+        return made
+
+    def accept(self, accepting):
+        self.accepting = accepting
+
+    def publisher(self, *of):
+        return self.open("publisher", *of)
+
+    def subscription(self, *of):
+        return self.open("subscription", *of)
+
+    def service(self, *of):
+        return self.open("service", *of)
+
+    def action(self, *of):
+        return self.open("action", *of)
+
+    def action_server(self, *of):
+        return self.open("action_server", *of)
+
+
+@pytest.fixture
+def link(mind):
+    mind.mission.ros = Link()
+    return mind.mission.ros
+
+
+@pytest.fixture
+def grow(mind):
+    """A tree from one line of XML, ready for its first tick."""
+
+    def grow(line, **keys):
+        nodes = mission_nodes(mind.rig.actions)
+        root = load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', nodes)
+        for key, value in keys.items():
+            mind.mission.board[key] = value
+        return TreePlan(root, mind.mission).tree
+
+    return grow
+
+
+def after(mind, seconds):
+    mind.rig.clock.advance(round(seconds / mind.rig.clock.step))
+
+
+class TestPublish:
+    @pytest.mark.parametrize(
+        ("type", "values", "sent"),
+        [
+            ("std_msgs/msg/String", "data = 'hello; you'", {"data": "hello; you"}),
+            ("std_msgs/String", "data = 5", {"data": "5"}),
+            ("geometry_msgs/msg/Twist", "linear.x = 20 cm/s", {"linear": {"x": 0.2}}),
+            (
+                "geometry_msgs/msg/Twist",
+                "linear={whole};angular.z={turn}",
+                {"linear": {"x": 1.0}, "angular": {"z": 0.5}},
+            ),
+            ("geometry_msgs/msg/Vector3", "{whole}", {"x": 1.0}),
+            ("geometry_msgs/msg/Polygon", "points[1].x = 2", {"points": [{}, {"x": 2.0}]}),
+            ("sensor_msgs/msg/Scan", "ranges = [1, {turn}, inf]", {"ranges": [1.0, 0.5, float("inf")]}),
+            ("sensor_msgs/msg/Scan", "covariance[1] = 3", {"covariance": [0, 3.0, 0, 0]}),
+            ("sensor_msgs/msg/Scan", "names = [a, 'b, c']; valid = true", {"names": ["a", "b, c"], "valid": True}),
+            ("sensor_msgs/msg/Scan", "stamp = 1.5 s", {"stamp": {"sec": 1, "nanosec": 500_000_000}}),
+            ("sensor_msgs/msg/Scan", "stamp.sec = 7", {"stamp": {"sec": 7}}),
+            ("std_msgs/msg/String", "", {}),
+        ],
+    )
+    def test_fields_of_any_type(self, grow, link, type, values, sent):
+        tree = grow(f'<RosPublish topic="t" type="{type}" values="{values}"/>', turn=0.5, whole={"x": 1})
+        assert tree.tick() is SUCCESS
+        assert link.sent == [sent]
+
+    def test_the_publisher_is_opened_before_the_first_tick_and_closed_with_the_plan(self, mind, link):
+        say = {"topic": "/say", "type": "std_msgs/msg/String", "qos": "latched"}
+        root = mind.mission.node("RosPublish", values={"data": "a"}, **say)
+        plan = mind.start(root)
+        assert link.opened == [("publisher", "/say", "std_msgs/msg/String", "latched")]
+        mind.run()
+        assert link.sent == [{"data": "a"}]
+        plan.close()
+        assert link.closed == link.opened
+
+    def test_it_waits_for_a_subscription_only_as_long_as_it_shall(self, mind, grow, link):
+        link.matched = 0
+        tree = grow('<RosPublish topic="t" type="std_msgs/msg/String" wait="1 s"/>')
+        assert tree.tick() is RUNNING
+        assert "waits for a subscription" in tree.root.feedback_message
+        after(mind, 1.0)
+        assert tree.tick() is SUCCESS
+        link.matched, link.sent = 1, []
+        assert tree.tick() is SUCCESS
+        assert link.sent == [{}]
+
+    def test_a_topic_from_a_key_is_opened_in_the_tick(self, grow, link):
+        tree = grow('<RosPublish topic="{where}" type="std_msgs/msg/String"/>', where="a")
+        assert link.opened == []
+        assert tree.tick() is SUCCESS
+        tree.board["where"] = "b"
+        assert tree.tick() is SUCCESS
+        assert [name for _, name, *_ in link.opened] == ["a", "b"]
+        assert [name for _, name, *_ in link.closed] == ["a"]
+
+    @pytest.mark.parametrize(
+        ("type", "values", "keys", "reason"),
+        [
+            ("std_msgs/msg/Int8", "data = {n}", {"n": 200}, "whole number from -128 to 127"),
+            ("std_msgs/msg/Int8", "data = {n}", {"n": "few"}, "data is of type int8, found 'few'"),
+            ("geometry_msgs/msg/Twist", "{n}", {"n": {"linar": {}}}, "Did you mean 'linear'"),
+            ("geometry_msgs/msg/Twist", "linear = {n}", {"n": 3}, "is a message (geometry_msgs/msg/Vector3)"),
+            ("std_msgs/msg/String", "data = {none}", {}, "none"),
+        ],
+    )
+    def test_a_key_that_does_not_fit_fails_with_the_reason(self, grow, link, type, values, keys, reason):
+        tree = grow(f'<RosPublish topic="t" type="{type}" values="{values}"/>', **keys)
+        assert tree.tick() is FAILURE
+        assert reason in tree.root.feedback_message
+        assert link.sent == []
+
+    def test_a_network_that_fails_is_a_failure_of_the_node(self, grow, link):
+        tree, link.here = grow('<RosPublish topic="t" type="std_msgs/msg/String"/>'), False
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "REFUSED: the network is down"
+
+
+class TestSubscribe:
+    LINE = '<RosSubscribe topic="scan" type="sensor_msgs/msg/Scan" values="ranges[1] -> {left}; . -> {all}" {}/>'
+
+    def line(self, more=""):
+        return self.LINE.replace("{}", more)
+
+    def message(self, age=0.0, count=1):
+        return Received(Message({"ranges": [1.0, 2.0]}), age, count)
+
+    def test_it_runs_until_there_is_a_message_and_writes_its_fields(self, grow, link):
+        tree = grow(self.line())
+        assert link.opened == [("subscription", "scan", "sensor_msgs/msg/Scan", "reliable")]
+        assert tree.tick() is RUNNING
+        link.newest = self.message()
+        assert tree.tick() is SUCCESS
+        assert (tree.board["left"], tree.board["all"]) == (2.0, {"ranges": [1.0, 2.0]})
+
+    def test_a_message_may_be_too_old_and_a_condition_does_not_wait(self, grow, link):
+        tree = grow(self.line('max_age="1 s" timeout="0 s"'))
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "TIMEOUT: no message on 'scan' within 0 s"
+        link.newest = self.message(age=1.5)
+        assert tree.tick() is FAILURE
+        assert "the newest message is 1.5 s old" in tree.root.feedback_message
+        link.newest = self.message(age=0.9)
+        assert tree.tick() is SUCCESS
+
+    def test_a_new_message_is_one_after_the_start_of_the_node(self, mind, grow, link):
+        link.newest = self.message()
+        tree = grow(self.line('new="true" timeout="1 s"'))
+        assert tree.tick() is RUNNING
+        link.newest = self.message(count=2)
+        assert tree.tick() is SUCCESS
+        assert tree.tick() is RUNNING, "seen already"
+        after(mind, 1.0)
+        assert tree.tick() is FAILURE
+
+    def test_a_field_that_the_message_does_not_have_is_a_failure(self, grow, link):
+        link.newest = Received(Message({"ranges": [1.0]}), 0.0, 1)
+        tree = grow(self.line())
+        assert tree.tick() is FAILURE
+        assert "the message has no 'ranges[1]'" in tree.root.feedback_message
+
+
+class TestService:
+    LINE = (
+        '<RosService service="lamp" type="std_srvs/srv/SetBool" request="data = true" '
+        'response="success -> {done}; message -> {text}" wait="1 s" timeout="2 s"/>'
+    )
+
+    def test_a_call(self, grow, link):
+        tree = grow(self.LINE)
+        assert tree.tick() is RUNNING
+        assert link.calls[0].values == {"data": True}
+        assert tree.tick() is RUNNING
+        link.calls[0].response = Message({"success": False, "message": "no bulb"})
+        assert tree.tick() is SUCCESS
+        assert (tree.board["done"], tree.board["text"]) == (False, "no bulb")
+        assert len(link.calls) == 1
+
+    def test_no_server_no_response_and_an_error(self, mind, grow, link):
+        tree, link.here = grow(self.LINE), False
+        assert tree.tick() is RUNNING
+        after(mind, 1.0)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "UNHEARD: no server of the service 'lamp' within 1 s"
+        link.here = True
+        assert tree.tick() is RUNNING
+        after(mind, 2.0)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "TIMEOUT: no response of the service 'lamp' within 2 s"
+        assert link.calls[0].forgotten
+        tree.tick()
+        link.calls[1].error = "it raised"
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "REFUSED: the service 'lamp' failed: it raised"
+
+    def test_a_halt_forgets_the_call(self, grow, link):
+        tree = grow(self.LINE)
+        tree.tick()
+        tree.halt()
+        assert link.calls[0].forgotten
+
+
+class TestAction:
+    LINE = (
+        '<RosAction action="fibonacci" type="test_msgs/action/Fibonacci" goal="order = {n}" '
+        'feedback="sequence[0] -> {first}" result="sequence -> {all}" wait="1 s" timeout="5 s" {}/>'
+    )
+
+    def line(self, more=""):
+        return self.LINE.replace("{}", more)
+
+    def begun(self, grow, link, more=""):
+        tree = grow(self.line(more), n=5)
+        assert tree.tick() is RUNNING
+        goal = link.goals[-1]
+        goal.state = GoalState.ACCEPTED
+        assert tree.tick() is RUNNING
+        return tree, goal
+
+    def test_goal_feedback_and_result(self, grow, link):
+        tree, goal = self.begun(grow, link)
+        assert goal.values == {"order": 5}
+        goal.feedback, goal.feedback_count = Message({"sequence": [7, 8]}), 1
+        assert tree.tick() is RUNNING
+        assert tree.board["first"] == 7
+        goal.state, goal.result = GoalState.SUCCEEDED, Message({"sequence": [1, 1, 2]})
+        assert tree.tick() is SUCCESS
+        assert tree.board["all"] == [1, 1, 2]
+        assert (len(link.goals), goal.cancelled) == (1, 0)
+
+    @pytest.mark.parametrize(
+        ("state", "message"),
+        [
+            (GoalState.REJECTED, "REFUSED: the server of 'fibonacci' rejected the goal"),
+            (GoalState.ABORTED, "REFUSED: the server of 'fibonacci' aborted the goal"),
+            (GoalState.CANCELED, "REFUSED: the server of 'fibonacci' cancelled the goal"),
+            (GoalState.FAILED, "REFUSED: 'fibonacci' failed: lost"),
+        ],
+    )
+    def test_a_goal_that_does_not_succeed(self, grow, link, state, message):
+        tree, goal = self.begun(grow, link)
+        goal.state, goal.error = state, "lost"
+        goal.result = None if state is GoalState.REJECTED else Message({"sequence": [1]})
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == message
+        assert goal.cancelled == 0
+        if state is GoalState.ABORTED:
+            assert tree.board["all"] == [1], "a result is written also then"
+
+    def test_a_halt_cancels_and_the_next_tick_sends_another_goal(self, grow, link):
+        tree, goal = self.begun(grow, link)
+        tree.halt()
+        assert goal.cancelled == 1
+        tree.board["n"] = 6
+        assert tree.tick() is RUNNING
+        assert link.goals[1].values == {"order": 6}
+        link.goals[1].state = GoalState.SUCCEEDED
+        tree.tick()
+        tree.halt()
+        assert link.goals[1].cancelled == 0
+
+    def test_no_server_in_time(self, mind, grow, link):
+        tree, link.here = grow(self.line(), n=5), False
+        assert tree.tick() is RUNNING
+        after(mind, 1.0)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "UNHEARD: no server of the action 'fibonacci' within 1 s"
+        assert link.goals == []
+
+    def test_a_goal_that_takes_too_long_and_a_server_that_is_lost(self, mind, grow, link):
+        tree, goal = self.begun(grow, link)
+        after(mind, 5.0)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "TIMEOUT: 'fibonacci' is not done after 5 s"
+        assert goal.cancelled == 1
+        tree.tick()
+        link.here = False
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "UNHEARD: the server of 'fibonacci' disappeared"
+
+    def test_feedback_is_a_sign_of_life(self, mind, grow, link):
+        tree, goal = self.begun(grow, link, 'feedback_timeout="1 s"')
+        for count in (1, 2, 3):
+            after(mind, 0.9)
+            goal.feedback, goal.feedback_count = Message({"sequence": [1]}), count
+            assert tree.tick() is RUNNING
+        after(mind, 1.0)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "UNHEARD: no feedback of 'fibonacci' for 1 s"
+
+    def test_a_reflex_cancels_it_and_it_is_sent_again(self, mind, grow, link):
+        tree, goal = self.begun(grow, link, 'cancel_on_reflex="true"')
+        mind.rig.pipeline.hold(True)
+        assert tree.tick() is RUNNING
+        assert tree.tick() is RUNNING
+        assert goal.cancelled == 1
+        goal.state = GoalState.CANCELED
+        assert tree.tick() is RUNNING
+        assert tree.tick() is RUNNING
+        assert len(link.goals) == 1, "not while the reflex is active"
+        mind.rig.pipeline.hold(False)
+        assert tree.tick() is RUNNING
+        assert [goal.values for goal in link.goals] == [{"order": 5}] * 2
+        link.goals[1].state = GoalState.CANCELED
+        assert tree.tick() is FAILURE, "by the server, not by a reflex"
+
+    def test_without_that_a_reflex_does_not_matter(self, mind, grow, link):
+        tree, goal = self.begun(grow, link)
+        mind.rig.pipeline.hold(True)
+        assert tree.tick() is RUNNING
+        assert goal.cancelled == 0
+
+
+class TestActionServer:
+    class Asked:
+        def __init__(self):
+            self.request, self.cancel_requested = Message({"order": 3}), False
+            self.fed, self.ended = [], None
+
+        def feedback(self, values):
+            self.fed.append(values)
+
+        def end(self, state, result):
+            self.ended = state, result
+
+    def served(self, mind, child, **keys):
+        inner = mind.mission.node(*child) if isinstance(child, tuple) else child
+        root = mind.mission.node(
+            "RosActionServer",
+            inner,
+            action="count",
+            type="test_msgs/action/Fibonacci",
+            goal="order -> {n}",
+            feedback="sequence = {part}",
+            result="sequence = {all}",
+        )
+        tree = TreePlan(root, mind.mission).tree
+        for key, value in keys.items():
+            tree.board[key] = value
+        return tree
+
+    def test_the_child_serves_the_goal(self, mind, link):
+        child = mind.mission.node("Sequence", mind.mission.node("Sleep", msec="1000"))
+        tree = self.served(mind, child)
+        assert tree.tick() is RUNNING
+        assert child.status is not RUNNING
+        assert link.accepting
+        link.asked = asked = self.Asked()
+        assert tree.tick() is RUNNING
+        assert tree.board["n"] == 3
+        assert not link.accepting, "one goal at a time"
+        tree.board["part"] = [1, 1]
+        tree.tick()
+        tree.tick()
+        assert asked.fed == [{"sequence": [1, 1]}], "only when it changes"
+        tree.board["all"] = [1, 1, 2]
+        after(mind, 1.0)
+        link.asked = None
+        assert tree.tick() is SUCCESS
+        assert asked.ended == (GoalState.SUCCEEDED, {"sequence": [1, 1, 2]})
+        assert tree.tick() is RUNNING
+        assert link.accepting
+
+    def test_a_child_that_fails_aborts_the_goal(self, mind, link):
+        tree = self.served(mind, ("AlwaysFailure",))
+        link.asked = asked = self.Asked()
+        assert tree.tick() is FAILURE
+        assert asked.ended == (GoalState.ABORTED, {}), "a key without a value is omitted"
+
+    @pytest.mark.parametrize("by", ["client", "halt"])
+    def test_the_goal_ends_with_the_child_halted(self, mind, link, by):
+        child = mind.mission.node("Sleep", msec="1000")
+        tree = self.served(mind, child)
+        link.asked = asked = self.Asked()
+        assert tree.tick() is RUNNING
+        if by == "client":
+            asked.cancel_requested = True
+            assert tree.tick() is FAILURE
+            assert asked.ended == (GoalState.CANCELED, {})
+        else:
+            tree.halt()
+            assert asked.ended == (GoalState.ABORTED, {})
+            assert not link.accepting
+        assert child.status is not RUNNING
+
+    def test_a_result_that_does_not_fit_aborts(self, mind, link):
+        tree = self.served(mind, ("AlwaysSuccess",), all="many")
+        link.asked = asked = self.Asked()
+        assert tree.tick() is FAILURE
+        assert asked.ended == (GoalState.ABORTED, {})
+        assert "sequence is an array" in tree.root.feedback_message
+
+
+LINES = {
+    "RosPublish": '<RosPublish topic="t" type="std_msgs/msg/String"/>',
+    "RosSubscribe": '<RosSubscribe topic="t" type="std_msgs/msg/String"/>',
+    "RosService": '<RosService service="s" type="std_srvs/srv/SetBool"/>',
+    "RosAction": '<RosAction action="a" type="test_msgs/action/Fibonacci"/>',
+    "RosActionServer": '<RosActionServer action="a" type="test_msgs/action/Fibonacci"><Stop/></RosActionServer>',
+}
+
+
+@pytest.mark.parametrize("tag", LINES)
+class TestConnection:
+    def test_without_one_it_fails_and_says_what_to_do(self, grow, tag):
+        tree = grow(LINES[tag])
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message.startswith("CANNOT: this robot has no ROS connection")
+        assert "rocs-bt drive" in tree.root.feedback_message
+
+    def test_what_it_cannot_do_is_refused_before_the_run_at_its_line(self, mind, tag):
+        mind.mission.ros = Link()
+        mind.mission.ros.refuses = "actions need rclpy."
+        build = xml_mission(f'<root BTCPP_format="4"><BehaviorTree ID="M">\n  {LINES[tag]}</BehaviorTree></root>')
+        with pytest.raises(InputError, match="actions need rclpy") as caught:
+            TreePlan(build(mind.mission), mind.mission)
+        assert caught.value.faults[0].line == 2
+
+
+class TestCheck:
+    def faults(self, mind, line, **more):
+        text = f'<root BTCPP_format="4"><BehaviorTree ID="M">\n{line}</BehaviorTree></root>'
+        return check_mission(
+            xml_mission(text),
+            actions=mind.rig.actions,
+            knowledge=mind.rig.knowledge,
+            clock=mind.rig.clock,
+            ros_types=Types,
+            **more,
+        )
+
+    def test_every_kind_of_node_passes(self, mind):
+        for line in LINES.values():
+            assert self.faults(mind, line) == []
+
+    @pytest.mark.parametrize(
+        ("type", "values", "at", "message", "hint"),
+        [
+            ("std_msgs/msg/Strin", "", "type=", "no type is named", "Did you mean 'std_msgs/msg/String'"),
+            ("String", "", "type=", "'String' is not the name of a type", "std_msgs/msg/String"),
+            ("std_msgs/msg/String", "data = 1; dat = 2", "dat = 2", "no field is named 'dat'", "Did you mean 'data'"),
+            ("std_msgs/msg/Int8", "data = 300", "data", "data is of type int8, found '300'", ""),
+            ("std_msgs/msg/Int8", "data = [1]", "data", "data is of type int8", ""),
+            ("std_msgs/msg/Int8", "data", "data", "expected 'path = value', found 'data'", "linear.x"),
+            ("std_msgs/msg/Int8", "data = ", '"/>', "a value is missing", "linear.x"),
+            ("geometry_msgs/msg/Twist", "linear.x.y = 1", "linear", "is of type float64 and has no field 'y'", ""),
+            ("geometry_msgs/msg/Twist", "linear[0] = 1", "linear", "not an array", ""),
+            ("geometry_msgs/msg/Polygon", "points.x = 1", "points", "'points' is an array", "points[0].x"),
+            ("sensor_msgs/msg/Scan", "covariance[4] = 1", "covar", "has 4 elements", ""),
+            ("sensor_msgs/msg/Scan", "ranges = [1, {x", "{x", "expected a key", ""),
+            ("sensor_msgs/msg/Scan", "ranges = [1, 2", "[1", "the list has no ']'", ""),
+        ],
+    )
+    def test_faults_of_fields_have_their_position_and_a_remedy(self, mind, type, values, at, message, hint):
+        self.check(mind, f'<RosPublish topic="t" type="{type}" values="{values}"/>', at, message, hint)
+
+    @pytest.mark.parametrize(
+        ("line", "at", "message", "hint"),
+        [
+            ('<RosPublish topic="a b" type="std_msgs/msg/String"/>', "topic=", "is not a name of ROS", "letters"),
+            ('<RosPublish topic="t" type="std_msgs/msg/String" qos="best"/>', "qos=", "no quality of", "sensor_data"),
+            (
+                '<RosSubscribe topic="t" type="std_msgs/msg/Int8" values="data={x}"/>',
+                "data=",
+                "expected 'path ->",
+                "->",
+            ),
+            ('<RosSubscribe topic="t" type="std_msgs/msg/Int8" values="dat -> {x}"/>', "dat ", "no field", "data"),
+            ('<RosAction action="a" type="test_msgs/action/Fibonacci" goal="ordr = 1"/>', "ordr", "no field", "order"),
+            ('<RosAction action="a" type="test_msgs/msg/Fibonacci"/>', "type=", "is not the name of a type", "action"),
+        ],
+    )
+    def test_faults_of_other_ports_too(self, mind, line, at, message, hint):
+        self.check(mind, line, at, message, hint)
+
+    def check(self, mind, line, at, message, hint):
+        (fault,) = self.faults(mind, line)
+        assert message in fault.message
+        assert (fault.line, fault.column) == (2, line.rindex(at) + 1)
+        assert hint in fault.hint
+        assert not fault.warning
+
+    def test_types_of_a_package_that_is_not_installed_are_not_checked(self, mind):
+        assert self.faults(mind, '<RosPublish topic="t" type="my_msgs/msg/Any" values="a.b[3] = x"/>') == []
+
+    def test_keys_in_fields_are_part_of_the_data_flow(self, mind):
+        line = '<Sequence><RosSubscribe topic="t" type="std_msgs/msg/String" values="data -> {x}"/>{}</Sequence>'
+        say = '<RosPublish topic="u" type="std_msgs/msg/String" values="data = {KEY}"/>'
+        assert self.faults(mind, line.replace("{}", say.replace("KEY", "x"))) == []
+        (fault,) = self.faults(mind, line.replace("{}", say.replace("KEY", "y")))
+        assert (fault.message, fault.warning) == ("'RosPublish': the key 'y' is read, but no node writes it.", True)
+        assert fault.column == line.index("{}") + say.index("{KEY}") + 1
+
+
+def test_a_key_of_a_field_goes_through_the_remapping_of_a_subtree(mind, link):
+    text = """<root BTCPP_format="4" main_tree_to_execute="M">
+      <BehaviorTree ID="M"><SubTree ID="S" data="{outside}" word="hello"/></BehaviorTree>
+      <BehaviorTree ID="S"><Sequence>
+        <RosSubscribe topic="t" type="std_msgs/msg/String" values="data -> {data}"/>
+        <RosPublish topic="t" type="std_msgs/msg/String" values="data = {word}"/>
+      </Sequence></BehaviorTree></root>"""
+    link.newest = Received(Message({"data": "found"}), 0.0, 1)
+    tree = TreePlan(xml_mission(text)(mind.mission), mind.mission).tree
+    assert tree.tick() is SUCCESS
+    assert tree.board["outside"] == "found"
+    assert link.sent == [{"data": "hello"}]
+
+
+def test_a_python_mission_of_a_project_uses_them_by_name(mind, link):
+    mind.mission.content = Catalog()
+    mind.rig.knowledge.world.place("g", Pose2(1.0, 0.0), kind="goal")
+    root = mind.mission.node(
+        "Sequence",
+        mind.mission.node("RosSubscribe", topic="go", type="std_msgs/msg/String", values="data -> {order}"),
+        mind.mission.node("RosPublish", topic="say", type="std_msgs/msg/String", values="data = {order}"),
+    )
+    link.newest = Received(Message({"data": "now"}), 0.0, 1)
+    tree = Tree(root, board=mind.mission.board, clock=mind.rig.clock, owner=mind.mission)
+    assert list(examine(tree)) == []
+    assert tree.tick() is SUCCESS
+    assert link.sent == [{"data": "now"}]
