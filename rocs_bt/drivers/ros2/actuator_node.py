@@ -1,0 +1,115 @@
+"""ActuatorNode: actuator that publishes its commands on a topic of ROS 2 (paper, section 7 and Figure 10)."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...control.locomotion import Locomotion
+from ...device import Actuator
+from ...errors import DeviceError
+from ..host import Host
+from .node import RosNode
+from .parameters import ARRAY, TWIST_STAMPED, Ros2ActuatorParameters
+from .settings import Ros2Settings
+
+NEUTRAL_REPEATS = 3
+"""Number of neutral commands before the publisher is closed, because the last message may be lost."""
+
+NEUTRAL_PAUSE = 0.02
+"""Pause after each of these commands [s], in which the message leaves the process."""
+
+
+class ActuatorNode(Actuator):
+    """Actuator that publishes twists, or the values of its commands.
+
+    The twist is that of the locomotion for the command: the command itself for a body that accepts twists, and the
+    forward kinematics for wheels. Neutral is the twist zero.
+
+    Args:
+        name: Name of the actuator in robot.toml.
+        node: Connection of the robot.
+        parameters: Keys of the actuator.
+        locomotion: Locomotion whose commands the actuator takes.
+
+    Raises:
+        DeviceError: The network refuses the publisher.
+    """
+
+    def __init__(self, name: str, node: RosNode, parameters: Ros2ActuatorParameters, locomotion: Locomotion) -> None:
+        super().__init__(name, len(locomotion.values))
+        self._node = node
+        self._given = parameters
+        self._locomotion = locomotion
+        self._writer = node.writer(parameters.topic, parameters.type, parameters.qos)
+        self._neutral = list(locomotion.rest)
+
+    @property
+    def topic(self) -> str:
+        """Full name of the topic."""
+        return self._writer.topic
+
+    def command(self, values: Sequence[float]) -> None:
+        self._writer.write(self._node.types.serialize(self._message(values)))
+
+    def neutral(self) -> None:
+        try:
+            self.command(self._neutral)
+        except DeviceError:  # must not raise; without a network, the base stops by its own time-out
+            return
+
+    def close(self) -> None:
+        """Publish neutral several times, then close the publisher."""
+        for _ in range(NEUTRAL_REPEATS):
+            self.neutral()
+            time.sleep(NEUTRAL_PAUSE)
+        self._writer.close()
+
+    def _message(self, values: Sequence[float]) -> Any:
+        given, types = self._given, self._node.types
+        if given.type == ARRAY:
+            return types.make(ARRAY, data=[given.scale * value for value in values])
+        twist = self._locomotion.twist3(values)
+        content = {
+            "linear": {"x": twist.forward, "y": twist.left, "z": twist.up},
+            "angular": {"z": twist.turn},
+        }
+        if given.type != TWIST_STAMPED:
+            return types.make(given.type, **content)
+        fraction, whole = math.modf(self._node.transport.now())
+        header = {"stamp": {"sec": int(whole), "nanosec": int(1e9 * fraction)}, "frame_id": given.frame}
+        return types.make(given.type, header=header, twist=content)
+
+
+@dataclass(frozen=True)
+class ActuatorNodeMaker:
+    """Constructor call of an ActuatorNode, for the process of an isolated actuator.
+
+    Attributes:
+        name: Name of the actuator.
+        settings: The `[ros2]` table.
+        parameters: Keys of the actuator.
+        locomotion: Locomotion whose commands the actuator takes.
+    """
+
+    name: str
+    settings: Ros2Settings
+    parameters: Ros2ActuatorParameters
+    locomotion: Locomotion
+
+    def __call__(self, host: Host) -> ActuatorNode:
+        """Construct the actuator; its node is shared with the other devices of the host.
+
+        Raises:
+            InputError: A package is not installed; the hint says which.
+            DeviceError: The network cannot be joined.
+        """
+        return ActuatorNode(self.name, shared_node(self.settings, host), self.parameters, self.locomotion)
+
+
+def shared_node(settings: Ros2Settings, host: Host) -> RosNode:
+    """Connection of a robot, which all its devices in one process share."""
+    return host.share(("ros2", settings), lambda: RosNode(settings, host.clock))

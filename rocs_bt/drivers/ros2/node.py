@@ -1,0 +1,149 @@
+"""RosNode: connection of one robot to ROS 2, which its sensors and actuators share."""
+
+from __future__ import annotations
+
+import threading
+from collections import Counter
+from collections.abc import Mapping
+from typing import Any
+
+from ...clock import Clock
+from ...errors import DeviceError
+from .message_types import FindDefinition
+from .qos import QoS, mismatch
+from .settings import Ros2Settings
+from .transport import Endpoint, Reader, Transport, Writer, open_transport
+
+MAX_AHEAD = 0.5
+"""Time by which a stamp may be in the future before the message counts as faulty [s]."""
+
+
+class RosNode:
+    """Connection of one robot to ROS 2.
+
+    Args:
+        settings: The `[ros2]` table.
+        clock: Clock of the run, for the stamps of readings.
+        find: Finds definitions of message types that the distribution does not have.
+        transport: Opened transport; None to open one by the settings.
+
+    Attributes:
+        settings: The `[ros2]` table.
+        transport: Participant of the network.
+        types: Message types.
+
+    Raises:
+        InputError: A package is not installed; the hint says which.
+        DeviceError: The network cannot be joined.
+    """
+
+    def __init__(
+        self,
+        settings: Ros2Settings,
+        clock: Clock,
+        find: FindDefinition = lambda name: None,
+        transport: Transport | None = None,
+    ) -> None:
+        self.settings = settings
+        self.transport = open_transport(settings, "rocs_bt", find) if transport is None else transport
+        self.types = self.transport.types
+        self._clock = clock
+        self._faults: dict[str, Counter[str]] = {}
+        self._lock = threading.Lock()
+
+    @property
+    def faults(self) -> Mapping[str, Mapping[str, int]]:
+        """Number of faulty messages, by topic and kind of fault."""
+        with self._lock:
+            return {topic: dict(counter) for topic, counter in self._faults.items()}
+
+    def reader(self, topic: str, type: str, qos: QoS) -> Reader:
+        """Open a subscription of a topic, whose name may be relative; see `Transport`."""
+        return self.transport.reader(self.settings.topic(topic), type, qos)
+
+    def writer(self, topic: str, type: str, qos: QoS) -> Writer:
+        """Open a publisher of a topic, whose name may be relative; see `Transport`."""
+        return self.transport.writer(self.settings.topic(topic), type, qos)
+
+    def stamp(self, published: float) -> float:
+        """Time on the clock of the run of a moment on the network's clock [s].
+
+        Args:
+            published: Moment on the network's clock [s since 1970].
+
+        Raises:
+            DeviceError: The moment is in the future, or no moment at all.
+        """
+        age = self.transport.now() - published
+        if not -MAX_AHEAD <= age < float("inf"):
+            why = "is in the future: synchronise the clocks of both computers" if age < 0.0 else "is no time"
+            raise DeviceError(f"its stamp, {published:.3f} s, {why}")
+        return self._clock.now() - max(age, 0.0)
+
+    def fault(self, topic: str, kind: str, error: DeviceError) -> DeviceError:
+        """Count a faulty message.
+
+        Args:
+            topic: Name of the topic.
+            kind: Kind of fault, such as `malformed`.
+            error: What is wrong.
+
+        Returns:
+            The error with topic and count, to be raised.
+        """
+        with self._lock:
+            count = self._faults.setdefault(topic, Counter())
+            count[kind] += 1
+            total = count.total()
+        again = f" ({total} faulty messages so far)" if total > 1 else ""
+        return DeviceError(f"{topic}: {error}{again}")
+
+    def why_silent(self, reader: Reader, qos: QoS) -> str:
+        """Reason why a subscription has received nothing, as far as the discovered publishers tell.
+
+        Args:
+            reader: The subscription.
+            qos: Its requested quality of service.
+        """
+        found = [e for e in self.transport.endpoints() if e.topic == reader.topic and e.publishes]
+        wanted = f"'{reader.topic}' ({reader.type})"
+        if not found:
+            return f"nothing is published on {wanted}{self._similar(reader)}"
+        others = [e for e in found if e.type != reader.type]
+        if len(others) == len(found):
+            return f"{wanted}: {_who(others[0])} publishes {others[0].type}, which is another type"
+        for each in found:
+            if each.type == reader.type and (why := mismatch(each.qos, qos)):
+                sides = f"it offers {each.qos}, robot.toml requests {qos}"
+                return f"{wanted}: the quality of service of {_who(each)} does not match in {why}: {sides}"
+        return f"{wanted}: {_who(found[0])} has published nothing yet"
+
+    def close(self) -> None:
+        """Close all endpoints, and leave the network."""
+        self.transport.close()
+
+    def _similar(self, reader: Reader) -> str:
+        """Text with the topics of the same type that are published."""
+        same = sorted({e.topic for e in self.transport.endpoints() if e.publishes and e.type == reader.type})
+        if same:
+            return f"; topics of this type: {', '.join(same[:8])}"
+        domain = self.settings.domain_id
+        return f"; no topic of this type was discovered in the ROS domain {domain} ({self.settings.network})"
+
+
+def _who(endpoint: Endpoint) -> str:
+    return f"the node '{endpoint.node}'" if endpoint.node else "a node"
+
+
+def header_stamp(message: Any) -> float:
+    """Stamp in the header of a message [s since 1970].
+
+    Raises:
+        DeviceError: The message has no header, or its stamp is 0.
+    """
+    header = getattr(message, "header", None)
+    if header is None:
+        raise DeviceError('it has no header: write stamp = "source"')
+    if not (header.stamp.sec or header.stamp.nanosec):
+        raise DeviceError("the stamp of its header is 0")
+    return float(header.stamp.sec) + 1e-9 * float(header.stamp.nanosec)

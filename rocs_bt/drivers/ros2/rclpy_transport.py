@@ -1,0 +1,235 @@
+"""RclpyTransport: ROS 2 through rclpy, of an installation of ROS 2."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from ...errors import DeviceError, Fault, InputError
+from .message_types import MessageTypes
+from .qos import QoS
+from .settings import Ros2Settings
+from .transport import Endpoint, Sample
+
+_RANGES = {"loopback": "LOCALHOST", "lan": "SUBNET"}
+
+
+def has_rclpy() -> bool:
+    """Whether rclpy can be imported here."""
+    try:
+        importlib.import_module("rclpy")
+    except ImportError:
+        return False
+    return True
+
+
+def definition(name: str) -> str | None:
+    """Text of the .msg file of an installed ROS package; None if it is not installed."""
+    package, _, message = name.split("/")
+    try:
+        share = importlib.import_module("ament_index_python").get_package_share_directory(package)
+        with open(os.path.join(share, "msg", f"{message}.msg"), encoding="utf-8") as file:
+            return file.read()
+    except (ImportError, LookupError, OSError):
+        return None
+
+
+class RclpyTransport:
+    """Node of rclpy, without an executor: endpoints are polled and carry raw CDR.
+
+    Args:
+        settings: Settings of the connection.
+        types: Message types.
+        node: Name of the node.
+
+    Attributes:
+        node: Node of rclpy, for services and actions.
+        context: Context of rclpy.
+
+    Raises:
+        InputError: rclpy is not installed.
+        DeviceError: The network cannot be joined.
+    """
+
+    def __init__(self, settings: Ros2Settings, types: MessageTypes, node: str) -> None:
+        self.name = "rclpy"
+        self.types = types
+        rclpy = _import("rclpy", "rclpy")
+        self.context = _import("rclpy.context", "rclpy").Context()
+        try:
+            with _discovery(settings.network):
+                rclpy.init(
+                    context=self.context, domain_id=settings.domain_id, args=[], signal_handler_options=_no_signals()
+                )
+            namespace = settings.namespace or None
+            self.node = rclpy.create_node(
+                node, context=self.context, namespace=namespace, start_parameter_services=False
+            )
+        except Exception as error:
+            raise DeviceError(f"the ROS domain {settings.domain_id} cannot be joined: {error}") from error
+
+    def reader(self, topic: str, type: str, qos: QoS) -> _Reader:
+        """Open a subscription; see `Transport`."""
+        return _Reader(self.node, topic, type, qos)
+
+    def writer(self, topic: str, type: str, qos: QoS) -> _Writer:
+        """Open a publisher; see `Transport`."""
+        return _Writer(self.node, topic, type, qos)
+
+    def endpoints(self) -> list[Endpoint]:
+        """Endpoints of all nodes; see `Transport`."""
+        found = []
+        for topic, _ in self.node.get_topic_names_and_types():
+            for publishes, listed in (
+                (True, self.node.get_publishers_info_by_topic(topic)),
+                (False, self.node.get_subscriptions_info_by_topic(topic)),
+            ):
+                for each in listed:
+                    name = f"{each.node_namespace.rstrip('/')}/{each.node_name}"
+                    found.append(Endpoint(topic, each.topic_type, name, publishes, _qos_of(each.qos_profile)))
+        return found
+
+    def now(self) -> float:
+        return time.time()
+
+    def close(self) -> None:
+        """Close the node, and leave the network."""
+        self.node.destroy_node()
+        self.context.try_shutdown()
+
+
+class _Reader:
+    def __init__(self, node: Any, topic: str, type: str, qos: QoS) -> None:
+        self.topic = topic
+        self.type = type
+        self._class = message_class(type)
+        self._node = node
+        self._depth = qos.depth
+        self._lock = threading.Lock()
+        self._subscription = node.create_subscription(self._class, topic, _ignore, _profile(qos), raw=True)
+
+    def take(self) -> Sample | None:
+        newest: Sample | None = None
+        while found := self.take_all():
+            newest = found[-1]
+        return newest
+
+    def take_all(self) -> list[Sample]:
+        found: list[Sample] = []
+        with self._lock:
+            while self._subscription is not None and len(found) < self._depth:
+                with self._subscription.handle:
+                    taken = self._subscription.handle.take_message(self._class, True)
+                if taken is None:
+                    break
+                data, info = taken
+                found.append(Sample(bytes(data), info["source_timestamp"] * 1e-9))
+        return found
+
+    def close(self) -> None:
+        with self._lock:
+            if self._subscription is not None:
+                self._node.destroy_subscription(self._subscription)
+            self._subscription = None
+
+
+class _Writer:
+    def __init__(self, node: Any, topic: str, type: str, qos: QoS) -> None:
+        self.topic = topic
+        self.type = type
+        self._node = node
+        self._lock = threading.Lock()
+        self._publisher = node.create_publisher(message_class(type), topic, _profile(qos))
+
+    def write(self, data: bytes) -> None:
+        with self._lock:
+            if self._publisher is None:
+                raise DeviceError(f"the publisher of '{self.topic}' was closed.")
+            try:
+                self._publisher.publish(data)
+            except Exception as error:
+                raise DeviceError(f"nothing can be sent on '{self.topic}': {error}") from error
+
+    def matched(self) -> int:
+        with self._lock:
+            return 0 if self._publisher is None else int(self._publisher.get_subscription_count())
+
+    def close(self) -> None:
+        with self._lock:
+            if self._publisher is not None:
+                self._node.destroy_publisher(self._publisher)
+            self._publisher = None
+
+
+def message_class(name: str) -> Any:
+    """Class of rclpy for a message type, service type or action type, such as `std_srvs/srv/Trigger`.
+
+    Raises:
+        InputError: The ROS package is not installed, or has no such type.
+    """
+    parts = name.split("/")
+    if len(parts) != 3:
+        raise InputError(Fault(f"'{name}' is no type of ROS 2.", hint="Write it as 'sensor_msgs/msg/LaserScan'."))
+    package, kind, message = parts
+    module = _import(f"{package}.{kind}", package)
+    if not hasattr(module, message):
+        raise InputError(Fault(f"the ROS package '{package}' has no {kind} '{message}'."))
+    return getattr(module, message)
+
+
+def _import(module: str, package: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        distro = os.environ.get("ROS_DISTRO", "DISTRO")
+        debian = f"ros-{distro}-{package.replace('_', '-')}"
+        hint = f"Install the ROS package '{package}' (on Ubuntu: apt install {debian}), and source ROS 2 first."
+        raise InputError(Fault(f"'{module}' cannot be imported: {error}.", hint=hint)) from error
+
+
+def _no_signals() -> Any:
+    """Option that leaves SIGINT and SIGTERM to the run, which stops the robot first."""
+    return _import("rclpy.signals", "rclpy").SignalHandlerOptions.NO
+
+
+@contextmanager
+def _discovery(network: str) -> Iterator[None]:
+    """Environment in which a context is initialised, because discovery has no other setting."""
+    key = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+    before = os.environ.get(key)
+    if network == "loopback" or before is None:
+        os.environ[key] = _RANGES[network]
+    try:
+        yield
+    finally:
+        if before is None:
+            os.environ.pop(key, None)
+        else:
+            os.environ[key] = before
+
+
+def _profile(qos: QoS) -> Any:
+    module = _import("rclpy.qos", "rclpy")
+    return module.QoSProfile(
+        depth=qos.depth,
+        history=module.HistoryPolicy.KEEP_LAST,
+        reliability=getattr(module.ReliabilityPolicy, qos.reliability.upper()),
+        durability=getattr(module.DurabilityPolicy, qos.durability.upper()),
+    )
+
+
+def _qos_of(profile: Any) -> QoS:
+    reliable = profile.reliability.name == "RELIABLE"
+    latched = profile.durability.name == "TRANSIENT_LOCAL"
+    return QoS(
+        "reliable" if reliable else "best_effort", "transient_local" if latched else "volatile", max(profile.depth, 1)
+    )
+
+
+def _ignore(data: bytes) -> None:
+    """Callback of a subscription that is polled; never called, because nothing spins the node."""

@@ -1,0 +1,190 @@
+"""SensorNode: sensor that reads topics of ROS 2 (paper, section 7 and Figure 10)."""
+
+from __future__ import annotations
+
+import math
+import time
+from typing import Any, Protocol
+
+from ...device import Reading, Sensor
+from ...errors import DeviceError
+from ...geometry import Pose3
+from .forms import POSE_TAKES, make_take
+from .frames import Frames
+from .node import RosNode, header_stamp
+from .parameters import TRANSFORMS, Ros2SensorParameters
+from .qos import QoS
+from .transport import Reader, Sample
+
+_ASK_AGAIN = 1.0  # [s] after which the publishers of a silent topic are looked up again
+
+
+class SensorNode(Sensor):
+    """Sensor that polls one or more topics; only the newest message of each counts.
+
+    A topic that stops repeats its last reading with the old stamp, so that its signals become stale. Malformed
+    messages, wrong sizes and absurd stamps are counted (`RosNode.faults`) and raise DeviceError.
+
+    Args:
+        name: Name of the sensor in robot.toml.
+        node: Connection of the robot.
+        parameters: Keys of the sensor.
+        scale: Factor from the unit of the values to SI.
+
+    Raises:
+        InputError: The message type is unknown, or lacks a field.
+        DeviceError: The network refuses the subscription.
+    """
+
+    def __init__(self, name: str, node: RosNode, parameters: Ros2SensorParameters, scale: float = 1.0) -> None:
+        super().__init__(name)
+        self._node = node
+        source = _Transforms if parameters.type == TRANSFORMS else _Topic
+        self._sources: list[_Source] = [source(node, topic, parameters, scale) for topic in parameters.all_topics]
+        self._newest: list[Reading | None] = [None] * len(self._sources)
+        self._qos = parameters.qos
+        self._asked, self._why = -math.inf, ""
+
+    @property
+    def topics(self) -> list[str]:
+        """Full names of the topics."""
+        return [source.reader.topic for source in self._sources]
+
+    def read(self) -> Reading:
+        fault: DeviceError | None = None
+        for i, source in enumerate(self._sources):
+            try:
+                self._newest[i] = source.newest() or self._newest[i]
+            except DeviceError as error:
+                fault = error
+        if fault is not None:
+            raise fault
+        readings = [reading for reading in self._newest if reading is not None]
+        if len(readings) < len(self._sources):
+            raise DeviceError(self._silent(self._sources[self._newest.index(None)].reader))
+        if len(readings) == 1:
+            return readings[0]
+        return Reading(min(r.stamp for r in readings), [value for r in readings for value in r.values])
+
+    def close(self) -> None:
+        for source in self._sources:
+            source.close()
+
+    def _silent(self, reader: Reader) -> str:
+        """Reason why nothing was received, which is looked up at most once a second."""
+        if (now := time.monotonic()) - self._asked > _ASK_AGAIN:
+            self._asked, self._why = now, self._node.why_silent(reader, self._qos)
+        return self._why
+
+
+class _Source(Protocol):
+    """Source of readings from one topic.
+
+    Attributes:
+        reader: Subscription of the topic.
+    """
+
+    reader: Reader
+
+    def newest(self) -> Reading | None:
+        """Reading of the newest message; None if none has arrived since the last call.
+
+        Raises:
+            DeviceError: The message is faulty.
+        """
+        ...
+
+    def close(self) -> None:
+        """Close the subscriptions."""
+        ...
+
+
+class _Topic:
+    """Values of the messages of one topic."""
+
+    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float) -> None:
+        self._node = node
+        self._given = given
+        self._scale = scale
+        self._take = make_take(node.types, given)
+        self._size: int | None = None if given.size is None else given.size // len(given.all_topics)
+        self.reader = node.reader(topic, given.type, given.qos)
+
+    def newest(self) -> Reading | None:
+        sample = self.reader.take()
+        if sample is None:
+            return None
+        message = _message(self._node, self.reader, sample)
+        try:
+            values = self._take(message)
+        except DeviceError as error:
+            raise self._node.fault(self.reader.topic, "values", error) from error
+        if self._size is None:
+            self._size = len(values)
+        if len(values) != self._size:
+            wrong = DeviceError(f"it has {len(values)} values, not {self._size}")
+            raise self._node.fault(self.reader.topic, "size", wrong)
+        if any(map(math.isnan, values)):
+            self._node.fault(self.reader.topic, "NaN", DeviceError("NaN"))
+        scaled = values if self._scale == 1.0 else [self._scale * value for value in values]
+        return Reading(_stamp(self._node, self.reader, sample, message, self._given), scaled)
+
+    def close(self) -> None:
+        self.reader.close()
+
+
+class _Transforms:
+    """Pose of the robot through the transforms of a topic, and of the latched topic with `_static` in its name."""
+
+    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float) -> None:
+        self._node = node
+        self._given = given
+        self._take = POSE_TAKES[given.taken]
+        self._frames = Frames()
+        self._size = given.size
+        self.reader = node.reader(topic, TRANSFORMS, given.qos)
+        static = QoS("reliable", "transient_local", given.qos.depth)
+        self._static = node.reader(f"{topic}_static", TRANSFORMS, static)
+
+    def newest(self) -> Reading | None:
+        for sample in self._static.take_all():
+            self._add(self._static, sample, math.inf)
+        samples = self.reader.take_all()
+        for sample in samples:
+            self._add(self.reader, sample, self._node.stamp(sample.stamp))
+        if not samples:
+            return None
+        try:
+            place, rotation, stamp = self._frames.pose(self._given.frame, self._given.child)
+        except DeviceError as error:
+            raise DeviceError(f"{self.reader.topic}: {error}") from error
+        return Reading(
+            min(stamp, self._node.stamp(samples[-1].stamp)), self._take(Pose3.from_quaternion(place, rotation))
+        )
+
+    def close(self) -> None:
+        self.reader.close()
+        self._static.close()
+
+    def _add(self, reader: Reader, sample: Sample, stamp: float) -> None:
+        message = _message(self._node, reader, sample)
+        try:
+            self._frames.add(message, stamp)
+        except DeviceError as error:
+            raise self._node.fault(reader.topic, "values", error) from error
+
+
+def _message(node: RosNode, reader: Reader, sample: Sample) -> Any:
+    try:
+        return node.types.deserialize(sample.data, reader.type)
+    except DeviceError as error:
+        raise node.fault(reader.topic, "malformed", error) from error
+
+
+def _stamp(node: RosNode, reader: Reader, sample: Sample, message: Any, given: Ros2SensorParameters) -> float:
+    """Time of a reading on the clock of the run [s]."""
+    try:
+        by_header = given.stamp == "header" or node.settings.use_sim_time
+        return node.stamp(header_stamp(message) if by_header else sample.stamp)
+    except DeviceError as error:
+        raise node.fault(reader.topic, "stamp", error) from error
