@@ -13,13 +13,14 @@ from ..confine import is_file
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
 from ..document import Table
+from ..drivers import ROS2
 from ..errors import InputError, did_you_mean
 from ..geometry import Pose2
 from ..monitor import MONITORS
 from ..python_content import classes_in, is_reference
 from ..safety import Landing, Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
-from .inherit import DEVICE_KEYS, FindBase, no_base, read_with_base
+from .inherit import FindBase, no_base, read_with_base
 from .renamed_keys import ROBOT
 from .robot_spec import (
     ActuatorSpec,
@@ -30,7 +31,7 @@ from .robot_spec import (
     SensorSpec,
     robot_locomotion,
 )
-from .values import driver_parameters, free_parameters, locomotion_parameters, read_name
+from .values import driver_parameters, free_parameters, locomotion_parameters, read_name, ros2_settings
 
 FORMAT = ROBOT.name
 
@@ -70,6 +71,12 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
         rules: {name: (own.raw(name), *own.position(name)) for name in own.keys()}  # noqa: SIM118 - a Table's keys are free
         for rules, own in root.named_tables("rules").items()
     }
+    ros2 = ros2_settings(root.table("ros2")) if "ros2" in root else None
+    for table in (*sensor_tables, *actuator_tables):
+        if "ros2" not in root and table.raw("driver", "") == ROS2:
+            table.fault(
+                "driver", "a driver uses ROS 2, but the robot has no [ros2] table.", "Add one; it may be empty."
+            )
     root.done()
     name, wiring = file.parent.name, (sensors, monitors, analyzers, actuators)
     positions = {".".join(map(str, key)): at for key, at in root.positions.items() if key[:1] in _LOCATED or not key}
@@ -85,6 +92,7 @@ def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
         bases=root.bases,
         thresholds=thresholds,
         ground_contact=ground_contact,
+        ros2=ros2,
         positions=positions,
     )
 
@@ -142,7 +150,7 @@ def _sensor(table: Table) -> SensorSpec:
     name = read_name(table)
     dimension = _dimension(table)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, DEVICE_KEYS["sensor"], driver)
+    parameters, size = driver_parameters(table, "sensor", driver)
     return SensorSpec(
         name=name,
         driver=driver,
@@ -151,6 +159,7 @@ def _sensor(table: Table) -> SensorSpec:
         rate=table.quantity("rate", FREQUENCY, low=0.01) if "rate" in table else None,
         noise=table.quantity("noise", dimension, 0.0, low=0.0),
         dimension=dimension,
+        scale=_scale(table),
         max_age=table.quantity("max_age", TIME, low=0.0, high=math.inf) if "max_age" in table else None,
         mount=_mount(table.table("mount")) if "mount" in table else None,
         parameters=parameters,
@@ -162,6 +171,14 @@ def _sensor(table: Table) -> SensorSpec:
 
 def _mount(table: Table) -> Pose2:
     return Pose2(table.quantity("x", LENGTH, 0.0), table.quantity("y", LENGTH, 0.0), table.quantity("yaw", ANGLE, 0.0))
+
+
+def _scale(table: Table) -> float:
+    """Factor from the unit of a sensor's table to SI; 1 if the unit is faulty, which `_dimension` reports."""
+    try:
+        return parse_unit(str(table.raw("unit", "1"))).value
+    except InputError:
+        return 1.0
 
 
 def _dimension(table: Table, default: str = "1") -> Dimension:
@@ -227,7 +244,7 @@ def _actuator(table: Table, motion: str, twists: bool) -> ActuatorSpec:
         limits = actuator_limits(table, dimension, together=moves)
     age = table.quantity("max_command_age", TIME, 0.2, low=1e-3)
     driver = _class(table, "driver")
-    parameters, size = driver_parameters(table, DEVICE_KEYS["actuator"], driver)
+    parameters, size = driver_parameters(table, "actuator", driver)
     positions = {key: table.position(key) for key in parameters}
     line, isolated = table.position()[0], table.flag("isolated", False)
     return ActuatorSpec(read_name(table), driver, limits, age, parameters, size, line, positions, isolated)

@@ -12,6 +12,7 @@ from ..confine import is_file
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
 from ..device import Actuator
+from ..drivers import Ros2Settings
 from ..event import EventSink
 from ..geometry import Pose2
 from ..python_content import is_reference
@@ -48,6 +49,7 @@ class SensorSpec:
         rate: Rate of readings [Hz]; None for one in each control period.
         noise: Standard deviation of each value, in the SI unit of `dimension`.
         dimension: Physical dimension of the values.
+        scale: Factor from the declared unit to SI, for values that the driver takes from messages.
         max_age: Validity of a reading [s]; None for three sensor periods.
         mount: Pose of the sensor, body frame; None if not given.
         parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
@@ -63,6 +65,7 @@ class SensorSpec:
     rate: float | None = None
     noise: float = 0.0
     dimension: Dimension = NONE
+    scale: float = 1.0
     max_age: float | None = None
     mount: Pose2 | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
@@ -190,6 +193,7 @@ class RobotSpec:
         bases: The robot.toml files that this one is based on, nearest first.
         thresholds: Robot-specific values of named thresholds as written, with line and column, by rule file.
         ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
+        ros2: The `[ros2]` table; None if robot.toml has none.
         positions: Line and column of `model` and of the keys of `locomotion` and `body`, such as `body.length`.
     """
 
@@ -207,6 +211,7 @@ class RobotSpec:
     bases: tuple[Path, ...] = ()
     thresholds: Mapping[str, Mapping[str, tuple[Any, int, int]]] = field(default_factory=dict)
     ground_contact: tuple[str, ...] | None = None
+    ros2: Ros2Settings | None = None
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
     def position(self, table: str, *keys: str) -> tuple[int, int]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import re
 import typing
@@ -11,12 +12,13 @@ from typing import Any
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
 from ..document import Table
-from ..drivers import DRIVER_PARAMETERS, parameters_of_driver, read_parameters
+from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, parameters_of_driver, read_parameters
 from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
 from ..parameter import Parameter
 from ..python_content import is_reference
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
+from .inherit import DEVICE_KEYS
 
 _DIMENSIONS = {
     "wheel_separation": LENGTH,
@@ -118,28 +120,30 @@ def _response(table: Table, axes: Mapping[str, Table]) -> Response:
     return Response(**numbers, deceleration=braking)
 
 
-def driver_parameters(table: Table, known: Collection[str], driver: str) -> tuple[dict[str, Any], int | None]:
+def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, Any], int | None]:
     """Read the parameters of a device's driver and check them against the declaration of a shipped driver.
 
     Parameters of a user's driver are checked when its class is loaded (`drivers.parameters`), since no code runs here.
 
     Args:
         table: Table of the device.
-        known: Keys that do not belong to the driver.
+        kind: `sensor` or `actuator`.
         driver: Driver's name, or `file.py:Class`.
 
     Returns:
         Parameters, in SI units for a shipped driver and unconverted for a user's; and the number of values of the
         device, None if unknown.
     """
+    known = DEVICE_KEYS[kind]
     if is_reference(driver):
         return {key: table.raw(key) for key in table.keys() if key not in known}, None  # noqa: SIM118 - no mapping
-    if driver not in DRIVER_PARAMETERS:
+    declared = declared_parameters(driver, kind)
+    if declared is None:
         if driver:
-            hint = did_you_mean(driver, DRIVER_PARAMETERS, "rocs_bt")
+            hint = did_you_mean(driver, (*DRIVER_PARAMETERS, ROS2), "rocs_bt")
             table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
         return free_parameters(table, known), None
-    specs = parameters_of_driver(DRIVER_PARAMETERS[driver])
+    specs = parameters_of_driver(declared)
     before = len(table.faults)
     given = {name: _parameter(table, spec) for name, spec in specs.items() if name in table}
     for name, spec in specs.items():
@@ -148,10 +152,29 @@ def driver_parameters(table: Table, known: Collection[str], driver: str) -> tupl
             table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
     if len(table.faults) == before:
         try:
-            return given, read_parameters(DRIVER_PARAMETERS[driver], given, f"the driver '{driver}'").size
+            size: int | None = read_parameters(declared, given, f"the driver '{driver}'").size
+            return given, size
         except InputError as error:
             table.adopt(None, error)
     return given, None
+
+
+def ros2_settings(table: Table) -> Ros2Settings | None:
+    """Read the `[ros2]` table; None if it is faulty."""
+    before, found = len(table.faults), dict[str, Any]()
+    for field in dataclasses.fields(Ros2Settings):
+        if field.name not in table:
+            table.raw(field.name, None)  # marks the key as known, so that it is suggested for a misspelt key
+        elif field.name == "domain":
+            found["domain"] = table.integer("domain")
+        else:
+            found[field.name] = (table.flag if field.name == "use_sim_time" else table.text)(field.name)
+    if len(table.faults) == before:
+        try:
+            return Ros2Settings(**found)
+        except InputError as error:
+            table.adopt(None, error)
+    return None
 
 
 def _parameter(table: Table, spec: Parameter) -> Any:

@@ -6,6 +6,7 @@ robot.toml names a driver; each backend has a class for this name, with the same
 
 from .parameters import (
     DRIVER_PARAMETERS,
+    ROS2,
     AttitudeParameters,
     GyroParameters,
     HeightParameters,
@@ -20,13 +21,16 @@ from .parameters import (
     WheelSpeedParameters,
     WheelTravelParameters,
     constructor_parameters,
+    declared_parameters,
     driver_class,
     parameters_of_driver,
     read_parameters,
 )
+from .ros2.settings import Ros2Settings
 
 __all__ = [
     "DRIVER_PARAMETERS",
+    "ROS2",
     "AttitudeParameters",
     "GyroParameters",
     "HeightParameters",
@@ -36,11 +40,13 @@ __all__ = [
     "PositionParameters",
     "RangeConeParameters",
     "RobotSensorParameters",
+    "Ros2Settings",
     "TwistParameters",
     "VelocityParameters",
     "WheelSpeedParameters",
     "WheelTravelParameters",
     "constructor_parameters",
+    "declared_parameters",
     "driver_class",
     "parameters_of_driver",
     "read_parameters",

@@ -22,6 +22,7 @@ from ..arguments import keyword_parameters
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..parameter import Parameter, misfit
 from ..units import Bounds, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
+from .ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 T = TypeVar("T")
 
@@ -313,6 +314,22 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
     "mailbox": MailboxParameters,
     "velocity": VelocityParameters,
 }
+"""Parameters of the drivers in simulation, by name."""
+
+ROS2 = "ros2"
+"""Driver of sensors and actuators on hardware that communicate by ROS 2."""
+
+
+def declared_parameters(driver: str, kind: str) -> type | None:
+    """Parameters of a shipped driver; None if no driver has this name.
+
+    Args:
+        driver: Name of the driver.
+        kind: `sensor` or `actuator`; the driver `ros2` has both.
+    """
+    if driver == ROS2:
+        return Ros2SensorParameters if kind == "sensor" else Ros2ActuatorParameters
+    return DRIVER_PARAMETERS.get(driver)
 
 
 def parameters_of_driver(declared: type) -> dict[str, Parameter]:

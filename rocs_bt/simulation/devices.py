@@ -8,11 +8,15 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..arguments import read_arguments
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, SensorSpec, is_reference, running_class
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, SensorSpec, is_reference, robot_locomotion, running_class
 from ..device import Actuator, Sensor
-from ..drivers import constructor_parameters
+from ..drivers import ROS2, Ros2Settings, constructor_parameters, read_parameters
+from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
+from ..drivers.ros2.actuator_node import ActuatorNode, ActuatorNodeMaker, shared_node
+from ..drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from ..drivers.ros2.sensor_node import SensorNode
 from ..errors import DeviceError, Fault, InputError, located_at
 
 
@@ -40,6 +44,10 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         InputError: A user's class does not load, does not extend a MuJoCo driver, or does not take the device's keys;
             lists every fault.
     """
+    if device.driver == ROS2:
+        message = f"'{device.name}' uses ROS 2 and is not simulated."
+        hint = "To drive the robot: rocs-bt drive. To simulate, name the robot that this one is based on."
+        raise InputError(Fault(message, robot.file, device.line, hint=hint))
     if not is_reference(device.driver):
         return Driver(device.driver, device.parameters)
     wanted = MujocoSensor if isinstance(device, SensorSpec) else MujocoActuator
@@ -58,17 +66,19 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
 
 
 def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
-    """Driver of a device on hardware: always a user's class.
+    """Driver of a device on hardware: a user's class, or that of ROS 2.
 
     Raises:
         InputError: The driver is for simulation only, or the class does not load, extends neither Sensor nor Actuator,
             or does not take the device's keys; lists every fault.
     """
     kind = Sensor if isinstance(device, SensorSpec) else Actuator
+    if device.driver == ROS2:
+        return Driver(SensorNode if kind is Sensor else ActuatorNode, device.parameters)
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
-            hint = "To drive a real robot write 'file.py:Class', a Sensor or Actuator of your own."
+            hint = "For a real robot write 'ros2', or 'file.py:Class', a Sensor or Actuator of your own."
             raise InputError(Fault(message, hint=hint))
         cls = _class(catalog, robot, device)
         if not issubclass(cls, kind):
@@ -77,13 +87,20 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
     return _driver(cls, "host", robot, device)
 
 
-def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Any) -> Any:
+def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Host) -> Any:
     """Construct a device on hardware with its name, the host and its keys.
 
     Raises:
         InputError: See `hardware_driver`; or the constructor raised an exception.
         DeviceError: The constructor cannot reach the device.
     """
+    if device.driver == ROS2:
+        with located_at(robot.file, device.line):
+            return (
+                _ros2_sensor(robot, device, host)
+                if isinstance(device, SensorSpec)
+                else _ros2_maker(robot, device)(host)
+            )
     driver = hardware_driver(catalog, robot, device)
     with located_at(robot.file, device.line), driver.running(DeviceError):
         return driver.make(device.name, host, **driver.parameters)
@@ -96,11 +113,26 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
         InputError: See `make_hardware`; or the system is not POSIX.
         DeviceError: The constructor cannot reach the device.
     """
+    if actuator.driver == ROS2:
+        with located_at(robot.file, actuator.line):
+            return IsolatedActuator(_ros2_maker(robot, actuator), actuator.max_command_age)
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):
         maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters)
         return IsolatedActuator(maker, actuator.max_command_age)
+
+
+def _ros2_sensor(robot: RobotSpec, sensor: SensorSpec, host: Host) -> SensorNode:
+    given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
+    node = shared_node(robot.ros2 or Ros2Settings(), host)
+    return SensorNode(sensor.name, node, given, sensor.scale if given.values else 1.0)
+
+
+def _ros2_maker(robot: RobotSpec, actuator: ActuatorSpec) -> ActuatorNodeMaker:
+    given = read_parameters(Ros2ActuatorParameters, actuator.parameters, f"actuator '{actuator.name}'")
+    locomotion = robot_locomotion(robot.locomotion)
+    return ActuatorNodeMaker(actuator.name, robot.ros2 or Ros2Settings(), given, locomotion)
 
 
 def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> type:

@@ -5,6 +5,6 @@ return. The separate process imports only this package and its dependencies, so 
 """
 
 from .actuator import IsolatedActuator
-from .maker import DeviceMaker
+from .maker import ActuatorMaker, DeviceMaker
 
-__all__ = ["DeviceMaker", "IsolatedActuator"]
+__all__ = ["ActuatorMaker", "DeviceMaker", "IsolatedActuator"]

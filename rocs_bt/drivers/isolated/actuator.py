@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from ...device import Actuator
 from ...errors import ActuatorError, DeviceError, Fault, InputError
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
-from .maker import DeviceMaker
+from .maker import ActuatorMaker
 
 PATIENCE = 20
 """Number of checks, one per control period, without an answer after which the process counts as hung."""
@@ -43,7 +43,7 @@ class IsolatedActuator(Actuator):
         DeviceError: The driver cannot reach its device.
     """
 
-    def __init__(self, maker: DeviceMaker, max_age: float) -> None:
+    def __init__(self, maker: ActuatorMaker, max_age: float) -> None:
         if os.name != "posix":
             hint = "It needs a POSIX system, such as Linux."
             raise InputError(Fault(f"actuator '{maker.name}' cannot be isolated here.", hint=hint))
@@ -102,7 +102,7 @@ class IsolatedActuator(Actuator):
             self._process.kill()
             self._process.wait()
 
-    def _ready(self, maker: DeviceMaker, max_age: float) -> int:
+    def _ready(self, maker: ActuatorMaker, max_age: float) -> int:
         """Send the start message and wait for the driver's construction; returns the number of values of a command."""
         self._channel.send([path or os.getcwd() for path in sys.path])
         self._channel.send(Start(maker, max_age))

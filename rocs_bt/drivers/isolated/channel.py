@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...errors import Fault
-from .maker import DeviceMaker
+from .maker import ActuatorMaker
 
 _LENGTH = struct.Struct("!I")
 
@@ -26,7 +26,7 @@ class Start:
         max_age: Age of the last command at which the process sends the device to neutral [s].
     """
 
-    maker: DeviceMaker
+    maker: ActuatorMaker
     max_age: float
 
 

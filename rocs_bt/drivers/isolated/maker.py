@@ -5,12 +5,30 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from ...device import Actuator
 from ...errors import DeviceError
 from ...python_content import load_class, running_class
 from ..host import Host
+
+
+class ActuatorMaker(Protocol):
+    """Constructor call of an actuator that can be sent to another process (pickled)."""
+
+    @property
+    def name(self) -> str:
+        """Name of the actuator."""
+        ...
+
+    def __call__(self, host: Host) -> Actuator:
+        """Construct the actuator.
+
+        Raises:
+            InputError: The driver is invalid.
+            DeviceError: The device cannot be reached.
+        """
+        ...
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ class ActuatorNode(Actuator):
         name: Name of the actuator in robot.toml.
         node: Connection of the robot.
         parameters: Keys of the actuator.
-        locomotion: Locomotion whose commands the actuator takes.
+        locomotion: Locomotion of the robot.
 
     Raises:
         DeviceError: The network refuses the publisher.
@@ -92,7 +92,7 @@ class ActuatorNodeMaker:
         name: Name of the actuator.
         settings: The `[ros2]` table.
         parameters: Keys of the actuator.
-        locomotion: Locomotion whose commands the actuator takes.
+        locomotion: Locomotion of the robot.
     """
 
     name: str

@@ -6,8 +6,6 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from ...errors import DeviceError, Fault, InputError, unknown
 from .message_types import MessageTypes
 
@@ -90,6 +88,8 @@ class FieldPath:
         """
         found = self.get(message)
         try:
-            return [float(found)] if np.ndim(found) == 0 else np.asarray(found, float).ravel().tolist()
+            return (
+                list(map(float, found)) if hasattr(found, "__len__") and not isinstance(found, str) else [float(found)]
+            )
         except (TypeError, ValueError) as error:
             raise DeviceError(f"'{self.text}' has no numbers, found {found!r:.40}") from error

@@ -6,8 +6,6 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ...errors import DeviceError, Fault, InputError, unknown
 
 if TYPE_CHECKING:
@@ -145,12 +143,14 @@ class MessageTypes:
         element, length = detail
         count = length if kind.name == "ARRAY" else 0
         values = [None] * count if given is None else list(given)
+        import numpy as np
+
         numeric = element[0].name == "BASE" and element[1][0] not in ("string", "wstring")
         filled = [self._value(element, value) for value in values]
         return np.array(filled, dtype=_DTYPES.get(element[1][0], element[1][0])) if numeric else filled
 
 
-_DTYPES = {"octet": np.uint8, "byte": np.uint8, "char": np.uint8, "bool": np.bool_}
+_DTYPES = {"octet": "uint8", "char": "uint8"}
 
 
 def _message_in(of: Any) -> str:

@@ -9,10 +9,11 @@ from typing import Any
 
 from ...clock import Clock
 from ...errors import DeviceError
+from .connect import open_transport
 from .message_types import FindDefinition
 from .qos import QoS, mismatch
 from .settings import Ros2Settings
-from .transport import Endpoint, Reader, Transport, Writer, open_transport
+from .transport import Endpoint, Reader, Transport, Writer
 
 MAX_AHEAD = 0.5
 """Time by which a stamp may be in the future before the message counts as faulty [s]."""
@@ -58,11 +59,11 @@ class RosNode:
             return {topic: dict(counter) for topic, counter in self._faults.items()}
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
-        """Open a subscription of a topic, whose name may be relative; see `Transport`."""
+        """Open a subscription of a topic with a full or relative name; see `Transport`."""
         return self.transport.reader(self.settings.topic(topic), type, qos)
 
     def writer(self, topic: str, type: str, qos: QoS) -> Writer:
-        """Open a publisher of a topic, whose name may be relative; see `Transport`."""
+        """Open a publisher of a topic with a full or relative name; see `Transport`."""
         return self.transport.writer(self.settings.topic(topic), type, qos)
 
     def stamp(self, published: float) -> float:
@@ -86,7 +87,7 @@ class RosNode:
         Args:
             topic: Name of the topic.
             kind: Kind of fault, such as `malformed`.
-            error: What is wrong.
+            error: Description of the fault.
 
         Returns:
             The error with topic and count, to be raised.
@@ -111,12 +112,12 @@ class RosNode:
             return f"nothing is published on {wanted}{self._similar(reader)}"
         others = [e for e in found if e.type != reader.type]
         if len(others) == len(found):
-            return f"{wanted}: {_who(others[0])} publishes {others[0].type}, which is another type"
+            return f"{wanted}: {_named(others[0])} publishes {others[0].type}, which is another type"
         for each in found:
             if each.type == reader.type and (why := mismatch(each.qos, qos)):
                 sides = f"it offers {each.qos}, robot.toml requests {qos}"
-                return f"{wanted}: the quality of service of {_who(each)} does not match in {why}: {sides}"
-        return f"{wanted}: {_who(found[0])} has published nothing yet"
+                return f"{wanted}: the quality of service of {_named(each)} does not match in {why}: {sides}"
+        return f"{wanted}: {_named(found[0])} has published nothing yet"
 
     def close(self) -> None:
         """Close all endpoints, and leave the network."""
@@ -131,7 +132,7 @@ class RosNode:
         return f"; no topic of this type was discovered in the ROS domain {domain} ({self.settings.network})"
 
 
-def _who(endpoint: Endpoint) -> str:
+def _named(endpoint: Endpoint) -> str:
     return f"the node '{endpoint.node}'" if endpoint.node else "a node"
 
 

@@ -37,9 +37,9 @@ TAKES: Mapping[str, Mapping[str, int | None]] = {
     STRING: {"word": 1},
     TRANSFORMS: _POSE,
 }
-"""What can be taken from messages of each type with a short form, and its number of values; the first by default.
+"""Values that can be taken from messages of each type with a short form; the first by default.
 
-None if other keys declare the number.
+Each has its number of numbers; None if other keys declare this number.
 """
 
 ACTUATOR_TYPES = (TWIST, TWIST_STAMPED, ARRAY)
@@ -59,7 +59,7 @@ class Ros2SensorParameters:
         type: Message type, such as `sensor_msgs/msg/LaserScan`.
         topic: Name of the topic; a relative one is in the namespace of the `[ros2]` table.
         topics: Names of several topics of the same type, in place of `topic`; their values are concatenated.
-        take: What is taken from a message with a short form (`TAKES`); by default the first.
+        take: Value that is taken from a message with a short form (`TAKES`); by default the first.
         values: Paths to fields, such as `pose.pose.position.x`, in place of `take`.
         reliability: Requested reliability: `reliable` or `best_effort`.
         durability: Requested durability: `volatile`, or `transient_local` for a latched topic.
@@ -145,7 +145,7 @@ class Ros2SensorParameters:
 
     @property
     def taken(self) -> str:
-        """What is taken from a message; empty if `values` lists fields."""
+        """Value that is taken from a message; empty if `values` lists fields."""
         return "" if self.values else self.take or next(iter(TAKES[self.type]))
 
     @property
