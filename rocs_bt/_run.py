@@ -57,6 +57,7 @@ def drive(
 ) -> RunResult:
     """Run the agents of a scenario on their real robots, in threaded mode and real time.
 
+    The robots stay in neutral until every sensor gives fresh values, except those that robot.toml declares as optional.
     The run ends when every agent has its outcome, when the duration is over, or by SIGINT, SIGTERM or SIGHUP: first the
     wheels go to neutral, then all files are written. After that the signal has its usual effect, such as a
     KeyboardInterrupt.
@@ -72,7 +73,7 @@ def drive(
 
     Raises:
         InputError: The content is invalid, or an option needs a simulated world.
-        DeviceError: A driver cannot reach its device.
+        DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values within the option `wait`.
         KeyboardInterrupt: A signal ended the run.
     """
     catalog = catalog or Catalog.here()

@@ -18,7 +18,7 @@ from .renamed_keys import refuse_old_format, refuse_old_keys
 
 Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
-    "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount"),
+    "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "optional"),
     "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
 }
 """Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the driver's."""

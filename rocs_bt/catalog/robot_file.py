@@ -164,6 +164,7 @@ def _sensor(table: Table) -> SensorSpec:
         mount=_mount(table.table("mount")) if "mount" in table else None,
         parameters=parameters,
         size=size,
+        optional=table.flag("optional", False),
         line=table.position()[0],
         positions={key: table.position(key) for key in parameters},
     )

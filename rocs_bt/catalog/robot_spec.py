@@ -54,6 +54,7 @@ class SensorSpec:
         mount: Pose of the sensor, body frame; None if not given.
         parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
         size: Number of values of a reading; None if only a user's driver knows it.
+        optional: Whether a robot on hardware may start before the sensor gives fresh values.
         line: Line of the table in the file.
         positions: Line and column of each parameter.
     """
@@ -70,6 +71,7 @@ class SensorSpec:
     mount: Pose2 | None = None
     parameters: Mapping[str, Any] = field(default_factory=dict)
     size: int | None = None
+    optional: bool = False
     line: int = 0
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 

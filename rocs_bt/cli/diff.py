@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .run import catalog_for
+from .play_scenario import catalog_for
 from .terminal import echo, show_table, styled
 
 if TYPE_CHECKING:

@@ -23,6 +23,7 @@ from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 # Commands with their descriptions, so that `--help` loads no command.
 COMMANDS = {
     "run": "Run a scenario to its outcome and write a report.",
+    "drive": "Run a scenario on its real robots, after a check of their sensors.",
     "replay": "Re-run agents on recorded sensor data and compare their decisions; or explain one moment.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",

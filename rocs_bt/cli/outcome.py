@@ -7,6 +7,7 @@ import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..errors import RecordingError
 from ..words import counted
 from .requirements import finding_line
 from .terminal import styled
@@ -54,9 +55,21 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
         lines += _remembered(summary.knowledge)
     if report is not None:
         lines.append(f"Report: {report}")
-    why = min(summary.sim_time / 2, 5.0)
+    why = _start(summary, folder) + min(summary.sim_time / 2, 5.0)
     lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
     return "\n".join(lines)
+
+
+def _start(summary: Summary, folder: Path) -> float:
+    """Time of the first control period [s]: on hardware, the preflight check comes before it."""
+    if summary.simulated:
+        return 0.0
+    from ..record import Recording
+
+    try:
+        return Recording.open(folder).header.start
+    except RecordingError:
+        return 0.0
 
 
 def _remembered(kept: KnowledgeFile) -> list[str]:

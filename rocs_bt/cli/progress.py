@@ -59,7 +59,7 @@ class Progress:
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
         from rich.progress import Progress as Bar
 
-        digits = 1 if self._unit == "s simulated" else 0
+        digits = 1 if self._unit.startswith("s ") else 0
         count = TextColumn(f"{{task.completed:.{digits}f}} of at most {{task.total:.0f}} {self._unit}")
         left = TimeRemainingColumn()
         self._bar = Bar(

@@ -12,7 +12,7 @@ import click
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
 from ..words import counted, inactive_rule
-from .run import catalog_for
+from .play_scenario import catalog_for
 from .terminal import echo, styled
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ import click
 
 from ..catalog import Catalog
 from ..words import inactive_rule
-from .run import catalog_for
+from .play_scenario import catalog_for
 from .terminal import echo
 
 

@@ -62,6 +62,7 @@ def show_table(
     right: Sequence[int] = (),
     indent: int = 0,
     edge: int = 80,
+    err: bool = False,
     **options: Any,
 ) -> None:
     """Print a table, at most as wide as the terminal.
@@ -73,6 +74,7 @@ def show_table(
         right: Indices of right-aligned columns; if there are any, lines of the first column are not wrapped.
         indent: Spaces before each line.
         edge: Minimum width [characters] without a terminal; COLUMNS may increase it.
+        err: Whether to print to stderr.
         options: Options of `rich.table.Table`.
     """
     from rich.console import Console
@@ -84,11 +86,11 @@ def show_table(
         table.add_column(Text(safe(name)), justify="right" if i in right else "left", no_wrap=i == 0 and bool(right))
     for i, row in enumerate(rows):
         table.add_row(*(Text(safe(cell)) for cell in row), style=(styles or {}).get(i))
-    terminal, text = sys.stdout.isatty(), io.StringIO()
+    terminal, text = (sys.stderr if err else sys.stdout).isatty(), io.StringIO()
     width = max(Console().width, 80 if terminal else edge)
     Console(file=text, width=width - indent, force_terminal=terminal, highlight=False).print(table)
     for line in text.getvalue().rstrip("\n").split("\n"):
-        _write(f"{' ' * indent}{line.rstrip()}", False, True)
+        _write(f"{' ' * indent}{line.rstrip()}", err, True)
 
 
 def echo_traceback(error: BaseException) -> None:

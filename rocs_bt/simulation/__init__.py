@@ -14,6 +14,7 @@ from .options import MODES, Build, LiveView, RunChanges, RunOptions
 from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
+from .preflight import PreflightReport, SensorState
 from .random_streams import stream
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
@@ -48,6 +49,7 @@ __all__ = [
     "LiveView",
     "Metrics",
     "PhysicsThread",
+    "PreflightReport",
     "RequirementWatch",
     "Result",
     "RunChanges",
@@ -55,6 +57,7 @@ __all__ = [
     "RunResult",
     "ScriptedObject",
     "ScriptedRobot",
+    "SensorState",
     "SimulatedWorld",
     "SinkThread",
     "StopSignals",

@@ -58,8 +58,8 @@ def mujoco_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
                 f"the driver '{cls.__name__}' of '{device.name}' is not a MuJoCo driver.",
                 robot.file,
                 device.line,
-                hint=f"To simulate it extend rocs_bt.drivers.mujoco.{wanted.__name__}; to drive a real robot call "
-                "rocs_bt.drive.",
+                hint=f"To drive a real robot: rocs-bt drive SCENARIO. To simulate this one extend "
+                f"rocs_bt.drivers.mujoco.{wanted.__name__}.",
             )
         )
     return _driver(cls, "mount", robot, device)
@@ -78,7 +78,10 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
     with located_at(robot.file, device.line):
         if not is_reference(device.driver):
             message = f"the driver '{device.driver}' of '{device.name}' is for simulation only."
-            hint = "For a real robot write 'ros2', or 'file.py:Class', a Sensor or Actuator of your own."
+            hint = (
+                "To simulate this robot: rocs-bt run SCENARIO. For a real robot write 'ros2', or 'file.py:Class', a "
+                "Sensor or Actuator of your own."
+            )
             raise InputError(Fault(message, hint=hint))
         cls = _class(catalog, robot, device)
         if not issubclass(cls, kind):

@@ -10,24 +10,23 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from contextlib import ExitStack
 
-from ..agent import Agent, RobotDevices, RuleWatch, Runtime, ThreadedRunner
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, ScenarioSpec
-from ..clock import Rate, WallClock
-from ..device import Actuator
-from ..drivers.host import Host
-from ..drivers.isolated import IsolatedActuator
+import msgspec
+
+from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
+from ..catalog import Catalog, RobotSpec, ScenarioSpec
+from ..clock import WallClock
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
-from ..safety import SafetyGate
 from .build_agents import build_agents
-from .devices import make_hardware, make_isolated
-from .header import plain_header, without_world
+from .hardware_devices import HardwareDevices
+from .header import drive_command, plain_header, without_world
 from .judge_panel import JudgePanel, brake, wait_until
 from .memory import Memory
 from .options import RunOptions
 from .outcome import Judge
+from .preflight import Preflight, preflight_sensors
 from .ready_run import Relay, refuse_requirements, sharing_counts
 from .run_end import RunEnd
 from .run_files import ReportWriter
@@ -48,7 +47,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
 
     Raises:
         InputError: The content is invalid, or an option needs a simulated world.
-        DeviceError: A driver cannot reach its device.
+        DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values in time.
         KeyboardInterrupt: A signal ended the run.
     """
     options.refuse_simulation()
@@ -56,7 +55,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
     robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
     with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
-        devices = HardwareDevices(clock, spec.rate.control_rate.period, relay)
+        devices = HardwareDevices(clock, spec.rate.control_rate.period, relay, dry_run=options.dry_run)
         agents = _agents(spec, catalog, options, robots, devices, stack)
         memory = Memory(options.knowledge, agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)
@@ -64,7 +63,11 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
             spec, agents, seed=options.seed, mode="threaded", digest=catalog.digest(spec), simulated=False
         )
         refuse_requirements(spec, header.agents)
-        _begin(stack, end, without_world(header, spec, robots), agents, options)
+        preflight = _preflight(agents, robots, clock, spec.rate.control_rate.period, options)
+        ready = preflight.run(lambda: end.signals.reason)
+        header = msgspec.structs.replace(header, start=clock.now())
+        command = options.command or drive_command(spec.name, options)
+        _begin(stack, end, without_world(header, spec, robots, command=command), agents, options)
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = RunRecord(header, end.files.recorder, heard, batched=False)
         memory.start(f"{spec.name}-{options.seed}", patient=False)
@@ -72,12 +75,13 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         def check(t: float) -> None:
             record.check()
             if options.progress is not None:
-                options.progress(t)
+                options.progress(t - header.start)
 
         episode = HardwareEpisode(
             agents,
             devices,
             clock=clock,
+            start=header.start,
             duration=spec.duration if options.duration is None else options.duration,
             period=spec.rate.control_rate.period,
             sink=relay,
@@ -89,12 +93,13 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         def play() -> None:
             with SinkThread(record.sink) as thread, RuleWatch(files, clock, relay):
                 relay.open(thread)
-                episode.run()
+                episode.run() if ready else episode.interrupt()
 
         end.attempt(play)
         end.attempt(record.check)
         end.files.attempt("the knowledge", memory.close)
-        unrecorded = Unrecorded(wall_time=episode.t, sharing=sharing_counts(agents), knowledge=memory.summary())
+        took = episode.t - header.start
+        unrecorded = Unrecorded(wall_time=took, sharing=sharing_counts(agents), knowledge=memory.summary())
         end.summarise(record.summary(episode.t, unrecorded))
     return end.result()
 
@@ -120,6 +125,15 @@ def _agents(
     return agents
 
 
+def _preflight(
+    agents: Sequence[Agent], robots: Mapping[str, RobotSpec], clock: WallClock, period: float, options: RunOptions
+) -> Preflight:
+    """Preflight check of all sensors; starts the clock."""
+    clock.start()
+    sensors = [sensor for agent in agents for sensor in preflight_sensors(agent, robots[agent.name])]
+    return Preflight(sensors, clock, period, wait=options.wait, show=options.preflight)
+
+
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:
     """Begin the live page and the files of the run, if requested."""
     if options.live is not None:
@@ -128,72 +142,14 @@ def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Ag
     stack.callback(end.files.abandon)
 
 
-class HardwareDevices:
-    """Devices of all robots.
-
-    Args:
-        clock: Wall clock.
-        period: Control period [s].
-        sink: Sink for events of the safety gates.
-
-    Attributes:
-        robots: Devices by agent.
-        motion: Safety gates of the locomotion, by agent.
-        links: Isolated actuators, which run in separate processes, by agent.
-    """
-
-    def __init__(self, clock: WallClock, period: float, sink: EventSink) -> None:
-        self.clock = clock
-        self.sink = sink
-        self._period = period
-        self.robots: dict[str, RobotDevices] = {}
-        self.motion: dict[str, SafetyGate] = {}
-        self.links: dict[str, list[IsolatedActuator]] = {}
-
-    def open(
-        self,
-        name: str,
-        robot: RobotSpec,
-        rates: Mapping[str, Rate],
-        catalog: Catalog,
-        shared: ExitStack,
-        opened: ExitStack,
-    ) -> None:
-        """Open the devices of an agent's robot.
-
-        Args:
-            name: Name of the agent.
-            robot: Specification of the robot.
-            rates: Rates of the sensors in control periods, by sensor.
-            catalog: Source of the driver classes.
-            shared: Exit stack that closes the host, which the devices share.
-            opened: Exit stack that closes the devices.
-        """
-        host = Host(self.clock)
-        shared.callback(host.close)
-        sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
-        made = {a.name: opened.enter_context(closing(_actuator(catalog, robot, a, host))) for a in robot.actuators}
-        gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
-        self.robots[name] = RobotDevices(robot, sensors, gates, rates)
-        self.motion[name] = gates[robot.locomotion.actuator]
-        self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
-
-
-def _actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
-    """Device of an actuator; for an isolated actuator, the link to its process."""
-    if spec.isolated:
-        return make_isolated(catalog, robot, spec)
-    device: Actuator = make_hardware(catalog, robot, spec, host)
-    return device
-
-
 class HardwareEpisode:
     """One run on hardware. Without ground truth, the outcomes are determined from the robots' own estimates.
 
     Args:
         agents: Agents of the scenario.
         devices: Devices of their robots.
-        clock: Wall clock; it starts at zero.
+        clock: Wall clock, running.
+        start: Time of the first control period [s].
         duration: Maximum duration [s].
         period: Control period [s].
         sink: Sink for all events.
@@ -210,47 +166,52 @@ class HardwareEpisode:
         devices: HardwareDevices,
         *,
         clock: WallClock,
+        start: float,
         duration: float,
         period: float,
         sink: EventSink,
         ended: Callable[[], str],
         check: Callable[[float], None],
     ) -> None:
-        self.t = 0.0
+        self.t = start
         self._agents = agents
         self._gates = [gate for each in devices.robots.values() for gate in each.actuators.values()]
         self._motion = devices.motion
         self._links = devices.links
         self._clock = clock
-        self._duration = duration
+        self._end = start + duration
         self._period = period
         self._sink = sink
         self._ended = ended
         self._check = check
-        self._judges = {agent.name: Judge(end_on_stuck=False) for agent in agents}
+        self._judges = {agent.name: Judge(end_on_stuck=False, start=start) for agent in agents}
         self._panel = JudgePanel(agents, self._judges, sink)
         self._stuck: set[str] = set()
 
     def run(self) -> None:
         """Run until every agent has an outcome, the duration is over, or a signal ends the run."""
-        clock, never, count = self._clock, threading.Event(), 0
-        clock.start()
+        clock, never, due = self._clock, threading.Event(), self.t
         try:
             with ExitStack() as stack:
                 for agent in self._agents:
                     stack.enter_context(ThreadedRunner(agent, clock))
                 stack.callback(brake, self._agents)
-                while wait_until(clock, count * self._period, never, self._ended):
+                while wait_until(clock, due, never, self._ended):
                     self.t = clock.now()
                     self._check_all()
                     if why := self._ended():
                         self._panel.interrupt(why, at_once=True)
-                    if self._panel.over or self.t >= self._duration:
+                    if self._panel.over or self.t >= self._end:
                         break
-                    count = max(count + 1, int(self.t / self._period) + 1)
+                    due += self._period * max(1.0, math.ceil((self.t - due) / self._period))
         except BaseException as error:  # raised again after the robots stopped
             self._panel.abort(error, self.t)
             raise
+        self._panel.finish(self.t)
+
+    def interrupt(self) -> None:
+        """Give every agent the outcome of a run that a signal ended before the robots could start."""
+        self._panel.interrupt(self._ended(), at_once=True)
         self._panel.finish(self.t)
 
     def _check_all(self) -> None:

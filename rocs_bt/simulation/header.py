@@ -20,6 +20,7 @@ from ..drivers.mujoco.sensors import RangeCone
 from ..plan import TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
 from ..version import __version__
+from .options import RunOptions
 from .requirements import requirements_of
 from .simulated_world import SimulatedWorld
 
@@ -99,14 +100,16 @@ def with_scenery(
     )
 
 
-def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec]) -> RunHeader:
+def without_world(
+    header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec], *, command: str
+) -> RunHeader:
     """Header of a run on hardware: robots as boxes and the scenario's places; the world is unknown."""
     bodies = []
     for name, robot in robots.items():
         x, y = robot.length / 2.0, robot.width / 2.0
         hull = ((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ()
         bodies.append(BodyInfo(name=name, hull=hull))
-    return msgspec.structs.replace(header, bodies=tuple(bodies), places=_places(scenario))
+    return msgspec.structs.replace(header, command=command, bodies=tuple(bodies), places=_places(scenario))
 
 
 def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:
@@ -121,6 +124,19 @@ def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: floa
     parts = ["rocs-bt", "run", scenario, "--seed", str(seed)]
     parts += [] if mode == "lockstep" else ["--mode", mode]
     parts += [] if duration is None else ["--for", f"{duration:g}"]
+    return shlex.join(parts)
+
+
+def drive_command(scenario: str, options: RunOptions) -> str:
+    """Command line that repeats a run on hardware.
+
+    Args:
+        scenario: Name of the scenario.
+        options: Options of the run.
+    """
+    parts = ["rocs-bt", "drive", scenario, "--seed", str(options.seed)]
+    parts += [] if options.duration is None else ["--for", f"{options.duration:g}"]
+    parts += ["--dry-run"] if options.dry_run else []
     return shlex.join(parts)
 
 

@@ -79,10 +79,12 @@ class Metrics:
     Args:
         agents: Names of the agents.
         simulated: Whether the world was simulated; if not, metrics that need ground truth are None.
+        start: Time of the start of the run [s].
     """
 
-    def __init__(self, agents: Iterable[str], *, simulated: bool = True) -> None:
+    def __init__(self, agents: Iterable[str], *, simulated: bool = True, start: float = 0.0) -> None:
         self._simulated = simulated
+        self._start = start
         self._tallies = {name: _Tally() for name in agents}
         self._positions: dict[str, tuple[float, float]] = {}
         self._takes: dict[type[Event], Callable[[_Tally, Any], None]] = {
@@ -190,7 +192,8 @@ class Metrics:
     def _arrival(self, agent: str) -> float | None:
         """Time at which an agent reached its goal [s]; None if the agent did not, or does not exist."""
         tally = self._tallies.get(agent)
-        return None if tally is None or tally.judged is None else tally.judged.time_to_goal
+        reached = None if tally is None or tally.judged is None else tally.judged.time_to_goal
+        return None if reached is None else self._start + reached
 
 
 def _cut_off(tally: _Tally, end: float) -> OutcomeDecided:

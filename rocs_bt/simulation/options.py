@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, TypedDict
@@ -11,6 +12,7 @@ import msgspec
 from ..errors import InputError
 from ..event import EventSink
 from ..record import RunHeader
+from .preflight import PreflightReport
 from .simulated_world import SimulatedWorld
 from .stop_signals import StopSignals
 
@@ -32,6 +34,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     """Options of a run, in simulation with `run` or on hardware with `drive`.
 
     `drive` does not accept `prepare`, `view` and `video`, which need a simulated world. Its mode is always `threaded`.
+    `wait`, `dry_run` and `preflight` are for `drive` only.
 
     Attributes:
         seed: Seed of the episode.
@@ -50,9 +53,12 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
         live: Live page of the run, with its context entered; the run then keeps pace with the wall clock.
-        command: Command line that repeats this run, for the report; `rocs-bt run ...` if empty.
+        command: Command line that repeats this run, for the report; `rocs-bt run ...` or `rocs-bt drive ...` if empty.
         signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
             a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.
+        wait: Time for which `drive` waits for a missing sensor before it gives up [s].
+        dry_run: Whether `drive` opens no actuator, so that no device gets any command, not even neutral.
+        preflight: Observer of the preflight check of `drive`, called at each check.
     """
 
     seed: int = 1
@@ -72,10 +78,15 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     live: LiveView | None = None
     command: str = ""
     signals: StopSignals | None = None
+    wait: float = 10.0
+    dry_run: bool = False
+    preflight: Callable[[PreflightReport], None] | None = None
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
             raise InputError(f"unknown mode '{self.mode}'. Modes: {', '.join(MODES)}.")
+        if not 0.0 <= self.wait < math.inf:
+            raise InputError(f"the time to wait for sensors must be 0 s or more and finite, found {self.wait:g} s.")
 
     def refuse_simulation(self) -> None:
         """Refuse the options that need a simulated world.
@@ -86,6 +97,15 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         given = {"prepare": self.prepare is not None, "view": self.view, "video": self.video is not None}
         if names := [name for name, is_given in given.items() if is_given]:
             raise InputError(f"on hardware nothing is simulated: remove the option {' and '.join(names)}.")
+
+    def refuse_hardware(self) -> None:
+        """Refuse the options that need hardware.
+
+        Raises:
+            InputError: One of them is given.
+        """
+        if self.dry_run:
+            raise InputError("a simulated robot is not in danger: the option dry_run is for `drive` only.")
 
 
 class RunChanges(TypedDict, total=False):
@@ -108,3 +128,6 @@ class RunChanges(TypedDict, total=False):
     live: LiveView | None
     command: str
     signals: StopSignals | None
+    wait: float
+    dry_run: bool
+    preflight: Callable[[PreflightReport], None] | None

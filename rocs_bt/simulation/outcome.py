@@ -102,11 +102,12 @@ class Judge:
         end_on_collision: Whether a collision decides the outcome immediately.
         end_on_stuck: Whether a lack of progress decides the outcome immediately. If not, a lack of progress counts only
             if it lasts until the end of the run.
+        start: Time of the start of the run, from which `time_to_goal` counts [s].
 
     Attributes:
         stuck: Reason why the robot counts as stuck now; empty if it is not stuck.
         stuck_rule: Rule with the reflexes that held the stuck robot longest; empty if there is none.
-        time_to_goal: Time at which the goal was reached [s]; None before that.
+        time_to_goal: Time from the start at which the goal was reached [s]; None before that.
         decided: Whether the outcome is final.
     """
 
@@ -118,7 +119,9 @@ class Judge:
         after: Sequence[tuple[Goal, float]] = (),
         end_on_collision: bool = False,
         end_on_stuck: bool = True,
+        start: float = 0.0,
     ) -> None:
+        self._start = start
         self.stuck = ""
         self.stuck_rule = ""
         self._end_on_stuck = end_on_stuck
@@ -172,7 +175,7 @@ class Judge:
         there = not self._after and (self._goal is None or self._at_goal)
         succeeded = there and agent.status == "SUCCESS"
         if self.time_to_goal is None and (succeeded or (there and self._at_end)):
-            self.time_to_goal = t
+            self.time_to_goal = t - self._start
         if succeeded and not self._at_end:
             self._note("success", "", decides=True)
         elif agent.status == "FAILURE":

@@ -32,6 +32,7 @@ def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_re
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """
+    options.refuse_hardware()
     end = RunEnd(options, write_report)
     with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()

@@ -42,7 +42,7 @@ def make_summary(
         end: Time of the end of the run [s].
         unrecorded: Parts that no event contains.
     """
-    wall_time, sharing = unrecorded.wall_time, unrecorded.sharing
+    wall_time, sharing, duration = unrecorded.wall_time, unrecorded.sharing, end - header.start
     return Summary(
         scenario=header.scenario,
         seed=header.seed,
@@ -50,9 +50,9 @@ def make_summary(
         simulated=header.simulated,
         versions=header.versions,
         content_hash=header.content_hash,
-        sim_time=end,
+        sim_time=duration,
         wall_time=wall_time,
-        real_time_factor=None if wall_time is None else end / max(wall_time, 1e-9),
+        real_time_factor=None if wall_time is None else duration / max(wall_time, 1e-9),
         trajectory_hash=unrecorded.trajectory_hash,
         agents={
             agent.name: metrics.of(agent, end, sharing.get(agent.name), requirements.of(agent.name))
@@ -72,7 +72,7 @@ def summary_of(recording: Recording) -> Summary:
         RecordingError: The recording is damaged, or lacks an agent's signals.
     """
     header, end = recording.header, recording.header.start
-    metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated)
+    metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated, start=header.start)
     requirements = RequirementWatch(header.requirements, header.agents)
     judged = False
     for event in recording.events():

@@ -44,7 +44,7 @@ def test_worker_processes_are_jobs(rocs_bt, name):
 def test_one_name_for_one_thing():
     every = {text for name in FOUND for text in options(name)}
     assert {"--jobs", "--out", "--dry-run", "--tree", "--scenes", "--stop-early", "--cell-size"} <= every
-    others = "--workers --processes --threads --output --keep --dry --main --scenarios --early --cell"
+    others = "--workers --processes --threads --output --keep --main --scenarios --early --cell"
     assert not every & set(others.split())
     assert {type(options(name)["--out"].type) for name in FOUND if "--out" in options(name)} == {click.Path}
     for flag in ("--json", "--no-code"):

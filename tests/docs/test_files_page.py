@@ -56,6 +56,7 @@ rate = "20 Hz"
 noise = "1 cm"
 unit = "m"
 max_age = "0.2 s"
+optional = true
 mount = { x = "0.1 m", y = "0 m", yaw = "10 deg" }
 # zzz robot.sensor
 [[actuator]]

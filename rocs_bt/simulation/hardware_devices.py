@@ -1,0 +1,89 @@
+"""Devices of all robots of a run on hardware, behind their safety gates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack, closing
+
+from ..agent import RobotDevices
+from ..catalog import ActuatorSpec, Catalog, RobotSpec, command_size
+from ..clock import Rate, WallClock
+from ..device import Actuator
+from ..drivers.host import Host
+from ..drivers.isolated import IsolatedActuator
+from ..event import EventSink
+from ..safety import SafetyGate
+from .devices import hardware_driver, make_hardware, make_isolated
+
+
+class HardwareDevices:
+    """Devices of all robots.
+
+    Args:
+        clock: Wall clock.
+        period: Control period [s].
+        sink: Sink for events of the safety gates.
+        dry_run: Whether no actuator is opened, so that no device gets a command.
+
+    Attributes:
+        robots: Devices by agent.
+        motion: Safety gates of the locomotion, by agent.
+        links: Isolated actuators, which run in separate processes, by agent.
+    """
+
+    def __init__(self, clock: WallClock, period: float, sink: EventSink, *, dry_run: bool = False) -> None:
+        self.clock = clock
+        self.sink = sink
+        self._period = period
+        self._dry_run = dry_run
+        self.robots: dict[str, RobotDevices] = {}
+        self.motion: dict[str, SafetyGate] = {}
+        self.links: dict[str, list[IsolatedActuator]] = {}
+
+    def open(
+        self,
+        name: str,
+        robot: RobotSpec,
+        rates: Mapping[str, Rate],
+        catalog: Catalog,
+        shared: ExitStack,
+        opened: ExitStack,
+    ) -> None:
+        """Open the devices of an agent's robot.
+
+        Args:
+            name: Name of the agent.
+            robot: Specification of the robot.
+            rates: Rates of the sensors in control periods, by sensor.
+            catalog: Source of the driver classes.
+            shared: Exit stack that closes the host, which the devices share.
+            opened: Exit stack that closes the devices.
+        """
+        host = Host(self.clock)
+        shared.callback(host.close)
+        sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
+        made = {a.name: opened.enter_context(closing(self._actuator(catalog, robot, a, host))) for a in robot.actuators}
+        gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
+        self.robots[name] = RobotDevices(robot, sensors, gates, rates)
+        self.motion[name] = gates[robot.locomotion.actuator]
+        self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
+
+    def _actuator(self, catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
+        """Device of an actuator; for an isolated actuator, the link to its process; in a dry run, none."""
+        if self._dry_run:
+            hardware_driver(catalog, robot, spec)  # refuses what a real run refuses
+            return NoActuator(spec.name, command_size(robot, spec))
+        if spec.isolated:
+            return make_isolated(catalog, robot, spec)
+        device: Actuator = make_hardware(catalog, robot, spec, host)
+        return device
+
+
+class NoActuator(Actuator):
+    """Actuator of a dry run, without a device."""
+
+    def command(self, values: Sequence[float]) -> None:
+        """Ignore the command; the agent records it."""
+
+    def neutral(self) -> None:
+        """Do nothing."""

@@ -1,0 +1,263 @@
+"""Preflight check of a run on hardware: the robots stay in neutral until every needed sensor gives fresh values."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import msgspec
+
+from ..agent import Agent
+from ..catalog import RobotSpec, SensorSpec
+from ..clock import WallClock
+from ..device import Sensor
+from ..errors import DeviceError, interrupts
+from ..raised import Raised
+from ..words import counted
+from .judge_panel import wait_until
+
+OBSERVED = 0.5
+"""Minimum duration of the preflight check, in which the rates are measured [s]."""
+
+_SAMPLES = 40  # number of newest samples over which a rate is measured
+_SOURCES = ("topic", "topics", "address", "port", "device")  # keys of a driver that say where the values come from
+_STILL_FRESH = 5e-7  # [s] rounding tolerance, as in Monitor
+
+
+class SensorState(msgspec.Struct, frozen=True, kw_only=True):
+    """State of a sensor before the start.
+
+    Attributes:
+        agent: Name of the agent.
+        sensor: Name of the sensor.
+        driver: Driver, as in robot.toml.
+        source: Topic, address or port from which the driver reads; empty if robot.toml has none.
+        rate: Measured rate of new samples [Hz]; None before the second sample.
+        declared_rate: Rate at which the sensor will be read [Hz].
+        age: Age of the newest sample [s]; None without a sample.
+        size: Number of values of the newest sample.
+        problem: Reason why the values are not usable, such as `no sample: ...`; empty if they are fresh.
+        needed_for: Uses of the sensor's signals, such as `pose` and the rule files; empty if the engine knows of none.
+        optional: Whether robot.toml declares that the robot may start without the sensor.
+    """
+
+    agent: str
+    sensor: str
+    driver: str
+    source: str
+    rate: float | None
+    declared_rate: float
+    age: float | None
+    size: int
+    problem: str
+    needed_for: tuple[str, ...]
+    optional: bool
+
+    @property
+    def blocks(self) -> bool:
+        """Whether the robots must not start because of this sensor."""
+        return bool(self.problem) and not self.optional
+
+
+class PreflightReport(msgspec.Struct, frozen=True, kw_only=True):
+    """State of all sensors before the start.
+
+    Attributes:
+        t: Time since the beginning of the preflight check [s].
+        sensors: States of the sensors, in the order of the agents and of robot.toml.
+        paused: Reason why the robots must not start although their sensors are fresh; empty without one.
+        over: Whether this is the last report, so that the robots start, or the check has failed.
+    """
+
+    t: float
+    sensors: tuple[SensorState, ...]
+    paused: str = ""
+    over: bool = False
+
+    @property
+    def missing(self) -> tuple[SensorState, ...]:
+        """Sensors because of which the robots must not start."""
+        return tuple(state for state in self.sensors if state.blocks)
+
+
+class PreflightSensor:
+    """Sensor that is observed before the start.
+
+    Args:
+        agent: Name of the agent.
+        spec: Table of the sensor in robot.toml.
+        sensor: Device.
+        rate: Rate at which the sensor will be read [Hz].
+        max_age: Age up to which a sample is fresh [s].
+        needed_for: Uses of the sensor's signals.
+    """
+
+    def __init__(
+        self, agent: str, spec: SensorSpec, sensor: Sensor, *, rate: float, max_age: float, needed_for: tuple[str, ...]
+    ) -> None:
+        self._agent = agent
+        self._spec = spec
+        self._sensor = sensor
+        self._rate = rate
+        self._max_age = max_age
+        self._needed_for = needed_for
+        self._stamps: deque[float] = deque(maxlen=_SAMPLES)
+
+    def state(self, now: Callable[[], float]) -> SensorState:
+        """Read the sensor and check the sample.
+
+        Args:
+            now: Function that returns the present time on the clock of the stamps [s].
+        """
+        age, size, problem = self._read(now)
+        stamps = self._stamps
+        span = stamps[-1] - stamps[0] if len(stamps) > 1 else 0.0
+        return SensorState(
+            agent=self._agent,
+            sensor=self._spec.name,
+            driver=self._spec.driver,
+            source=_source(self._spec.parameters),
+            rate=(len(stamps) - 1) / span if span > 0.0 else None,
+            declared_rate=self._rate,
+            age=age,
+            size=size,
+            problem=problem,
+            needed_for=self._needed_for,
+            optional=self._spec.optional,
+        )
+
+    def _read(self, now: Callable[[], float]) -> tuple[float | None, int, str]:
+        """Age of the newest sample [s], number of its values, and the reason why they are not usable."""
+        try:
+            reading = self._sensor.read()
+            stamp, values = reading.stamp, list(map(float, reading.values))
+        except DeviceError as error:
+            return None, 0, f"no sample: {error}"
+        except BaseException as error:  # a driver may raise anything
+            if interrupts(error):
+                raise
+            return None, 0, f"exception: {Raised.of('sensor', self._spec.name, error, self._sensor.read)}"
+        if not self._stamps or stamp > self._stamps[-1]:
+            self._stamps.append(stamp)
+        age, invalid = now() - stamp, sum(map(math.isnan, values))
+        if not -self._max_age <= age <= self._max_age + _STILL_FRESH:  # also a stamp that is NaN
+            when = f"{age:.2f} s old" if age >= 0.0 else f"stamped {-age:.2f} s in the future"
+            return age, len(values), f"stale: its newest sample is {when}; allowed are {self._max_age:.2f} s"
+        problem = f"{invalid} of {counted(len(values), 'value')} NaN" if invalid else ""
+        return age, len(values), problem
+
+
+class Preflight:
+    """Check of all sensors before the robots may move.
+
+    Args:
+        sensors: Sensors of all robots.
+        clock: Clock of the sensors' stamps, running.
+        period: Interval between two checks [s].
+        wait: Time for which needed sensors may be missing [s].
+        show: Observer, called at each check; None for none.
+    """
+
+    def __init__(
+        self,
+        sensors: Sequence[PreflightSensor],
+        clock: WallClock,
+        period: float,
+        *,
+        wait: float,
+        show: Callable[[PreflightReport], None] | None = None,
+    ) -> None:
+        self._sensors = sensors
+        self._clock = clock
+        self._period = period
+        self._wait = wait
+        self._show = show or (lambda report: None)
+
+    def run(self, ended: Callable[[], str], paused: Callable[[], str] = lambda: "") -> bool:
+        """Wait until all needed sensors are fresh and nothing else prevents the start.
+
+        Args:
+            ended: Returns the reason of a signal that ends the run, or an empty text.
+            paused: Returns the reason why the robots must not start yet, such as an emergency stop; or an empty text.
+
+        Returns:
+            Whether the robots may start; False if a signal ended the run.
+
+        Raises:
+            DeviceError: A needed sensor was not fresh for the whole time `wait`; names all such sensors and reasons.
+        """
+        begun = fresh = self._clock.now()
+        never = threading.Event()
+        while not ended():
+            states, now = tuple(sensor.state(self._clock.now) for sensor in self._sensors), self._clock.now()
+            report = PreflightReport(t=now - begun, sensors=states, paused=paused())
+            if not report.missing:
+                fresh = now
+                if report.t >= OBSERVED and not report.paused:
+                    self._show(msgspec.structs.replace(report, over=True))
+                    return True
+            elif now - fresh >= max(self._wait, OBSERVED):
+                self._show(msgspec.structs.replace(report, over=True))
+                raise DeviceError(_refusal(report.missing, self._wait))
+            self._show(report)
+            wait_until(self._clock, now + self._period, never, ended)
+        return False
+
+
+def preflight_sensors(agent: Agent, robot: RobotSpec) -> list[PreflightSensor]:
+    """Sensors of an agent for the preflight check, in the order of robot.toml."""
+    uses, found = _uses(agent, robot), {}
+    for monitor in agent.monitors:
+        for monitored in monitor.monitored:
+            name = monitored.sensor.name
+            spec = next(each for each in robot.sensors if each.name == name)
+            found[name] = PreflightSensor(
+                agent.name,
+                spec,
+                monitored.sensor,
+                rate=monitored.rate.hz,
+                max_age=monitor.max_age,
+                needed_for=tuple(uses.get(monitor.name, ())),
+            )
+    return [found[spec.name] for spec in robot.sensors if spec.name in found]
+
+
+def _uses(agent: Agent, robot: RobotSpec) -> Mapping[str, list[str]]:
+    """Uses of each monitor's signals, directly or through analysers: `pose`, and the rule files that read them."""
+    table = agent.knowledge.signals
+    sources: dict[str, list[str]] = {signal.name: [m.name] for m in agent.monitors for signal in m.signals()}
+    heard = {spec.name: spec.monitors for spec in robot.analyzers}
+    for analyze in agent.analyzes:
+        for signal in analyze.signals():
+            sources[signal.name] = list(heard.get(analyze.name, ()))
+    reads = {"pose": {"pose"}}
+    for file in agent.rule_files:
+        indices = {i for rule in file.model.rules.rules for node in rule.nodes() for i in node.reads()}
+        reads[file.model.rules.name] = {name for name in table.names if indices & _indices(table.slice_of(name))}
+    uses: dict[str, list[str]] = {}
+    for use, names in reads.items():
+        for monitor in dict.fromkeys(monitor for name in names for monitor in sources.get(name, ())):
+            uses.setdefault(monitor, []).append(use)
+    return uses
+
+
+def _indices(values: slice) -> set[int]:
+    return set(range(values.start, values.stop))
+
+
+def _source(parameters: Mapping[str, Any]) -> str:
+    found = next((parameters[key] for key in _SOURCES if key in parameters), "")
+    return ", ".join(map(str, found)) if isinstance(found, (list, tuple)) else str(found)
+
+
+def _refusal(missing: Sequence[SensorState], wait: float) -> str:
+    reasons = "".join(f"\n  {state.agent}/{state.sensor}: {state.problem}" for state in missing)
+    those = "it" if len(missing) == 1 else "all"
+    return (
+        f"the robots were not started: {counted(len(missing), 'needed sensor')} without fresh values for {wait:g} s."
+        f"{reasons}\nConnect {those}, or declare a sensor that the mission does not need as optional in robot.toml: "
+        "optional = true."
+    )
