@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from abc import ABC, abstractmethod
@@ -45,7 +46,7 @@ class SimulatedClock(Clock):
 
 
 class WallClock(Clock):
-    """Real time since the call of `start` [s].
+    """Real time since the call of `start` [s]; base class of clocks that run by themselves.
 
     Args:
         running: Whether the clock starts at once. If False, its time is 0 until `start`, so that the time of the set-up
@@ -64,8 +65,22 @@ class WallClock(Clock):
     def now(self) -> float:
         return 0.0 if self._start is None else time.monotonic() - self._start
 
-    def wait_until(self, deadline: float, stop: threading.Event) -> bool:
-        """Sleep until a time on this clock [s], or until `stop` is set; returns False if `stop` is set."""
+    def wall_time(self, duration: float) -> float:
+        """Wall-clock time that a duration on this clock takes at present [s]."""
+        return duration
+
+    def wait_until(self, deadline: float, stop: threading.Event, patience: float = math.inf) -> bool:
+        """Sleep until a time on this clock, until `stop` is set, or until the patience is over.
+
+        Args:
+            deadline: Time on this clock [s].
+            stop: Event that ends the sleep.
+            patience: Maximum wall-clock time to sleep [s]; it matters for a clock that may stand still.
+
+        Returns:
+            False if `stop` is set.
+        """
+        deadline = min(deadline, self.now() + patience)
         while (remaining := deadline - self.now()) > 0.0:
             if stop.wait(remaining):
                 return False

@@ -124,8 +124,10 @@ class ThreadedRunner:
         plan, now = self.agent.plan, self._clock.now
         if not self._clock.wait_until(self._plan_called_at + self._period, self._stop):
             return False
-        if (remaining := self._plan_at - now()) > 0.0:
-            plan.inbox.wait(remaining, lambda: self._stop.is_set() or plan.called)
+        while (remaining := self._plan_at - now()) > 0.0 and not self._stop.is_set():
+            patience = self._clock.wall_time(remaining)
+            if plan.inbox.wait(patience, lambda: self._stop.is_set() or plan.called) or plan.called:
+                break
         self._plan_called_at = now()
         self._plan_at = self._plan_called_at + self.agent.rates.plan.every * self._period
         return not self._stop.is_set()
@@ -133,10 +135,11 @@ class ThreadedRunner:
     def _wait_execute(self) -> bool:
         """Wait for the end of the control period, or until another ticket has the highest priority."""
         pipeline, now = self.agent.pipeline, self._clock.now
-        while pipeline.wait(max(self._act_at - now(), 0.0)):
+        wall_time = self._clock.wall_time
+        while (called := pipeline.wait(wall_time(max(self._act_at - now(), 0.0)))) or now() < self._act_at:
             if self._stop.is_set():
                 return False
-            if pipeline.top() is not self.agent.execute.running:
+            if called and pipeline.top() is not self.agent.execute.running:
                 self._act_at = now() + self._period  # the next period begins now: at most one action step per period
                 return True
         late = now() > self._act_at + self._period

@@ -24,6 +24,7 @@ from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 COMMANDS = {
     "run": "Run a scenario to its outcome and write a report.",
     "drive": "Run a scenario on its real robots, after a check of their sensors.",
+    "sim": "Simulate the robots of a scenario as ROS 2 robots.",
     "replay": "Re-run agents on recorded sensor data and compare their decisions; or explain one moment.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",

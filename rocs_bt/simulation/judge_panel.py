@@ -143,6 +143,6 @@ def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: 
         False if `stop` was set.
     """
     while not ended() and clock.now() < deadline:
-        if not clock.wait_until(min(deadline, clock.now() + SLICE), stop):
+        if not clock.wait_until(deadline, stop, SLICE):
             return False
     return not stop.is_set()

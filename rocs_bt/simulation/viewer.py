@@ -47,9 +47,14 @@ class Viewer:
         self._handle.close()
 
     def __call__(self, t: float) -> bool:
-        """Show the world at time t [s]; False if the window was closed."""
+        """Show the world at time t [s], not before the wall clock has reached it; False if the window was closed."""
+        going = self.show()
+        self._pace(t)
+        return going
+
+    def show(self) -> bool:
+        """Show the present state of the world; False if the window was closed."""
         with self._world.lock:
             self._world.update_poses()
             self._handle.sync()
-        self._pace(t)
         return bool(self._handle.is_running())

@@ -111,12 +111,12 @@ class WheelSpeed(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        wanted = read_parameters(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
-        self._motors = mount.world.motors(mount.robot, wanted.motors)
-        self._factors = wanted.factors
+        self.parameters = read_parameters(WheelSpeedParameters, parameters, f"wheel_speed sensor '{name}'")
+        self.motors = mount.world.motors(mount.robot, self.parameters.motors)
+        self._factors = self.parameters.factors
 
     def sample(self) -> list[float]:
-        speeds = self.mount.world.motor_speeds(self._motors)
+        speeds = self.mount.world.motor_speeds(self.motors)
         return [s * f for s, f in zip(speeds, self._factors, strict=True)]
 
 
@@ -127,11 +127,11 @@ class WheelTravel(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self._parameters = read_parameters(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
-        self._motors = mount.world.motors(mount.robot, self._parameters.motors)
+        self.parameters = read_parameters(WheelTravelParameters, parameters, f"wheel_travel sensor '{name}'")
+        self.motors = mount.world.motors(mount.robot, self.parameters.motors)
 
     def sample(self) -> list[float]:
-        return self._parameters.travel(self.mount.world.motor_angles(self._motors))
+        return self.parameters.travel(self.mount.world.motor_angles(self.motors))
 
 
 class Gyro(MujocoSensor):

@@ -1,0 +1,172 @@
+"""Fields of standard messages, as nested mappings for `MessageTypes.make`. SI units, frames of REP 103 and REP 105."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ...geometry import Pose3, Twist3
+
+Fields = dict[str, Any]
+
+
+def time_fields(t: float) -> Fields:
+    """Fields of a builtin_interfaces/msg/Time, to the nearest nanosecond."""
+    seconds, nanoseconds = divmod(round(t * 1e9), 1_000_000_000)
+    return {"sec": seconds, "nanosec": nanoseconds}
+
+
+def clock(t: float) -> Fields:
+    """Fields of a rosgraph_msgs/msg/Clock."""
+    return {"clock": time_fields(t)}
+
+
+def laser_scan(
+    stamp: float,
+    frame: str,
+    ranges: Sequence[float] | npt.NDArray[np.float32],
+    *,
+    first: float,
+    step: float,
+    limits: Sequence[float],
+    period: float = 0.0,
+) -> Fields:
+    """Fields of a sensor_msgs/msg/LaserScan, whose rays are all taken at the same time.
+
+    Args:
+        stamp: Time of the scan [s].
+        frame: Frame of the scanner.
+        ranges: Range of each ray [m], +inf without an echo, NaN if invalid, shape (n,).
+        first: Direction of the first ray, left positive [rad].
+        step: Angle from a ray to the next [rad].
+        limits: Minimum and maximum range [m].
+        period: Time between scans [s].
+    """
+    return {
+        "header": _header(stamp, frame),
+        "angle_min": first,
+        "angle_max": first + step * (len(ranges) - 1),
+        "angle_increment": step,
+        "scan_time": period,
+        "range_min": limits[0],
+        "range_max": limits[1],
+        "ranges": ranges,
+    }
+
+
+def sonar_range(stamp: float, frame: str, distance: float, *, opening: float, limits: Sequence[float]) -> Fields:
+    """Fields of a sensor_msgs/msg/Range of an ultrasonic sensor, along the x axis of its frame.
+
+    Args:
+        stamp: Time of the measurement [s].
+        frame: Frame of the sensor.
+        distance: Range [m], +inf without an echo.
+        opening: Opening angle of the beam [rad].
+        limits: Minimum and maximum range [m].
+    """
+    return {
+        "header": _header(stamp, frame),
+        "radiation_type": 0,  # ULTRASOUND
+        "field_of_view": opening,
+        "min_range": limits[0],
+        "max_range": limits[1],
+        "range": distance,
+    }
+
+
+def odometry(stamp: float, frame: str, child: str, pose: Pose3, twist: Twist3) -> Fields:
+    """Fields of a nav_msgs/msg/Odometry, without covariances.
+
+    Args:
+        stamp: Time of the pose [s].
+        frame: Frame of the pose.
+        child: Frame of the body, and of the twist.
+        pose: Pose of the body.
+        twist: Velocity of the body.
+    """
+    return {
+        "header": _header(stamp, frame),
+        "child_frame_id": child,
+        "pose": {"pose": {"position": _vector(*pose[:3]), "orientation": _quaternion(pose)}},
+        "twist": {"twist": twist_fields(twist)},
+    }
+
+
+def pose_with_covariance(stamp: float, frame: str, pose: Pose3, position_noise: float, heading_noise: float) -> Fields:
+    """Fields of a geometry_msgs/msg/PoseWithCovarianceStamped.
+
+    Args:
+        stamp: Time of the pose [s].
+        frame: Frame of the pose.
+        pose: Measured pose.
+        position_noise: Standard deviation of each coordinate [m].
+        heading_noise: Standard deviation of the heading [rad].
+    """
+    covariance = [0.0] * 36  # of x, y, z, roll, pitch, yaw
+    for row in range(3):
+        covariance[7 * row] = position_noise**2
+    covariance[35] = heading_noise**2
+    measured = {"position": _vector(*pose[:3]), "orientation": _quaternion(pose)}
+    return {"header": _header(stamp, frame), "pose": {"pose": measured, "covariance": covariance}}
+
+
+def imu(stamp: float, frame: str, turn_rate: float) -> Fields:
+    """Fields of a sensor_msgs/msg/Imu of a gyro about z [rad/s], marked as without orientation and acceleration."""
+    unknown = [-1.0, *[0.0] * 8]
+    return {
+        "header": _header(stamp, frame),
+        "orientation_covariance": unknown,
+        "angular_velocity": _vector(0.0, 0.0, turn_rate),
+        "linear_acceleration_covariance": unknown,
+    }
+
+
+def joint_state(stamp: float, names: Sequence[str], positions: Sequence[float], velocities: Sequence[float]) -> Fields:
+    """Fields of a sensor_msgs/msg/JointState.
+
+    Args:
+        stamp: Time of the state [s].
+        names: Names of the joints.
+        positions: Angles [rad], shape (n,).
+        velocities: Angular speeds [rad/s], shape (n,).
+    """
+    return {"header": _header(stamp, ""), "name": list(names), "position": positions, "velocity": velocities}
+
+
+def transform(stamp: float, frame: str, child: str, pose: Pose3) -> Fields:
+    """Fields of a geometry_msgs/msg/TransformStamped: the pose of the frame `child` in `frame`."""
+    turned = {"translation": _vector(*pose[:3]), "rotation": _quaternion(pose)}
+    return {"header": _header(stamp, frame), "child_frame_id": child, "transform": turned}
+
+
+def transforms(parts: Sequence[Mapping[str, Any]]) -> Fields:
+    """Fields of a tf2_msgs/msg/TFMessage."""
+    return {"transforms": list(parts)}
+
+
+def twist_fields(twist: Twist3) -> Fields:
+    """Fields of a geometry_msgs/msg/Twist."""
+    return {"linear": _vector(twist.forward, twist.left, twist.up), "angular": _vector(0.0, 0.0, twist.turn)}
+
+
+def twist_of(message: Any) -> Twist3:
+    """Velocity of a body from a Twist or TwistStamped message; the turn rates about x and y are ignored."""
+    twist = getattr(message, "twist", message)
+    linear = twist.linear
+    return Twist3(linear.x, linear.y, linear.z, twist.angular.z)
+
+
+def _header(stamp: float, frame: str) -> Fields:
+    return {"stamp": time_fields(stamp), "frame_id": frame}
+
+
+def _vector(x: float, y: float, z: float) -> Fields:
+    return {"x": x, "y": y, "z": z}
+
+
+def _quaternion(pose: Pose3) -> Fields:
+    w, x, y, z = pose.quaternion
+    return {"x": x, "y": y, "z": z, "w": w}

@@ -1,0 +1,380 @@
+"""Topics of a simulated robot: its sensors' readings as standard ROS 2 messages."""
+
+from __future__ import annotations
+
+import math
+import re
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ..agent import RobotDevices
+from ..clock import Rate
+from ..control.locomotion import Locomotion
+from ..device import Sensor
+from ..drivers.mujoco import DriverWorld
+from ..drivers.mujoco.lidar import Lidar
+from ..drivers.mujoco.sensors import (
+    Gyro,
+    MailboxSensor,
+    Orientation,
+    Position,
+    RangeCone,
+    WheelSpeed,
+    WheelTravel,
+)
+from ..drivers.ros2 import messages
+from ..drivers.ros2.qos import QoS
+from ..drivers.ros2.transport import Transport
+from ..geometry import Pose2, Pose3, Twist3, along_arc
+
+T = TypeVar("T")
+
+STATE = QoS("reliable", "volatile", 10)
+"""Quality of service of odometry, joint states and transforms, as robots offer it."""
+
+TRANSFORMS = QoS("reliable", "volatile", 100)
+"""Quality of service of `/tf`, as tf2 offers it."""
+
+MAP, ODOM, BASE = "map", "odom", "base_link"
+"""Frames of REP 105."""
+
+
+class Publisher:
+    """Publisher of one topic.
+
+    Args:
+        transport: Network.
+        topic: Full name of the topic.
+        type: Message type.
+        qos: Offered quality of service.
+        hz: Rate of its messages, for displays [Hz]; 0 if it has no fixed rate.
+    """
+
+    def __init__(self, transport: Transport, topic: str, type: str, qos: QoS, hz: float = 0.0) -> None:
+        self.topic = topic
+        self.hz = hz
+        self.type = type
+        self._types = transport.types
+        self._writer = transport.writer(topic, type, qos)
+
+    def send(self, fields: Mapping[str, Any]) -> None:
+        """Publish a message, given by its fields."""
+        self._writer.write(self._types.serialize(self._types.make(self.type, **fields)))
+
+
+@dataclass
+class Names:
+    """Names of a robot on the network.
+
+    Attributes:
+        robot: Name of the robot in the world.
+        namespace: Namespace of its topics, and prefix of its frames; empty for none.
+        transport: Network.
+        tf: Publisher of transforms, which all robots share.
+        statics: Constant transforms, which the outputs add.
+        publishers: Publishers of the robot.
+    """
+
+    robot: str
+    namespace: str
+    transport: Transport
+    tf: Publisher
+    statics: list[messages.Fields] = field(default_factory=list)
+    publishers: list[Publisher] = field(default_factory=list)
+
+    def topic(self, name: str) -> str:
+        """Full name of a topic."""
+        return "/" + "/".join(part for part in (self.namespace, name) if part)
+
+    def frame(self, name: str) -> str:
+        """Full name of a frame."""
+        return f"{self.namespace}/{name}" if self.namespace else name
+
+    def publisher(self, name: str, type: str, qos: QoS, rate: Rate) -> Publisher:
+        """Open a publisher of this robot."""
+        made = Publisher(self.transport, self.topic(name), type, qos, rate.hz)
+        self.publishers.append(made)
+        return made
+
+    def fix(self, frame: str, child: str, pose: Pose3) -> None:
+        """Add a constant transform between two full frame names."""
+        self.statics.append(messages.transform(0.0, frame, child, pose))
+
+
+class Output(ABC):
+    """Publishes the readings of one or more sensors.
+
+    Attributes:
+        name: Name of the sensor, or of the topic.
+        rate: Rate in control periods.
+    """
+
+    def __init__(self, name: str, rate: Rate) -> None:
+        self.name = name
+        self.rate = rate
+
+    @abstractmethod
+    def publish(self) -> None:
+        """Read the sensors and publish; a sensor without a sample publishes nothing.
+
+        Raises:
+            DeviceError: A sensor has no sample.
+        """
+
+
+class _Scan(Output):
+    """Scan of a lidar."""
+
+    def __init__(self, sensor: Lidar, topic: str, rate: Rate, names: Names) -> None:
+        super().__init__(sensor.name, rate)
+        self._sensor, self._frame = sensor, names.frame(sensor.name)
+        self._publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", QoS.SENSOR, rate)
+        names.fix(names.frame(BASE), self._frame, _site_pose(sensor.mount.world, names.robot, sensor.parameters.site))
+
+    def publish(self) -> None:
+        reading, given = self._sensor.read(), self._sensor.parameters
+        first, step = -0.5 * given.span, given.span / (given.rays - 1)
+        ranges = np.asarray(reading.values, np.float32)
+        self._publisher.send(
+            messages.laser_scan(
+                reading.stamp,
+                self._frame,
+                ranges,
+                first=first,
+                step=step,
+                limits=given.range,
+                period=self.rate.period,
+            )
+        )
+
+
+class _Ranges(Output):
+    """Ranges of sensors with conical beams, one topic for each beam."""
+
+    def __init__(self, sensor: RangeCone, rate: Rate, names: Names) -> None:
+        super().__init__(sensor.name, rate)
+        self._sensor = sensor
+        self._beams = []
+        for site in sensor.parameters.sites:
+            publisher = names.publisher(f"range/{topic_name(site)}", "sensor_msgs/msg/Range", QoS.SENSOR, rate)
+            names.fix(names.frame(BASE), names.frame(site), _beam_pose(sensor.mount.world, names.robot, site))
+            self._beams.append((publisher, names.frame(site)))
+
+    def publish(self) -> None:
+        reading, given = self._sensor.read(), self._sensor.parameters
+        opening = 2.0 * given.half_angle
+        for (publisher, frame), distance in zip(self._beams, reading.values, strict=True):
+            publisher.send(messages.sonar_range(reading.stamp, frame, distance, opening=opening, limits=given.range))
+
+
+class _Imu(Output):
+    """Turn rate of a gyro."""
+
+    def __init__(self, sensor: Gyro, topic: str, rate: Rate, names: Names) -> None:
+        super().__init__(sensor.name, rate)
+        self._sensor, self._frame = sensor, names.frame(BASE)
+        self._publisher = names.publisher(topic, "sensor_msgs/msg/Imu", QoS.SENSOR, rate)
+
+    def publish(self) -> None:
+        reading = self._sensor.read()
+        self._publisher.send(messages.imu(reading.stamp, self._frame, reading.values[0]))
+
+
+class _Joints(Output):
+    """Angles and speeds of the motors that encoders measure."""
+
+    def __init__(self, sensor: WheelSpeed | WheelTravel, rate: Rate, names: Names) -> None:
+        super().__init__(sensor.name, rate)
+        self._sensor, model = sensor, sensor.mount.world.model
+        joints = (model.joint(int(model.dof_jntid[dof])).name for dof in sensor.motors.joints)
+        self._names = [str(joint).removeprefix(f"{names.robot}/") for joint in joints]
+        self._publisher = names.publisher("joint_states", "sensor_msgs/msg/JointState", STATE, rate)
+
+    def publish(self) -> None:
+        sensor, world = self._sensor, self._sensor.mount.world
+        reading = sensor.read()
+        measured = [v / f for v, f in zip(reading.values, sensor.parameters.factors, strict=True)]
+        travel = isinstance(sensor, WheelTravel)
+        angles = measured if travel else world.motor_angles(sensor.motors)
+        speeds = world.motor_speeds(sensor.motors) if travel else measured
+        self._publisher.send(messages.joint_state(reading.stamp, self._names, angles, speeds))
+
+
+Motion = tuple[float, Pose3, Twist3]
+"""Time [s], pose in the frame `odom`, and velocity of a body."""
+
+
+class _Odometry(Output):
+    """Odometry, and its transform from `odom` to `base_link`."""
+
+    def __init__(self, read: Callable[[], Motion], rate: Rate, names: Names) -> None:
+        super().__init__("odom", rate)
+        self._read = read
+        self._publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
+        self._tf = names.tf
+        self._frames = names.frame(ODOM), names.frame(BASE)
+
+    def publish(self) -> None:
+        stamp, pose, twist = self._read()
+        self._publisher.send(messages.odometry(stamp, *self._frames, pose, twist))
+        self._tf.send(messages.transforms([messages.transform(stamp, *self._frames, pose)]))
+
+
+class _PoseFix(Output):
+    """Noisy measurements of the pose in the map."""
+
+    def __init__(self, position: Position, orientation: Orientation, rate: Rate, names: Names) -> None:
+        super().__init__("pose", rate)
+        self._position, self._orientation = position, orientation
+        self._publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
+
+    def publish(self) -> None:
+        position, (yaw,) = self._position.read(), self._orientation.read().values
+        x, y, z = position.values
+        pose = Pose3(x, y, z, yaw=yaw)
+        noise = self._position.mount.noise, self._orientation.mount.noise
+        self._publisher.send(messages.pose_with_covariance(position.stamp, MAP, pose, *noise))
+
+
+class _Values(Output):
+    """Values of a sensor for which there is no standard message."""
+
+    def __init__(self, sensor: Sensor, rate: Rate, names: Names) -> None:
+        super().__init__(sensor.name, rate)
+        self._sensor = sensor
+        self._publisher = names.publisher(topic_name(sensor.name), "std_msgs/msg/Float64MultiArray", QoS.SENSOR, rate)
+
+    def publish(self) -> None:
+        self._publisher.send({"data": np.asarray(self._sensor.read().values, np.float64)})
+
+
+class WheelOdometry:
+    """Dead reckoning from wheel encoders, from the pose 0 at the start; it drifts by slip.
+
+    Args:
+        sensor: Encoders.
+        locomotion: Locomotion of the robot.
+        motors: Names of the motors in the order of the locomotion's wheels.
+    """
+
+    def __init__(self, sensor: WheelSpeed | WheelTravel, locomotion: Locomotion, motors: Sequence[str]) -> None:
+        self._sensor = sensor
+        self._locomotion = locomotion
+        self._order = [sensor.parameters.motors.index(motor) for motor in motors]
+        self._pose = Pose2(0.0, 0.0)
+        self._stamp = math.nan
+        self._travel: list[float] = []
+
+    def __call__(self) -> Motion:
+        reading = self._sensor.read()
+        values = [reading.values[i] for i in self._order]
+        passed = 0.0 if math.isnan(self._stamp) else reading.stamp - self._stamp
+        if isinstance(self._sensor, WheelTravel):
+            before, self._travel = self._travel or values, values
+            speeds = [(now - then) / passed if passed > 0.0 else 0.0 for now, then in zip(values, before, strict=True)]
+        else:
+            speeds = values
+        twist = self._locomotion.twist(np.array(speeds))
+        self._pose, self._stamp = along_arc(self._pose, twist, passed), reading.stamp
+        x, y, yaw = self._pose
+        return reading.stamp, Pose3(x, y, 0.0, yaw=yaw), Twist3(twist.forward, twist.left, 0.0, twist.turn)
+
+
+def robot_outputs(devices: RobotDevices, locomotion: Locomotion, names: Names) -> list[Output]:
+    """Outputs for all sensors of a robot; constant transforms are added to `names`.
+
+    Args:
+        devices: Devices of the robot, in MuJoCo.
+        locomotion: Locomotion of the robot.
+        names: Names of the robot on the network.
+    """
+    return [*_pose_outputs(devices, locomotion, names), *_sensor_outputs(devices, names)]
+
+
+def _pose_outputs(devices: RobotDevices, locomotion: Locomotion, names: Names) -> Iterator[Output]:
+    """Odometry: ground truth if position and orientation are ideal sensors, else from the encoders."""
+    rates, world = devices.sensor_rates, None
+    position, orientation = _all(devices, Position), _all(devices, Orientation)
+    if position and orientation:
+        rate = rates[position[0].name]
+        if position[0].mount.noise == orientation[0].mount.noise == 0.0:
+            world = position[0].mount.world
+            names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
+            yield _Odometry(partial(_truth, world, names.robot), rate, names)
+        else:
+            yield _PoseFix(position[0], orientation[0], rate, names)
+    actuator = next(a for a in devices.robot.actuators if a.name == devices.robot.locomotion.actuator)
+    motors = tuple(actuator.parameters.get("motors", ()))
+    for sensor in _encoders(devices):
+        if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
+            yield _Odometry(WheelOdometry(sensor, locomotion, motors), rates[sensor.name], names)
+            break
+
+
+def _truth(world: DriverWorld, robot: str) -> Motion:
+    return world.stamp, world.pose3(robot), world.twist3(robot)
+
+
+def _sensor_outputs(devices: RobotDevices, names: Names) -> Iterator[Output]:
+    """Outputs of all sensors except position and orientation; the only one of its kind has a standard topic."""
+    covered: set[str] = set()  # motors with joint states
+    for encoders in _encoders(devices):
+        if covered.isdisjoint(encoders.parameters.motors):
+            covered.update(encoders.parameters.motors)
+            yield _Joints(encoders, devices.sensor_rates[encoders.name], names)
+    standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _Scan), (Gyro, "imu", _Imu))
+    others = (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)
+    for sensor in devices.sensors.values():
+        rate = devices.sensor_rates[sensor.name]
+        for cls, topic, make in standard:
+            if isinstance(sensor, cls):
+                alone = len(_all(devices, cls)) == 1
+                yield make(sensor, topic if alone else f"{topic}/{topic_name(sensor.name)}", rate, names)
+                break
+        else:
+            if isinstance(sensor, RangeCone):
+                yield _Ranges(sensor, rate, names)
+            elif not isinstance(sensor, others):
+                yield _Values(sensor, rate, names)
+
+
+def _encoders(devices: RobotDevices) -> list[WheelSpeed | WheelTravel]:
+    """Encoders of a robot, those of the wheels' travel first, because they lose nothing between readings."""
+    return [*_all(devices, WheelTravel), *_all(devices, WheelSpeed)]
+
+
+def topic_name(name: str) -> str:
+    """Name that ROS accepts for a name of a robot or device."""
+    plain = re.sub(r"\W+|__+", "_", name, flags=re.ASCII)
+    return plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
+
+
+def _all(devices: RobotDevices, cls: type[T]) -> list[T]:
+    return [sensor for sensor in devices.sensors.values() if isinstance(sensor, cls)]
+
+
+def _site_pose(world: DriverWorld, robot: str, site: str) -> Pose3:
+    """Pose of a site in the frame of its robot's base."""
+    import mujoco
+
+    with world.lock:
+        world.update_poses()
+        data, root = world.data, world.model.body_rootid[world.model.site(f"{robot}/{site}").bodyid[0]]
+        base, found = data.xmat[root].reshape(3, 3), data.site(f"{robot}/{site}")
+        position, turn = base.T @ (found.xpos - data.xpos[root]), base.T @ found.xmat.reshape(3, 3)
+    quaternion = np.zeros(4)
+    mujoco.mju_mat2Quat(quaternion, turn.ravel())
+    return Pose3.from_quaternion(position.tolist(), quaternion.tolist())
+
+
+def _beam_pose(world: DriverWorld, robot: str, site: str) -> Pose3:
+    """Frame of a beam along the z axis of a site: x is along the beam, and y is horizontal."""
+    x, y, z, *_ = pose = _site_pose(world, robot, site)
+    w, i, j, k = pose.quaternion
+    ahead, left, up = 2.0 * (i * k + w * j), 2.0 * (j * k - w * i), 1.0 - 2.0 * (i * i + j * j)
+    return Pose3(x, y, z, 0.0, -math.asin(min(1.0, max(-1.0, up))), math.atan2(left, ahead))

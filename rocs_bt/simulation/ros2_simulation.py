@@ -1,0 +1,204 @@
+"""Simulation of a scenario's world with its robots on a ROS 2 network, without agents."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..catalog import Catalog, ScenarioSpec
+from ..clock import SimulatedClock, WallClock
+from ..drivers.ros2 import messages
+from ..drivers.ros2.qos import QoS
+from ..drivers.ros2.transport import Transport
+from ..errors import Fault, InputError
+from ..event import ContactBegan, EventSink
+from .judge_panel import wait_until
+from .ros2_outputs import TRANSFORMS, Names, Publisher, topic_name
+from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, Ros2Robot
+from .simulated_world import SimulatedWorld, build_world
+
+_TICK = 0.01  # [s] maximum simulated time between two messages of /clock, and two looks for commands
+_FORGIVE = 0.25  # [s] delay above which the lost time is skipped instead of caught up
+
+
+class Screen(Protocol):
+    """Display of the world, such as `Viewer`."""
+
+    def show(self) -> bool:
+        """Show the present state; False if the display was closed."""
+        ...
+
+
+@dataclass(frozen=True)
+class SimulationEnd:
+    """Figures of a simulation that ended.
+
+    Attributes:
+        sim_time: Simulated time [s].
+        wall_time: Wall-clock time [s].
+        skipped: Wall-clock time that was skipped because the machine was too slow [s].
+    """
+
+    sim_time: float
+    wall_time: float
+    skipped: float
+
+    @property
+    def real_time_factor(self) -> float:
+        """Simulated time divided by wall-clock time."""
+        return self.sim_time / max(self.wall_time, 1e-9)
+
+
+class Ros2Simulation:
+    """World of a scenario whose robots are ROS 2 robots; the scripted actors move as in `rocs-bt run`.
+
+    Everything runs in one thread, and polls: commands, sensors and physics by turns. `/clock` is published at least
+    every 10 ms of simulated time. As nobody acknowledges it, and commands arrive by the wall clock, a simulation is not
+    repeatable.
+
+    Args:
+        scenario: The scenario.
+        catalog: Source of the robots and the world.
+        transport: Network.
+        sink: Sink for events of the world and the robots.
+        seed: Seed of the start poses, of noise and of the scripted actors.
+        rate: Simulated time per wall-clock time; 0 for as fast as possible.
+        namespace: Namespace of the robot. Several robots get the agents' names in lower case, within this namespace.
+        command_type: Message type of velocity commands.
+        timeout: Time without a command after which a robot stops [s].
+
+    Attributes:
+        simulated: The world.
+        robots: The robots.
+        shared: Publishers that do not belong to a robot.
+
+    Raises:
+        InputError: The content is invalid, or two robots would have the same namespace.
+        DeviceError: The network refuses a topic.
+    """
+
+    def __init__(
+        self,
+        scenario: ScenarioSpec,
+        catalog: Catalog,
+        transport: Transport,
+        sink: EventSink,
+        *,
+        seed: int = 1,
+        rate: float = 1.0,
+        namespace: str = "",
+        command_type: str = COMMAND_TYPES["TwistStamped"],
+        timeout: float = COMMAND_TIMEOUT,
+    ) -> None:
+        spaces = _namespaces([agent.name for agent in scenario.agents], namespace)
+        self._clock = SimulatedClock(scenario.rate.physics)
+        self._sink = sink
+        self._rate = rate
+        self.simulated: SimulatedWorld = build_world(scenario, catalog, seed, sink, clock=self._clock)
+        self._time = Publisher(transport, "/clock", "rosgraph_msgs/msg/Clock", QoS.COMMAND)
+        tf = Publisher(transport, "/tf", "tf2_msgs/msg/TFMessage", TRANSFORMS)
+        self._statics = Publisher(transport, "/tf_static", "tf2_msgs/msg/TFMessage", QoS.LATCHED)
+        self.shared = (self._time, tf, self._statics)
+        self.robots = [
+            Ros2Robot(
+                self.simulated.devices(name),
+                Names(name, space, transport, tf),
+                sink,
+                command_type=command_type,
+                timeout=timeout,
+            )
+            for name, space in spaces.items()
+        ]
+        control = scenario.rate.control_rate
+        self._every = control.every
+        divisors = [n for n in range(1, control.every + 1) if control.every % n == 0]
+        self._steps = max([n for n in divisors if n * control.step <= _TICK + 1e-9], default=1)
+
+    def run(
+        self, duration: float = float("inf"), ended: Callable[[], str] = lambda: "", screen: Screen | None = None
+    ) -> SimulationEnd:
+        """Simulate until the duration is over, a signal ends it, or the display is closed; then stop all robots.
+
+        Args:
+            duration: Maximum simulated duration [s].
+            ended: Returns the reason of a signal that ends the simulation, or an empty text.
+            screen: Display of the world.
+        """
+        self._statics.send(messages.transforms([each for robot in self.robots for each in robot.names.statics]))
+        pace = _Pace(self._rate, ended)
+        try:
+            while (t := self._clock.now()) < duration - 1e-9 and not ended():
+                if self._clock.count % self._every == 0 and not self._period(t, screen):
+                    break
+                for robot in self.robots:
+                    robot.drive(t)
+                self.simulated.world.advance(self._steps)
+                self._time.send(messages.clock(self._clock.now()))
+                pace.wait(self._clock.now())
+        finally:
+            for robot in self.robots:
+                robot.stop()
+        return SimulationEnd(self._clock.now(), pace.passed(), pace.skipped)
+
+    def _period(self, t: float, screen: Screen | None) -> bool:
+        """Begin a control period: publish sensors, and move the actors; False if the display was closed."""
+        world, count = self.simulated.world, self._clock.count // self._every
+        for contact in world.contacts():
+            kind = "collision" if contact.moving else "struck"
+            self._sink.emit(ContactBegan(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
+        for robot in self.robots:
+            robot.publish(count)
+        for actor in self.simulated.actors:
+            actor.step(t)
+        return screen is None or screen.show()
+
+
+class _Pace:
+    """Keeps simulated time at a rate against the wall clock.
+
+    Args:
+        rate: Simulated time per wall-clock time; 0 for as fast as possible.
+        ended: Returns the reason of a signal that ends the wait, or an empty text.
+
+    Attributes:
+        skipped: Wall-clock time that was not caught up [s].
+    """
+
+    def __init__(self, rate: float, ended: Callable[[], str]) -> None:
+        self._rate, self._ended = rate, ended
+        self._wall, self._never = WallClock(), threading.Event()
+        self.skipped = 0.0
+
+    def passed(self) -> float:
+        """Wall-clock time since the start [s]."""
+        return self._wall.now()
+
+    def wait(self, t: float) -> None:
+        """Wait until simulated time t [s] is due."""
+        if self._rate == 0.0:
+            return
+        due = t / self._rate + self.skipped
+        late = self._wall.now() - due
+        if late > _FORGIVE:
+            self.skipped += late
+        elif late < 0.0:
+            wait_until(self._wall, due, self._never, self._ended)
+
+
+def _namespaces(agents: Sequence[str], namespace: str) -> dict[str, str]:
+    """Namespace of each agent's robot, without slashes at the ends.
+
+    Raises:
+        InputError: Two robots would have the same namespace.
+    """
+    outer = namespace.strip("/")
+    if len(agents) == 1:
+        return {agents[0]: outer}
+    found = {name: "/".join(part for part in (outer, topic_name(name).lower()) if part) for name in agents}
+    for space in set(found.values()):
+        if len(same := [name for name, its in found.items() if its == space]) > 1:
+            message = f"the robots {' and '.join(same)} would have the same namespace '{space}'."
+            raise InputError(Fault(message, hint="Rename an agent; case and punctuation do not count here."))
+    return found
