@@ -121,6 +121,8 @@ def _announce(simulation: Ros2Simulation, where: str, cmd_vel: str) -> None:
     publishers = [*simulation.shared, *(each for robot in simulation.robots for each in robot.names.publishers)]
     rows = [(p.topic, p.type, f"{p.hz:g} Hz" if p.hz else "") for p in publishers]
     show_table(rows, ("publishes", "type", "rate"), right=(2,))
+    if simulation.without_tf:
+        echo(f"No transforms: {simulation.without_tf}", err=True)
     for robot in simulation.robots:
         echo(f"{robot.names.robot} obeys {robot.command_topic} ({cmd_vel}).")
     echo("Ready. Ctrl-C ends the simulation.")

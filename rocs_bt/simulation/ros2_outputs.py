@@ -75,7 +75,7 @@ class Names:
         robot: Name of the robot in the world.
         namespace: Namespace of its topics, and prefix of its frames; empty for none.
         transport: Network.
-        tf: Publisher of transforms, which all robots share.
+        tf: Publisher of transforms, which all robots share; None without one.
         statics: Constant transforms, which the outputs add.
         publishers: Publishers of the robot.
     """
@@ -83,7 +83,7 @@ class Names:
     robot: str
     namespace: str
     transport: Transport
-    tf: Publisher
+    tf: Publisher | None
     statics: list[messages.Fields] = field(default_factory=list)
     publishers: list[Publisher] = field(default_factory=list)
 
@@ -222,7 +222,8 @@ class _Odometry(Output):
     def publish(self) -> None:
         stamp, pose, twist = self._read()
         self._publisher.send(messages.odometry(stamp, *self._frames, pose, twist))
-        self._tf.send(messages.transforms([messages.transform(stamp, *self._frames, pose)]))
+        if self._tf is not None:
+            self._tf.send(messages.transforms([messages.transform(stamp, *self._frames, pose)]))
 
 
 class _PoseFix(Output):

@@ -19,6 +19,7 @@ from .ros2_outputs import TRANSFORMS, Names, Publisher, topic_name
 from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, Ros2Robot
 from .simulated_world import SimulatedWorld, build_world
 
+_TF = "tf2_msgs/msg/TFMessage"
 _TICK = 0.01  # [s] maximum simulated time between two messages of /clock, and two looks for commands
 _FORGIVE = 0.25  # [s] delay above which the lost time is skipped instead of caught up
 
@@ -73,6 +74,7 @@ class Ros2Simulation:
         simulated: The world.
         robots: The robots.
         shared: Publishers that do not belong to a robot.
+        without_tf: Reason why no transforms are published; empty if they are.
 
     Raises:
         InputError: The content is invalid, or two robots would have the same namespace.
@@ -98,9 +100,13 @@ class Ros2Simulation:
         self._rate = rate
         self.simulated: SimulatedWorld = build_world(scenario, catalog, seed, sink, clock=self._clock)
         self._time = Publisher(transport, "/clock", "rosgraph_msgs/msg/Clock", QoS.COMMAND)
-        tf = Publisher(transport, "/tf", "tf2_msgs/msg/TFMessage", TRANSFORMS)
-        self._statics = Publisher(transport, "/tf_static", "tf2_msgs/msg/TFMessage", QoS.LATCHED)
-        self.shared = (self._time, tf, self._statics)
+        self.without_tf, tf, self._statics = "", None, None
+        try:
+            tf = Publisher(transport, "/tf", _TF, TRANSFORMS)
+            self._statics = Publisher(transport, "/tf_static", _TF, QoS.LATCHED)
+        except InputError as error:  # rclpy of a ROS 2 installation without tf2_msgs
+            self.without_tf = str(error)
+        self.shared = [each for each in (self._time, tf, self._statics) if each is not None]
         self.robots = [
             Ros2Robot(
                 self.simulated.devices(name),
@@ -126,7 +132,8 @@ class Ros2Simulation:
             ended: Returns the reason of a signal that ends the simulation, or an empty text.
             screen: Display of the world.
         """
-        self._statics.send(messages.transforms([each for robot in self.robots for each in robot.names.statics]))
+        if self._statics is not None:
+            self._statics.send(messages.transforms([each for robot in self.robots for each in robot.names.statics]))
         pace = _Pace(self._rate, ended)
         try:
             while (t := self._clock.now()) < duration - 1e-9 and not ended():

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from .robot_process import RobotProcess
+from .simulator_process import SimulatorProcess
 
 if importlib.util.find_spec("rclpy") is None:
     collect_ignore = ["on_rclpy"]  # `make test` runs these in .venv-ros
@@ -52,5 +53,16 @@ def counterpart(ros_environment: dict[str, str], tmp_path: Path) -> Iterator[Cal
         def start(*options: str, distribution: str = "here") -> RobotProcess:
             log = tmp_path / f"commands-{next(count)}.jsonl"
             return stack.enter_context(closing(RobotProcess([*options], distribution, ros_environment, log)))
+
+        yield start
+
+
+@pytest.fixture
+def simulator(ros_environment: dict[str, str], tmp_path: Path) -> Iterator[Callable[..., SimulatorProcess]]:
+    """Starts simulators: `simulator("exp1", "--rate", "2")`."""
+    with ExitStack() as stack:
+
+        def start(*options: str) -> SimulatorProcess:
+            return stack.enter_context(closing(SimulatorProcess(options, ros_environment, tmp_path)))
 
         yield start
