@@ -75,7 +75,7 @@ class WallClock(Clock):
         Args:
             deadline: Time on this clock [s].
             stop: Event that ends the sleep.
-            patience: Maximum wall-clock time to sleep [s]; it matters for a clock that may stand still.
+            patience: Maximum wall-clock time to sleep [s], for clocks that may stop.
 
         Returns:
             False if `stop` is set.

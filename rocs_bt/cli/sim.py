@@ -11,7 +11,7 @@ import click
 from ..errors import Fault, InputError
 from ..event import CommandExpired, ContactBegan, Event
 from ..words import counted
-from .run import catalog_for
+from .play_scenario import catalog_for
 from .terminal import discard_if_closed, echo, show_table
 
 if TYPE_CHECKING:
@@ -47,8 +47,20 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
     show_default=True,
     help="A robot stops without a new command for this simulated time.",
 )
-@click.option("--network", type=click.Choice(["loopback", "lan"]), default="loopback", show_default=True)
-@click.option("--transport", type=click.Choice(["auto", "rclpy", "dds"]), default="auto", show_default=True)
+@click.option(
+    "--network",
+    type=click.Choice(["loopback", "lan"]),
+    default="loopback",
+    show_default=True,
+    help="Nodes on this computer only, or on the local network.",
+)
+@click.option(
+    "--transport",
+    type=click.Choice(["auto", "rclpy", "dds"]),
+    default="auto",
+    show_default=True,
+    help="auto: rclpy where it can be imported, else DDS without ROS.",
+)
 @click.option("--distro", default="jazzy", show_default=True, help="Distribution of ROS 2 on the network.")
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
@@ -72,8 +84,8 @@ def command(
     Runs until Ctrl-C, SIGTERM or SIGHUP, and then stops the robots. Exits with 0 after --for, 2 if the input is
     invalid, 3 if the engine failed, 128 + signal if a signal ended it. The ROS domain is that of ROS_DOMAIN_ID.
     """
+    from ..drivers.ros2.connect import open_transport
     from ..drivers.ros2.settings import Ros2Settings
-    from ..drivers.ros2.transport import open_transport
     from ..simulation import StopSignals
     from ..simulation.ros2_robot import COMMAND_TYPES
     from ..simulation.ros2_simulation import Ros2Simulation

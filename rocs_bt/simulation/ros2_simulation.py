@@ -53,11 +53,11 @@ class SimulationEnd:
 
 
 class Ros2Simulation:
-    """World of a scenario whose robots are ROS 2 robots; the scripted actors move as in `rocs-bt run`.
+    """World of a scenario with its robots as ROS 2 robots; the scripted actors move as in `rocs-bt run`.
 
     Everything runs in one thread, and polls: commands, sensors and physics by turns. `/clock` is published at least
-    every 10 ms of simulated time. As nobody acknowledges it, and commands arrive by the wall clock, a simulation is not
-    repeatable.
+    every 10 ms of simulated time. It gets no acknowledgement, and commands arrive by the wall clock, so a simulation is
+    not repeatable.
 
     Args:
         scenario: The scenario.

@@ -10,9 +10,9 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
+from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.drivers.ros2.transport import open_transport
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose3
 from rocs_bt.simulation import build_world
@@ -71,6 +71,7 @@ class Client:
             if turn % 10 == 0:
                 each()
             time.sleep(0.005)
+        raise AssertionError
 
     def pose(self, topic="odom"):
         self.newest.pop(topic, None)

@@ -142,12 +142,14 @@ class MessageTypes:
             return self.make(detail, **(given or {})) if given is None or isinstance(given, Mapping) else given
         element, length = detail
         count = length if kind.name == "ARRAY" else 0
-        values = [None] * count if given is None else list(given)
-        import numpy as np
+        if element[0].name == "BASE" and element[1][0] not in ("string", "wstring"):
+            import numpy as np
 
-        numeric = element[0].name == "BASE" and element[1][0] not in ("string", "wstring")
-        filled = [self._value(element, value) for value in values]
-        return np.array(filled, dtype=_DTYPES.get(element[1][0], element[1][0])) if numeric else filled
+            dtype = _DTYPES.get(element[1][0], element[1][0])
+            if given is None:
+                return np.zeros(count, dtype)
+            return np.array(given if isinstance(given, np.ndarray) else list(given), dtype)
+        return [self._value(element, value) for value in ([None] * count if given is None else given)]
 
 
 _DTYPES = {"octet": "uint8", "char": "uint8"}

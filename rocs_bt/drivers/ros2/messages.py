@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
-
-import numpy as np
-import numpy.typing as npt
+from typing import TYPE_CHECKING, Any
 
 from ...geometry import Pose3, Twist3
+
+if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
 
 Fields = dict[str, Any]
 
@@ -34,7 +35,7 @@ def laser_scan(
     limits: Sequence[float],
     period: float = 0.0,
 ) -> Fields:
-    """Fields of a sensor_msgs/msg/LaserScan, whose rays are all taken at the same time.
+    """Fields of a sensor_msgs/msg/LaserScan with simultaneous rays.
 
     Args:
         stamp: Time of the scan [s].

@@ -23,9 +23,9 @@ _BACK = 0.5  # [s] jump back after which the simulator counts as restarted
 class SimTimeClock(WallClock):
     """Simulated time since the call of `start` [s].
 
-    Between two messages the time is extrapolated by the measured speed, by at most the time between messages: it stands
-    still when `/clock` stops, as in a simulator that is paused. It never goes back. Thread-safe; whoever needs the time
-    polls for messages.
+    Between two messages the time is extrapolated by the measured speed, by at most the time between messages. The clock
+    therefore stops when `/clock` stops, as in a paused simulator. It never goes back. Thread-safe; each request for the
+    time polls for messages.
 
     Args:
         transport: Network of the simulator.
