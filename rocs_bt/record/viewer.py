@@ -11,9 +11,9 @@ import numpy as np
 from .. import event as ev
 from ..event import Event
 from ..geometry import Pose3
-from ..raised import reported
 from . import foxglove
 from .header import BodyInfo, Outline, Place, RunHeader
+from .log_lines import LOGGED, log_line
 
 Message = tuple[str, str, bytes]  # topic, name of the schema, JSON
 Draw = Callable[..., Iterable[Message]]
@@ -50,20 +50,7 @@ class Viewer:
         self._draw: dict[type[Event], Draw] = {
             ev.BodyMoved: self._moved,
             ev.SensorRead: self._read,
-            ev.SensorFailed: lambda e, t: self._log(e, t, foxglove.ERROR, f"sensor {e.sensor}: {e.detail}"),
-            ev.SubscriberDetached: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.callback} raised: {e.detail}"),
-            ev.ContentRaised: lambda e, t: self._log(e, t, foxglove.ERROR, reported(e)),
-            ev.BlockFailed: lambda e, t: self._log(e, t, foxglove.FATAL, f"{e.what} {e.kind}: {e.detail}"),
-            ev.ContactBegan: lambda e, t: self._log(e, t, foxglove.ERROR, f"{e.kind} with {e.other}"),
-            ev.CommandExpired: lambda e, t: self._log(e, t, foxglove.ERROR, f"no command for {e.actuator}"),
-            ev.Stuck: lambda e, t: self._log(e, t, foxglove.WARNING, e.reason),
-            ev.PeerFault: lambda e, t: self._log(e, t, foxglove.WARNING, f"peer {e.peer}: {e.detail}"),
-            ev.GoalEntered: lambda e, t: self._log(e, t, foxglove.INFO, f"goal {e.goal} reached"),
-            ev.OutcomeDecided: lambda e, t: self._log(e, t, foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),
-            ev.Replanned: lambda e, t: self._log(e, t, foxglove.INFO, f"{e.node} replans ({e.count})"),
-            ev.Said: lambda e, t: self._log(e, t, foxglove.INFO, e.text),
-            ev.RuleChanged: self._rule,
-            ev.TicketChanged: self._ticket,
+            **dict.fromkeys(LOGGED, self._log),
         }
 
     def converter(self, kind: type[Event]) -> Draw | None:
@@ -88,8 +75,9 @@ class Viewer:
         line = {"timestamp": stamp, "level": level, "message": text, "name": name, "file": "", "line": 0}
         return f"/{name}/log", foxglove.LOG, _json(line)
 
-    def _log(self, event: Event, time: int, level: int, text: str) -> Iterator[Message]:
-        yield self.log(event.agent, time, level, text)
+    def _log(self, event: Event, time: int) -> Iterator[Message]:
+        if (line := log_line(event)) is not None:
+            yield self.log(event.agent, time, *line)
 
     def _moved(self, event: ev.BodyMoved, time: int) -> Iterable[Message]:
         if event.body not in self._frames:
@@ -116,15 +104,6 @@ class Viewer:
             return ()
         lines.pace.sent(time)
         return ((lines.topic, foxglove.SCENE, lines.fill(event.data, time)),)
-
-    def _rule(self, event: ev.RuleChanged, time: int) -> Iterator[Message]:
-        level = foxglove.WARNING if event.phase.startswith("fired") else foxglove.DEBUG
-        reading = f" ({event.reading})" if event.reading else ""
-        yield self.log(event.agent, time, level, f"rule {event.rule} {event.phase}{reading}")
-
-    def _ticket(self, event: ev.TicketChanged, time: int) -> Iterator[Message]:
-        if event.state == "FAILED":
-            yield self.log(event.agent, time, foxglove.WARNING, f"{event.action} failed: {event.reason}")
 
 
 class _Pace:
