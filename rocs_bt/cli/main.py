@@ -27,6 +27,7 @@ COMMANDS = {
     "sim": "Simulate the robots of a scenario as ROS 2 robots.",
     "replay": "Re-run agents on recorded sensor data and compare their decisions; or explain one moment.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
+    "export": "Write a run as a ROS 2 bag, for rviz, PlotJuggler and Foxglove.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",
     "episode": "Play one episode of a comparison again, with recording and report.",
     "compare": "Compare planners over many scenes and seeds, with statistical verdicts.",

@@ -91,7 +91,7 @@ def odometry(stamp: float, frame: str, child: str, pose: Pose3, twist: Twist3) -
     return {
         "header": _header(stamp, frame),
         "child_frame_id": child,
-        "pose": {"pose": {"position": _vector(*pose[:3]), "orientation": _quaternion(pose)}},
+        "pose": {"pose": pose_fields(pose)},
         "twist": {"twist": twist_fields(twist)},
     }
 
@@ -110,8 +110,17 @@ def pose_with_covariance(stamp: float, frame: str, pose: Pose3, position_noise: 
     for row in range(3):
         covariance[7 * row] = position_noise**2
     covariance[35] = heading_noise**2
-    measured = {"position": _vector(*pose[:3]), "orientation": _quaternion(pose)}
-    return {"header": _header(stamp, frame), "pose": {"pose": measured, "covariance": covariance}}
+    return {"header": _header(stamp, frame), "pose": {"pose": pose_fields(pose), "covariance": covariance}}
+
+
+def pose_stamped(stamp: float, frame: str, pose: Pose3) -> Fields:
+    """Fields of a geometry_msgs/msg/PoseStamped."""
+    return {"header": _header(stamp, frame), "pose": pose_fields(pose)}
+
+
+def twist_stamped(stamp: float, frame: str, twist: Twist3) -> Fields:
+    """Fields of a geometry_msgs/msg/TwistStamped: velocity of the body with this frame."""
+    return {"header": _header(stamp, frame), "twist": twist_fields(twist)}
 
 
 def imu(stamp: float, frame: str, turn_rate: float) -> Fields:
@@ -120,7 +129,7 @@ def imu(stamp: float, frame: str, turn_rate: float) -> Fields:
     return {
         "header": _header(stamp, frame),
         "orientation_covariance": unknown,
-        "angular_velocity": _vector(0.0, 0.0, turn_rate),
+        "angular_velocity": vector(0.0, 0.0, turn_rate),
         "linear_acceleration_covariance": unknown,
     }
 
@@ -139,7 +148,7 @@ def joint_state(stamp: float, names: Sequence[str], positions: Sequence[float], 
 
 def transform(stamp: float, frame: str, child: str, pose: Pose3) -> Fields:
     """Fields of a geometry_msgs/msg/TransformStamped: the pose of the frame `child` in `frame`."""
-    turned = {"translation": _vector(*pose[:3]), "rotation": _quaternion(pose)}
+    turned = {"translation": vector(*pose[:3]), "rotation": quaternion(pose)}
     return {"header": _header(stamp, frame), "child_frame_id": child, "transform": turned}
 
 
@@ -148,9 +157,14 @@ def transforms(parts: Sequence[Mapping[str, Any]]) -> Fields:
     return {"transforms": list(parts)}
 
 
+def pose_fields(pose: Pose3) -> Fields:
+    """Fields of a geometry_msgs/msg/Pose."""
+    return {"position": vector(*pose[:3]), "orientation": quaternion(pose)}
+
+
 def twist_fields(twist: Twist3) -> Fields:
     """Fields of a geometry_msgs/msg/Twist."""
-    return {"linear": _vector(twist.forward, twist.left, twist.up), "angular": _vector(0.0, 0.0, twist.turn)}
+    return {"linear": vector(twist.forward, twist.left, twist.up), "angular": vector(0.0, 0.0, twist.turn)}
 
 
 def twist_of(message: Any) -> Twist3:
@@ -164,10 +178,12 @@ def _header(stamp: float, frame: str) -> Fields:
     return {"stamp": time_fields(stamp), "frame_id": frame}
 
 
-def _vector(x: float, y: float, z: float) -> Fields:
+def vector(x: float, y: float, z: float) -> Fields:
+    """Fields of a Point or Vector3."""
     return {"x": x, "y": y, "z": z}
 
 
-def _quaternion(pose: Pose3) -> Fields:
+def quaternion(pose: Pose3) -> Fields:
+    """Fields of a Quaternion: the orientation of a pose."""
     w, x, y, z = pose.quaternion
     return {"x": x, "y": y, "z": z, "w": w}

@@ -1,0 +1,165 @@
+"""Export of a recording as a rosbag2 folder, for `ros2 bag`, rviz, PlotJuggler and Foxglove."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from ..catalog import Catalog, RobotSpec
+from ..drivers.ros2.message_types import MessageTypes, import_rosbags
+from ..errors import Fault, InputError, UnknownName
+from ..record import Recording, RunHeader
+from .recorded_sensors import Published
+from .recorded_topics import RecordedTopics
+
+STORAGES = ("mcap", "sqlite3")
+"""Storage formats of rosbag2."""
+
+_DISTRO = "jazzy"
+_VERSION = 9  # of rosbag2's format: that of Jazzy and Kilted
+_LATEST = 2**63 / 1e9  # [s]
+
+
+@dataclass(frozen=True)
+class ExportedBag:
+    """Bag that was written.
+
+    Attributes:
+        folder: Folder of the bag.
+        topics: Message type and number of messages by topic, ordered by name.
+        duration: Time from the first to the last message [s].
+        unknown_robots: Names of robots that the catalog does not have, so that topics which need their drivers or
+            their locomotion are missing.
+    """
+
+    folder: Path
+    topics: Mapping[str, tuple[str, int]]
+    duration: float
+    unknown_robots: tuple[str, ...] = ()
+
+
+def export_rosbag(
+    recording: Recording,
+    folder: Path,
+    catalog: Catalog | None = None,
+    *,
+    storage: str = "mcap",
+    start: float = 0.0,
+) -> ExportedBag:
+    """Write a recording as a rosbag2 folder. Equal recordings give equal bytes.
+
+    Args:
+        recording: The recording; a truncated one is exported up to its end.
+        folder: Folder of the bag, which must not exist.
+        catalog: Source of the robots; the project around the current folder by default.
+        storage: `mcap` or `sqlite3`.
+        start: Time of the bag at the start of the run [s since 1970].
+
+    Raises:
+        InputError: The folder exists, the time is out of range, or the package rosbags is not installed.
+        RecordingError: The recording is damaged.
+        OSError: The bag cannot be written.
+    """
+    rosbag2 = import_rosbags("rosbags.rosbag2")
+    if folder.exists():
+        raise InputError(Fault(f"'{folder}' exists.", hint="Choose another folder for the bag, or remove this one."))
+    if not 0.0 <= start < _LATEST - 1e8:
+        raise InputError(Fault(f"the start time must be 0 or more seconds since 1970, found {start:g} s."))
+    types = MessageTypes(_DISTRO)
+    robots, unknown_robots = _robots(recording.header, catalog or Catalog.here())
+    joints = {name: _joints(robot) for name, robot in robots.items()}
+    topics = RecordedTopics(recording.header, robots, joints, start)
+    writer = rosbag2.Writer(folder, version=_VERSION, storage_plugin=rosbag2.StoragePlugin[storage.upper()])
+    try:
+        with writer:
+            writer.set_custom_data("rocs_bt", recording.header.label)
+            _write(writer, topics.published(recording.events()), types)
+    except BaseException:
+        with suppress(OSError):
+            shutil.rmtree(folder)
+        raise
+    found = {c.topic: (c.msgtype, writer.counts[c.id]) for c in writer.connections}
+    duration = max(0, writer.max_timestamp - writer.min_timestamp) * 1e-9
+    return ExportedBag(folder, dict(sorted(found.items())), duration, unknown_robots)
+
+
+def start_time(text: str) -> float:
+    """Read a time of day or a number of seconds.
+
+    Args:
+        text: Seconds since 1970, or a date and time as in ISO 8601, such as `2026-11-20T10:00:00+01:00`; without an
+            offset, local time.
+
+    Returns:
+        Time [s since 1970].
+
+    Raises:
+        InputError: The text is no time.
+    """
+    with suppress(ValueError):
+        if math.isfinite(seconds := float(text)):
+            return seconds
+    try:
+        return datetime.fromisoformat(text).timestamp()
+    except (ValueError, OverflowError, OSError) as error:
+        hint = "Write seconds since 1970, or a date and time as in '2026-11-20T10:00:00+01:00'."
+        raise InputError(Fault(f"'{text}' is no time.", hint=hint)) from error
+
+
+def _robots(header: RunHeader, catalog: Catalog) -> tuple[dict[str, RobotSpec], tuple[str, ...]]:
+    """Robots by agent, and the names of those that the catalog does not have."""
+    found, missing = {}, []
+    for agent in header.agents:
+        try:
+            found[agent.name] = catalog.load_robot(agent.robot)
+        except UnknownName:  # the robot belongs to another project
+            missing.append(agent.robot)
+    return found, tuple(dict.fromkeys(missing))
+
+
+def _joints(robot: RobotSpec) -> Mapping[str, str]:
+    """Joints by motor, from the robot's model."""
+    if robot.model is None:
+        return {}
+    import mujoco
+
+    try:
+        model = mujoco.MjSpec.from_file(str(robot.model))
+    except ValueError:  # a faulty model is no reason to refuse a recording
+        return {}
+    return {motor.name: motor.target for motor in model.actuators}
+
+
+def _write(writer: Any, published: Iterable[Published], types: MessageTypes) -> None:
+    connections: dict[str, Any] = {}
+    for topic, t, kind, fields, latched in published:
+        if topic not in connections:
+            profiles = [_profile(latched)]
+            connections[topic] = writer.add_connection(
+                topic, kind, typestore=types.store, offered_qos_profiles=profiles
+            )
+        writer.write(connections[topic], round(t * 1e9), types.serialize(types.make(kind, **fields)))
+
+
+def _profile(latched: bool) -> Any:
+    """Quality of service with which `ros2 bag play` publishes a topic."""
+    interfaces = import_rosbags("rosbags.interfaces")
+    forever = interfaces.QosTime(9223372036, 854775807)  # infinite, as rmw has it
+    durability = interfaces.QosDurability.TRANSIENT_LOCAL if latched else interfaces.QosDurability.VOLATILE
+    return interfaces.Qos(
+        history=interfaces.QosHistory.KEEP_LAST,
+        depth=1 if latched else 10,
+        reliability=interfaces.QosReliability.RELIABLE,
+        durability=durability,
+        deadline=forever,
+        lifespan=forever,
+        liveliness=interfaces.QosLiveliness.AUTOMATIC,
+        liveliness_lease_duration=forever,
+        avoid_ros_namespace_conventions=False,
+    )
