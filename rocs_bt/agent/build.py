@@ -18,6 +18,7 @@ from ..clock import Clock
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
 from ..device import Sensor
+from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault, InputError, located_at
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
@@ -130,6 +131,7 @@ def build_agent(
         rng=runtime.rng,
         privileged=controller.privileged,
         ros=devices.ros,
+        ros_types=installed_types,
     )
     plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

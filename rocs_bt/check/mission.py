@@ -13,6 +13,7 @@ from typing import Any
 from ..actions import ACTIONS, action_table
 from ..agent import Agent, Controller
 from ..catalog import Catalog, Entry, functions_in
+from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import LOOK_AT, check_mission, mission_actions, mission_parameters
@@ -82,6 +83,7 @@ def built_faults(
         compile_guard=lambda text: compile_expression(text, environment),
         fit=fit,
         later=later,
+        ros_types=installed_types,
     )
 
 

@@ -11,7 +11,11 @@ from ..clock import Rate, WallClock
 from ..device import Actuator
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
+from ..drivers.ros2.actuator_node import shared_node
+from ..drivers.ros2.dry_link import DryLink
+from ..drivers.ros2.link import NodeLink
 from ..event import EventSink
+from ..ros_link import RosLink
 from ..safety import SafetyGate
 from .devices import hardware_driver, make_hardware, make_isolated
 
@@ -64,9 +68,18 @@ class HardwareDevices:
         sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
         made = {a.name: opened.enter_context(closing(self._actuator(catalog, robot, a, host))) for a in robot.actuators}
         gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
-        self.robots[name] = RobotDevices(robot, sensors, gates, rates)
+        self.robots[name] = RobotDevices(robot, sensors, gates, rates, self._ros_link(robot, host, shared))
         self.motion[name] = gates[robot.locomotion.actuator]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
+
+    def _ros_link(self, robot: RobotSpec, host: Host, shared: ExitStack) -> RosLink | None:
+        """ROS connection for the robot's mission; None for a robot without a `[ros2]` table."""
+        settings = robot.ros2
+        if settings is None:
+            return None
+        link = NodeLink(lambda: shared_node(settings, host))
+        shared.callback(link.close)
+        return DryLink(link) if self._dry_run else link
 
     def _actuator(self, catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec, host: Host) -> Actuator:
         """Device of an actuator; for an isolated actuator, the link to its process; in a dry run, none."""

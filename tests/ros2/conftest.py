@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from .nodes_at_work import AtWork, Servers
 from .robot_process import RobotProcess
 from .simulator_process import SimulatorProcess
 
@@ -66,3 +67,18 @@ def simulator(ros_environment: dict[str, str], tmp_path: Path) -> Iterator[Calla
             return stack.enter_context(closing(SimulatorProcess(options, ros_environment, tmp_path)))
 
         yield start
+
+
+@pytest.fixture
+def servers(ros_environment: dict[str, str], tmp_path: Path) -> Iterator[Servers]:
+    """The program of servers.py: services, an action server, and topics to talk to, in the namespace r1."""
+    started = Servers(ros_environment, tmp_path)
+    yield started
+    started.kill()
+
+
+@pytest.fixture
+def at_work(ros_environment: dict[str, str]) -> Iterator[Callable[..., AtWork]]:
+    """Makes trees with nodes for ROS 2: `at_work('<RosPublish .../>', "dds", key=5)`."""
+    with ExitStack() as stack:
+        yield lambda *of, **keys: stack.enter_context(closing(AtWork(*of, **keys)))

@@ -1,0 +1,137 @@
+"""NodeLink: the ROS connection of a robot for the nodes of its mission."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+from ...errors import DeviceError, Fault, InputError
+from ...ros_link import Received, RosActionClient, RosActionServer, RosPublisher, RosServiceClient, RosSubscription
+from .known_types import KnownTypes
+from .node import RosNode
+from .plain import PlainMessage
+from .qos import QoS
+from .rclpy_transport import RclpyTransport
+from .transport import Reader, Writer
+
+if TYPE_CHECKING:
+    from .services import RosServices
+
+_QOS = {"reliable": QoS("reliable", "volatile", 10), "sensor_data": QoS.SENSOR, "latched": QoS.LATCHED}
+
+_NO_RCLPY = (
+    "services and actions of ROS 2 need rclpy, and this connection uses DDS without ROS: the vendors of DDS send the "
+    "headers of requests differently, so that servers of another vendor ignore them."
+)
+
+
+class NodeLink:
+    """ROS connection of a robot for the nodes of its mission; see `RosLink`.
+
+    Args:
+        connect: Function that returns the connection of the robot's sensors and actuators; it is called if the mission
+            has nodes that use ROS.
+    """
+
+    def __init__(self, connect: Callable[[], RosNode]) -> None:
+        self._connect = connect
+        self._services: RosServices | None = None
+        self._lock = threading.RLock()
+
+    @cached_property
+    def types(self) -> KnownTypes:
+        """Types that the connection knows."""
+        return KnownTypes(self._node.types)
+
+    @cached_property
+    def _node(self) -> RosNode:
+        with self._lock:
+            return self._connect()
+
+    def publisher(self, topic: str, type: str, qos: str) -> RosPublisher:
+        """Open a publisher; see `RosLink`."""
+        with self._lock:
+            return _Publisher(self._node, self._node.writer(topic, type, _QOS[qos]))
+
+    def subscription(self, topic: str, type: str, qos: str) -> RosSubscription:
+        """Open a subscription; see `RosLink`."""
+        with self._lock:
+            return _Subscription(self._node, self._node.reader(topic, type, _QOS[qos]))
+
+    def service(self, name: str, type: str) -> RosServiceClient:
+        """Open a client of a service; see `RosLink`."""
+        return self._rclpy(f"'{name}'").service(self._node.settings.topic(name), type)
+
+    def action(self, name: str, type: str) -> RosActionClient:
+        """Open a client of an action; see `RosLink`."""
+        return self._rclpy(f"'{name}'").action(self._node.settings.topic(name), type)
+
+    def action_server(self, name: str, type: str) -> RosActionServer:
+        """Open a server of an action; see `RosLink`."""
+        return self._rclpy(f"'{name}'").action_server(self._node.settings.topic(name), type)
+
+    def close(self) -> None:
+        """Send what is still to be sent, such as cancellations, and close the services and actions."""
+        with self._lock:
+            if self._services is not None:
+                self._services.close()
+                self._services = None
+
+    def _rclpy(self, name: str) -> RosServices:
+        from .services import RosServices
+
+        with self._lock:
+            if self._services is None:
+                transport = self._node.transport
+                if not isinstance(transport, RclpyTransport):
+                    hint = 'Source an installation of ROS 2, and write transport = "rclpy" or "auto" in [ros2].'
+                    raise InputError(Fault(f"{name} cannot be used: {_NO_RCLPY}", hint=hint))
+                self._services = RosServices(transport.context)
+            return self._services
+
+
+class _Publisher:
+    def __init__(self, node: RosNode, writer: Writer) -> None:
+        self._types = node.types
+        self._writer = writer
+
+    def matched(self) -> int:
+        return self._writer.matched()
+
+    def publish(self, values: Mapping[str, Any]) -> None:
+        try:
+            data = self._types.serialize(self._types.make(self._writer.type, **values))
+        except (TypeError, ValueError, OverflowError, AssertionError) as error:
+            raise DeviceError(f"no {self._writer.type} can be made of {dict(values)!r:.80}: {error}") from error
+        self._writer.write(data)
+
+    def close(self) -> None:
+        self._writer.close()
+
+
+class _Subscription:
+    def __init__(self, node: RosNode, reader: Reader) -> None:
+        self._node = node
+        self._reader = reader
+        self._newest: tuple[PlainMessage, float] | None = None
+        self._count = 0
+
+    def newest(self) -> Received | None:
+        transport = self._node.transport
+        if (sample := self._reader.take()) is not None:
+            try:
+                message = self._node.types.deserialize(sample.data, self._reader.type)
+            except DeviceError as error:
+                self._node.fault(self._reader.topic, "malformed", error)
+            else:
+                self._newest = PlainMessage(message), sample.stamp
+                self._count += 1
+        if self._newest is None:
+            return None
+        message, stamp = self._newest
+        return Received(message, max(transport.now() - stamp, 0.0), self._count)
+
+    def close(self) -> None:
+        self._reader.close()

@@ -1,0 +1,98 @@
+"""Nodes of ROS 2 without a network: installed types, plain values of messages, dry runs, and the check of files."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from rocs_bt.check import check_content
+from rocs_bt.drivers.ros2.dry_link import DryLink
+from rocs_bt.drivers.ros2.known_types import KnownTypes
+from rocs_bt.drivers.ros2.message_types import MessageTypes
+from rocs_bt.drivers.ros2.plain import PlainMessage
+from rocs_bt.errors import DeviceError, InputError
+from rocs_bt.ros_link import RosField
+
+MESSAGES = MessageTypes()
+TYPES = KnownTypes(MESSAGES)
+
+
+class TestTypes:
+    def test_fields_of_messages(self):
+        fields = TYPES.fields("nav_msgs/msg/Odometry")
+        assert fields["pose"] == RosField("geometry_msgs/msg/PoseWithCovariance")
+        assert TYPES.fields("geometry_msgs/msg/PoseWithCovariance")["covariance"] == RosField("float64", True, 36)
+        assert TYPES.fields("nav_msgs/msg/Path")["poses"] == RosField("geometry_msgs/msg/PoseStamped", True)
+        assert str(TYPES.fields("sensor_msgs/msg/JointState")["name"]) == "string[]"
+
+    def test_a_name_that_a_known_package_does_not_have_is_an_error(self):
+        with pytest.raises(InputError, match=r"Did you mean 'sensor_msgs/msg/LaserScan'"):
+            TYPES.fields("sensor_msgs/msg/LaserScann")
+
+    @pytest.mark.parametrize("type", ["my_msgs/msg/A", "my_msgs/srv/B_Request", "my_msgs/action/C_Goal"])
+    def test_a_package_that_is_not_here_is_unknown(self, type):
+        assert TYPES.fields(type) is None
+        assert KnownTypes(None).fields(type) is None
+
+
+class TestPlain:
+    def test_fields_of_a_message(self):
+        message = PlainMessage(
+            MESSAGES.make(
+                "nav_msgs/msg/Path",
+                header={"frame_id": "map"},
+                poses=[{"pose": {"position": {"x": 1.5}}}, {"header": {"stamp": {"sec": 3}}}],
+            )
+        )
+        assert message.get(("poses", 0, "pose", "position", "x")) == 1.5
+        assert message.get(("poses", 1, "header", "stamp")) == {"sec": 3, "nanosec": 0}
+        assert message.get()["header"]["frame_id"] == "map"
+        assert [pose["pose"]["position"]["x"] for pose in message.get(("poses",))] == [1.5, 0]
+
+    def test_arrays_of_numbers_are_lists(self):
+        data = MESSAGES.serialize(MESSAGES.make("sensor_msgs/msg/LaserScan", ranges=[1.0, 2.5]))
+        message = PlainMessage(MESSAGES.deserialize(data, "sensor_msgs/msg/LaserScan"))
+        assert message.get(("ranges",)) == [1.0, 2.5]
+        assert message.get(("ranges", 1)) == 2.5
+        assert type(message.get(("ranges", 1))) is float
+
+    @pytest.mark.parametrize("path", [("ranges", 2), ("rangs",), ("range_min", "x")])
+    def test_what_is_not_there(self, path):
+        with pytest.raises(LookupError):
+            PlainMessage(MESSAGES.make("sensor_msgs/msg/LaserScan", ranges=[1.0, 2.0])).get(path)
+
+
+def test_a_dry_run_receives_and_sends_nothing():
+    client = SimpleNamespace(ready=lambda: True, close=lambda: None)
+    link = SimpleNamespace(
+        types=TYPES, subscription=lambda *of: of, service=lambda *of: client, action=lambda *of: client
+    )
+    dry = DryLink(link)
+    assert dry.types is TYPES
+    assert dry.subscription("a", "b", "reliable") == ("a", "b", "reliable")
+    dry.publisher("a", "std_msgs/msg/String", "reliable").publish({"data": "a"})  # `link` has no publisher
+    for client, verb in ((dry.service("s", "t"), "call"), (dry.action("s", "t"), "send")):
+        assert client.ready()
+        with pytest.raises(DeviceError, match="dry run"):
+            getattr(client, verb)({})
+    server = dry.action_server("s", "t")
+    server.open(True)
+    assert server.goal() is None
+
+
+MISSION = """<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>
+  <RosPublish topic="say" type="std_msgs/msg/String" values="dta = 'hello'"/>
+  <RosAction action="go" type="my_msgs/action/Go" goal="any.field = 1" result=". -> {x}"/>
+</Sequence></BehaviorTree></root>"""
+
+
+def test_rocs_bt_check_finds_faults_in_fields(tmp_path):
+    file = tmp_path / "planners" / "missions" / "m.xml"
+    file.parent.mkdir(parents=True)
+    file.write_text(MISSION)
+    (fault,) = check_content([file]).faults
+    assert (fault.file, fault.line) == (file, 2)
+    assert "no field is named 'dta'. Did you mean 'data'?" in str(fault)
+    file.write_text(MISSION.replace("dta", "data"))
+    assert list(check_content([file]).faults) == []
