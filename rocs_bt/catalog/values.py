@@ -169,6 +169,8 @@ def ros2_settings(table: Table) -> Ros2Settings | None:
             found["domain"] = table.integer("domain")
         else:
             found[field.name] = (table.flag if field.name == "use_sim_time" else table.text)(field.name)
+    if found.get("messages"):
+        found["messages"] = str(table.beside(found["messages"]))
     if len(table.faults) == before:
         try:
             return Ros2Settings(**found)

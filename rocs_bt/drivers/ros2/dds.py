@@ -262,7 +262,7 @@ def _qos_of(qos: Any) -> QoS:
     policy = _import("core").Policy
     reliable = isinstance(qos[policy.Reliability], policy.Reliability.Reliable)
     latched = qos[policy.Durability] == policy.Durability.TransientLocal
-    history = qos.get(policy.History)
+    history = qos[policy.History] if policy.History in qos else None  # noqa: SIM401 - a Qos has no get
     depth = max(getattr(history, "depth", 1), 1)
     return QoS("reliable" if reliable else "best_effort", "transient_local" if latched else "volatile", depth)
 

@@ -10,7 +10,6 @@ from typing import Any
 from ...clock import Clock
 from ...errors import DeviceError
 from .connect import open_transport
-from .message_types import FindDefinition
 from .qos import QoS, mismatch
 from .settings import Ros2Settings
 from .transport import Endpoint, Reader, Transport, Writer
@@ -25,7 +24,6 @@ class RosNode:
     Args:
         settings: The `[ros2]` table.
         clock: Clock of the run, for the stamps of readings.
-        find: Finds definitions of message types that the distribution does not have.
         transport: Opened transport; None to open one by the settings.
 
     Attributes:
@@ -42,11 +40,10 @@ class RosNode:
         self,
         settings: Ros2Settings,
         clock: Clock,
-        find: FindDefinition = lambda name: None,
         transport: Transport | None = None,
     ) -> None:
         self.settings = settings
-        self.transport = open_transport(settings, "rocs_bt", find) if transport is None else transport
+        self.transport = open_transport(settings) if transport is None else transport
         self.types = self.transport.types
         self._clock = clock
         self._faults: dict[str, Counter[str]] = {}

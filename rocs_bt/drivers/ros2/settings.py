@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from ...errors import Fault, InputError, unknown
 
@@ -28,6 +29,7 @@ class Ros2Settings:
         namespace: Namespace of relative topics; empty for none.
         use_sim_time: Whether the robot is simulated: time is that of the topic `/clock`.
         emergency_stop: Topic of an emergency stop (std_msgs/msg/Bool, true while pressed); empty for none.
+        messages: Folder with the definitions of own message types, such as `my_msgs/msg/Thing.msg`; empty for none.
         go: Topic (std_msgs/msg/Bool) on which a person lets the robot move again; empty for none.
 
     Raises:
@@ -41,6 +43,7 @@ class Ros2Settings:
     namespace: str = ""
     use_sim_time: bool = False
     emergency_stop: str = ""
+    messages: str = ""
     go: str = ""
 
     def __post_init__(self) -> None:
@@ -82,6 +85,11 @@ class Ros2Settings:
         if name.startswith("/"):
             return name
         return "/" + "/".join(part for part in (self.namespace.strip("/"), name) if part)
+
+    def definition(self, name: str) -> str | None:
+        """Text of the definition of an own message type; None if the folder `messages` has none."""
+        file = Path(self.messages, *name.split("/")).with_suffix(".msg")
+        return file.read_text("utf-8") if self.messages and file.is_file() else None
 
     def within(self, namespace: str) -> Ros2Settings:
         """Copy of these settings with another namespace."""

@@ -1,0 +1,26 @@
+"""rclpy, and rclpy with DDS without ROS, in both directions."""
+
+from __future__ import annotations
+
+from rocs_bt.drivers.ros2.connect import open_transport
+from rocs_bt.drivers.ros2.settings import Ros2Settings
+
+from ..transport_contract import TransportContract
+
+
+class TestRclpy(TransportContract):
+    sends = receives = "rclpy"
+
+
+class TestRclpyToDds(TransportContract):
+    sends, receives = "rclpy", "dds"
+
+
+class TestDdsToRclpy(TransportContract):
+    sends, receives = "dds", "rclpy"
+
+
+def test_auto_is_rclpy_where_it_can_be_imported(ros_environment):
+    transport = open_transport(Ros2Settings())
+    assert transport.name == "rclpy"
+    transport.close()
