@@ -90,7 +90,7 @@ class TransportContract:
             return listed if len(listed) == 2 else None
 
         theirs, ours = sorted(until(found), key=lambda e: not e.publishes)
-        assert (theirs.type, theirs.node, ours.node) == (SCAN, "/sender", "/receiver")
+        assert (theirs.type, theirs.node, ours.node) == (SCAN, "/sender", "/receiver"), (theirs, ours)
         assert mismatch(theirs.qos, ours.qos) == "reliability (offered best_effort, requested reliable)"
 
     def test_a_namespace_is_part_of_the_name_of_the_node(self, pair, ros_environment):

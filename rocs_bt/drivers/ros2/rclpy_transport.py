@@ -16,7 +16,7 @@ from .qos import QoS
 from .settings import Ros2Settings
 from .transport import Endpoint, Sample
 
-_UNKNOWN = "_NODE_NAME_UNKNOWN_"
+_UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_CREATED_BY_BARE_DDS_APP_")
 _RANGES = {"loopback": "LOCALHOST", "lan": "SUBNET"}
 
 
@@ -92,7 +92,7 @@ class RclpyTransport:
             ):
                 for each in listed:
                     name = f"{each.node_namespace.rstrip('/')}/{each.node_name}"
-                    if each.node_name == _UNKNOWN:  # the endpoint was discovered before its node
+                    if each.node_name in _UNKNOWN:  # the endpoint was discovered before its node
                         name = ""
                     found.append(Endpoint(topic, each.topic_type, name, publishes, _qos_of(each.qos_profile)))
         return found
