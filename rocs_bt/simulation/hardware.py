@@ -17,10 +17,11 @@ import msgspec
 from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
 from ..catalog import Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
+from ..drivers.ros2.sim_clock import SimTimeClock
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
 from .build_agents import build_agents
-from .hardware_devices import HardwareDevices
+from .hardware_devices import HardwareDevices, hardware_clock
 from .header import drive_command, plain_header, without_world
 from .judge_panel import JudgePanel, brake, wait_until
 from .memory import Memory
@@ -51,10 +52,11 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         KeyboardInterrupt: A signal ended the run.
     """
     options.refuse_simulation()
-    end, relay, clock = RunEnd(options, write_report), Relay(), WallClock(running=False)
+    end, relay = RunEnd(options, write_report), Relay()
     robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
     with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
+        clock = hardware_clock(list(robots.values()), stack, options.wait, lambda: end.signals.reason)
         devices = HardwareDevices(clock, spec.rate.control_rate.period, relay, dry_run=options.dry_run)
         agents = _agents(spec, catalog, options, robots, devices, stack)
         memory = Memory(options.knowledge, agents)
@@ -74,6 +76,8 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
 
         def check(t: float) -> None:
             record.check()
+            if isinstance(clock, SimTimeClock):
+                clock.check()
             if options.progress is not None:
                 options.progress(t - header.start)
 

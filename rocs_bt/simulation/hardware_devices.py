@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 
 from ..agent import RobotDevices
@@ -12,19 +12,47 @@ from ..device import Actuator
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
 from ..drivers.ros2.actuator_node import shared_node
+from ..drivers.ros2.connect import open_transport
 from ..drivers.ros2.dry_link import DryLink
 from ..drivers.ros2.link import NodeLink
+from ..drivers.ros2.settings import Ros2Settings
+from ..drivers.ros2.sim_clock import SimTimeClock
+from ..errors import Fault, InputError
 from ..event import EventSink
 from ..ros_link import RosLink
 from ..safety import SafetyGate
 from .devices import hardware_driver, make_hardware, make_isolated
 
 
+def hardware_clock(robots: Sequence[RobotSpec], stack: ExitStack, wait: float, ended: Callable[[], str]) -> WallClock:
+    """Clock of a run: the wall clock, or that of a simulator if the robots' `[ros2]` tables have `use_sim_time`.
+
+    Args:
+        robots: All robots of the run.
+        stack: Exit stack that leaves the simulator's network.
+        wait: Maximum time to wait for the simulator [s].
+        ended: Returns the reason of a signal that ends the run, or an empty text.
+
+    Raises:
+        InputError: Only some robots follow a simulator, or they follow simulators on different networks.
+        DeviceError: The simulator publishes no time.
+    """
+    settings = [robot.ros2 or Ros2Settings() for robot in robots]
+    if not any(each.use_sim_time for each in settings):
+        return WallClock(running=False)
+    if not all(each.use_sim_time for each in settings) or len({each.domain_id for each in settings}) > 1:
+        message = "use_sim_time must be the same for all robots of a run, in one ROS domain."
+        raise InputError(Fault(message, robots[0].file, hint="All agents of a run have one clock."))
+    clock = SimTimeClock(stack.enter_context(closing(open_transport(settings[0], "rocs_bt_clock"))))
+    clock.wait_for_message(wait, ended)
+    return clock
+
+
 class HardwareDevices:
     """Devices of all robots.
 
     Args:
-        clock: Wall clock.
+        clock: Clock of the run.
         period: Control period [s].
         sink: Sink for events of the safety gates.
         dry_run: Whether no actuator is opened, so that no device gets a command.
@@ -86,7 +114,7 @@ class HardwareDevices:
         if self._dry_run:
             hardware_driver(catalog, robot, spec)  # refuses what a real run refuses
             return NoActuator(spec.name, command_size(robot, spec))
-        if spec.isolated:
+        if spec.isolated and not isinstance(self.clock, SimTimeClock):  # a process of its own has the wall clock
             return make_isolated(catalog, robot, spec)
         device: Actuator = make_hardware(catalog, robot, spec, host)
         return device

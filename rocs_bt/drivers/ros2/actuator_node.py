@@ -79,7 +79,7 @@ class ActuatorNode(Actuator):
         }
         if given.type != TWIST_STAMPED:
             return types.make(given.type, **content)
-        fraction, whole = math.modf(self._node.transport.now())
+        fraction, whole = math.modf(self._node.now())
         header = {"stamp": {"sec": int(whole), "nanosec": int(1e9 * fraction)}, "frame_id": given.frame}
         return types.make(given.type, header=header, twist=content)
 

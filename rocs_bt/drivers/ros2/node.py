@@ -12,6 +12,7 @@ from ...errors import DeviceError
 from .connect import open_transport
 from .qos import QoS, mismatch
 from .settings import Ros2Settings
+from .sim_clock import SimTimeClock
 from .transport import Endpoint, Reader, Transport, Writer
 
 MAX_AHEAD = 0.5
@@ -63,16 +64,24 @@ class RosNode:
         """Open a publisher of a topic with a full or relative name; see `Transport`."""
         return self.transport.writer(self.settings.topic(topic), type, qos)
 
+    def now(self) -> float:
+        """Present time on the network's clock: simulated time, or seconds since 1970."""
+        return self._clock.ros_time() if isinstance(self._clock, SimTimeClock) else self.transport.now()
+
+    def received(self) -> float:
+        """Time on the clock of the run of a message that has just arrived [s], if the message has no stamp."""
+        return self._clock.now()
+
     def stamp(self, published: float) -> float:
         """Time on the clock of the run of a moment on the network's clock [s].
 
         Args:
-            published: Moment on the network's clock [s since 1970].
+            published: Moment on the network's clock; see `now` [s].
 
         Raises:
             DeviceError: The moment is in the future, or no moment at all.
         """
-        age = self.transport.now() - published
+        age = self.now() - published
         if not -MAX_AHEAD <= age < float("inf"):
             why = "is in the future: synchronise the clocks of both computers" if age < 0.0 else "is no time"
             raise DeviceError(f"its stamp, {published:.3f} s, {why}")

@@ -149,29 +149,32 @@ class _Transforms:
     def newest(self) -> Reading | None:
         for sample in self._static.take_all():
             self._add(self._static, sample, math.inf)
-        samples = self.reader.take_all()
-        for sample in samples:
-            self._add(self.reader, sample, self._node.stamp(sample.stamp))
-        if not samples:
+        newest = None
+        for sample in self.reader.take_all():
+            newest = self._add(self.reader, sample)
+        if newest is None:
             return None
         try:
             place, rotation, stamp = self._frames.pose(self._given.frame, self._given.child)
         except DeviceError as error:
             raise DeviceError(f"{self.reader.topic}: {error}") from error
-        return Reading(
-            min(stamp, self._node.stamp(samples[-1].stamp)), self._take(Pose3.from_quaternion(place, rotation))
-        )
+        return Reading(min(stamp, newest), self._take(Pose3.from_quaternion(place, rotation)))
 
     def close(self) -> None:
         self.reader.close()
         self._static.close()
 
-    def _add(self, reader: Reader, sample: Sample, stamp: float) -> None:
+    def _add(self, reader: Reader, sample: Sample, stamp: float | None = None) -> float:
+        """Add the transforms of a message; returns their stamp [s], by default that of the message."""
         message = _message(self._node, reader, sample)
+        if stamp is None:
+            simulated = self._node.settings.use_sim_time and message.transforms
+            stamp = self._node.stamp(header_stamp(message.transforms[-1]) if simulated else sample.stamp)
         try:
             self._frames.add(message, stamp)
         except DeviceError as error:
             raise self._node.fault(reader.topic, "values", error) from error
+        return stamp
 
 
 def _message(node: RosNode, reader: Reader, sample: Sample) -> Any:
@@ -184,7 +187,9 @@ def _message(node: RosNode, reader: Reader, sample: Sample) -> Any:
 def _stamp(node: RosNode, reader: Reader, sample: Sample, message: Any, given: Ros2SensorParameters) -> float:
     """Time of a reading on the clock of the run [s]."""
     try:
-        by_header = given.stamp == "header" or node.settings.use_sim_time
-        return node.stamp(header_stamp(message) if by_header else sample.stamp)
+        simulated = node.settings.use_sim_time
+        if simulated and given.stamp != "header" and not hasattr(message, "header"):
+            return node.received()  # the time at which it was published is not simulated
+        return node.stamp(header_stamp(message) if simulated or given.stamp == "header" else sample.stamp)
     except DeviceError as error:
         raise node.fault(reader.topic, "stamp", error) from error
