@@ -96,7 +96,7 @@ def test_a_simulator_that_restarts_is_a_fault(simulator, clock):
     simulator.publish(0.01)
     simulator.wall += 0.01
     assert clock.now() >= before
-    with pytest.raises(DeviceError, match=r"/clock jumped back from .* to 0\.010 s: the simulator restarted"):
+    with pytest.raises(DeviceError, match=r"/clock jumped back from .* to 0\.010 s: the simulator was restarted"):
         clock.check()
 
 

@@ -67,7 +67,7 @@ class SimTimeClock(WallClock):
             time.sleep(0.01)
 
     def check(self) -> None:
-        """Check that the simulator was not restarted.
+        """Check that one simulator publishes the time, and was not restarted.
 
         Raises:
             DeviceError: Its time jumped back.
@@ -117,7 +117,8 @@ class SimTimeClock(WallClock):
                 continue
             now = stamp.sec + 1e-9 * stamp.nanosec
             if now < self._message - _BACK:
-                self._fault = f"/clock jumped back from {self._message:.3f} s to {now:.3f} s: the simulator restarted."
+                jump = f"/clock jumped back from {self._message:.3f} s to {now:.3f} s"
+                self._fault = f"{jump}: the simulator was restarted, or a second one runs in this ROS domain."
                 return
             if now > self._message:
                 self._interval = now - self._message
