@@ -1,4 +1,4 @@
-"""A robot in plain rclpy: a unicycle in the arena of EXP1 with LaserScan, odometry, battery and cmd_vel.
+"""A robot in plain rclpy: a unicycle in the arena of EXP1 with LaserScan, odometry, wheels, battery and cmd_vel.
 
 `python tests/ros2/counterpart.py --help` lists the options. The robot imports nothing of rocs_bt. It prints one line
 of JSON when it is ready, and one at its end (SIGTERM, SIGINT or `--duration`). A line with the name of a fault, or with
@@ -28,12 +28,14 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import BatteryState, LaserScan
+from sensor_msgs.msg import BatteryState, JointState, LaserScan
 from std_msgs.msg import Bool, String
 
 STEP = 0.01  # [s]
 STALL = 0.1  # [s] delay of the machine beyond which the world pauses
+START = [-1.0, 2.0, math.radians(-63.0)]  # of R2 in EXP1
 PEER = 0.25  # [m] radius of the other robot
+WHEELS = {"front_left_wheel": -1, "front_right_wheel": 1, "rear_left_wheel": -1, "rear_right_wheel": 1}  # and sides
 STOPPED = 1e-6  # [m/s], [rad/s]
 FAULTS = {
     "scan_stops": "no scan is published any more",
@@ -153,6 +155,7 @@ class RobotNode:
         self.scan_type = String if "scan_string" in self.options.fault else LaserScan
         self.scan = self.node.create_publisher(self.scan_type, "scan", scan)
         self.odom = self.node.create_publisher(Odometry, "odom", odom)
+        self.joints = self.node.create_publisher(JointState, "joint_states", odom)
         self.battery = self.node.create_publisher(BatteryState, "battery_state", qos("reliable", 1))
         self.stopped = self.node.create_publisher(Bool, "emergency_stop", qos("reliable+latched", 1))
         self.diagnostics = self.node.create_publisher(DiagnosticArray, "/diagnostics", qos("reliable", 10))
@@ -247,6 +250,11 @@ class RobotNode:
         odom.twist.twist.linear.x, odom.twist.twist.angular.z = robot.v, robot.w
         self.stamp(odom.header, "odom")
         self.odom.publish(odom)
+        turning = 0.5 * self.options.track * robot.w
+        joints = JointState(name=list(WHEELS))
+        joints.velocity = [(robot.v + side * turning) / self.options.wheel_radius for side in WHEELS.values()]
+        self.stamp(joints.header, "")
+        self.joints.publish(joints)
 
     def publish_state(self) -> None:
         spent = self.steps * STEP / 3600.0
@@ -267,11 +275,13 @@ def tell(values: dict[str, Any]) -> None:
 def arguments() -> argparse.Namespace:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--namespace", default="")
-    parser.add_argument("--pose", type=float, nargs=3, default=[-1.0, 2.0, math.radians(-63.0)], help="x, y, yaw")
+    parser.add_argument("--pose", type=float, nargs=3, default=START, help="x, y [m], yaw [rad]")
     parser.add_argument("--max-speed", type=float, default=1.2, help="[m/s]")
     parser.add_argument("--max-turn-rate", type=float, default=4.0, help="[rad/s]")
     parser.add_argument("--max-acceleration", type=float, default=3.0, help="[m/s2]")
     parser.add_argument("--max-turn-acceleration", type=float, default=18.0, help="[rad/s2]")
+    parser.add_argument("--track", type=float, default=0.552, help="distance between left and right wheels [m]")
+    parser.add_argument("--wheel-radius", type=float, default=0.098, help="[m]")
     parser.add_argument("--timeout", type=float, default=0.3, help="age of a command at which the robot stops [s]")
     parser.add_argument("--stamped", action="store_true", help="cmd_vel is a TwistStamped")
     parser.add_argument("--beams", type=int, default=360)
