@@ -41,6 +41,7 @@ def ros_environment(domain: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
     monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+    monkeypatch.setenv("FASTDDS_BUILTIN_TRANSPORTS", "UDPv4")  # killed processes leave shared memory behind
     monkeypatch.setenv("ROS_HOME", str(tmp_path / "ros"))  # logs
     return dict(os.environ)
 

@@ -32,10 +32,11 @@ from sensor_msgs.msg import BatteryState, JointState, LaserScan
 from std_msgs.msg import Bool, String
 
 STEP = 0.01  # [s]
+LATE = 0.02  # [s] delay of the machine that the log tells
 STALL = 0.1  # [s] delay of the machine beyond which the world pauses
 START = [-1.0, 2.0, math.radians(-63.0)]  # of R2 in EXP1
 PEER = 0.25  # [m] radius of the other robot
-WHEELS = {"front_left_wheel": -1, "front_right_wheel": 1, "rear_left_wheel": -1, "rear_right_wheel": 1}  # and sides
+WHEELS = {"left_wheel": -1, "right_wheel": 1}  # sides by joint
 STOPPED = 1e-6  # [m/s], [rad/s]
 FAULTS = {
     "scan_stops": "no scan is published any more",
@@ -172,21 +173,24 @@ class RobotNode:
             self.inputs.put(line.strip())
 
     def receive(self, message: Any, info: dict[str, int]) -> None:
-        """Take a command. A line of the log has its times of receipt, publication and header [s since 1970]."""
+        """Take a command. The log has its times of receipt, publication and header [s since 1970], and its twist."""
         twist = message.twist if self.options.stamped else message
         header = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec if self.options.stamped else None
         self.robot.command(twist.linear.x, twist.angular.z)
+        self.note("command", 1e-9 * info["source_timestamp"], header, twist.linear.x, twist.angular.z)
+
+    def note(self, what: str, *values: float | None) -> None:
+        """Write a line to the log."""
         if self.log is not None:
-            sent = 1e-9 * info["source_timestamp"]
-            self.log.write(json.dumps([time.time(), sent, header, twist.linear.x, twist.angular.z]) + "\n")
+            self.log.write(json.dumps([time.time(), what, *values]) + "\n")
 
     def step(self) -> None:
         while not self.inputs.empty():
             self.obey(self.inputs.get())
         moved = self.robot.moves
         self.robot.step()
-        if self.log is not None and moved and not self.robot.moves:
-            self.log.write(json.dumps([time.time(), "stopped"]) + "\n")
+        if moved and not self.robot.moves:
+            self.note("stopped")
         for rate, publish in (
             (self.options.scan_rate, self.publish_scan),
             (self.options.odom_rate, self.publish_odom),
@@ -206,6 +210,7 @@ class RobotNode:
             self.robot.faults.clear()
         elif line in FAULTS:
             self.robot.faults.add(line)
+            self.note("fault")
 
     def stamp(self, header: Any, frame: str) -> None:
         faults, now = self.robot.faults, self.node.get_clock().now()
@@ -250,7 +255,7 @@ class RobotNode:
         odom.twist.twist.linear.x, odom.twist.twist.angular.z = robot.v, robot.w
         self.stamp(odom.header, "odom")
         self.odom.publish(odom)
-        turning = 0.5 * self.options.track * robot.w
+        turning = 0.5 * self.options.wheel_separation * robot.w
         joints = JointState(name=list(WHEELS))
         joints.velocity = [(robot.v + side * turning) / self.options.wheel_radius for side in WHEELS.values()]
         self.stamp(joints.header, "")
@@ -280,8 +285,8 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--max-turn-rate", type=float, default=4.0, help="[rad/s]")
     parser.add_argument("--max-acceleration", type=float, default=3.0, help="[m/s2]")
     parser.add_argument("--max-turn-acceleration", type=float, default=18.0, help="[rad/s2]")
-    parser.add_argument("--track", type=float, default=0.552, help="distance between left and right wheels [m]")
-    parser.add_argument("--wheel-radius", type=float, default=0.098, help="[m]")
+    parser.add_argument("--wheel-separation", type=float, default=0.331, help="wheel separation [m]")
+    parser.add_argument("--wheel-radius", type=float, default=0.0975, help="[m]")
     parser.add_argument("--timeout", type=float, default=0.3, help="age of a command at which the robot stops [s]")
     parser.add_argument("--stamped", action="store_true", help="cmd_vel is a TwistStamped")
     parser.add_argument("--beams", type=int, default=360)
@@ -290,7 +295,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--odom-rate", type=float, default=50.0, help="[Hz], a divisor of 100")
     parser.add_argument("--peer", default="", help="another robot: x,y,to_x,to_y,speed")
     parser.add_argument("--duration", type=float, default=120.0, help="[s]")
-    parser.add_argument("--log", default="", help="file for a line of JSON for each command, and for each stop")
+    parser.add_argument("--log", default="", help="file of JSON lines: commands, stops, faults, delays of the machine")
     parser.add_argument("--fault", action="append", default=[], choices=FAULTS, help=str(FAULTS))
     parser.add_argument("--after", type=float, default=0.0, help="time from the first motion to the faults [s]")
     for name, default in (("scan", "best_effort"), ("odom", "reliable"), ("cmd", "reliable")):
@@ -307,11 +312,15 @@ def main() -> None:
     node, executor = RobotNode(robot), SingleThreadedExecutor()
     executor.add_node(node.node)
     tell({"ready": True, "node": node.node.get_fully_qualified_name()})
-    begun = due = time.monotonic()
+    begun = due = last = time.monotonic()
     while not ended.is_set() and (now := time.monotonic()) < begun + options.duration:
-        if now < due or now - due > STALL:
-            executor.spin_once(timeout_sec=max(due - now, 0.0))
-            due = max(due, now - STALL)
+        if now - last > LATE:
+            node.note("late", now - last - STEP)
+        last = now
+        if now - due > STALL:
+            due = now + STEP  # commands that wait are received first
+        if now < due:
+            executor.spin_once(timeout_sec=due - now)
         else:
             node.step()
             due += STEP

@@ -8,8 +8,9 @@ import select
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 
@@ -29,6 +30,42 @@ def ros_python(distribution: str) -> Path:
     if not (folder / ".set-up").exists():
         pytest.skip(f"no {folder.name}: `make test` makes .venv-ros, `make soak` also .venv-ros-kilted")
     return folder / "bin" / "python"
+
+
+class Line(NamedTuple):
+    """Line of the robot's log.
+
+    Attributes:
+        t: Time at which the robot received or noted it [s since 1970].
+        what: `command`, `stopped`, `fault` or `late`.
+        sent: Time at which a command was published [s since 1970]; how late the robot was [s].
+        header: Stamp of a command's header [s since 1970].
+        v: Speed that is commanded [m/s].
+        w: Turn rate that is commanded [rad/s].
+    """
+
+    t: float
+    what: str
+    sent: float = 0.0
+    header: float | None = None
+    v: float = 0.0
+    w: float = 0.0
+
+    @property
+    def moves(self) -> bool:
+        """Whether it is a command that moves the robot."""
+        return self.what == "command" and bool(self.v or self.w)
+
+    @property
+    def rests(self) -> bool:
+        """Whether it is a command of zero."""
+        return self.what == "command" and not (self.v or self.w)
+
+
+def late_between(lines: list[Line], begin: float, end: float) -> float:
+    """Time for which the machine gave the robot no processor [s]."""
+    late = [(line.t - line.sent, line.t) for line in lines if line.what == "late"]
+    return sum(max(min(until, end) - max(since, begin), 0.0) for since, until in late)
 
 
 class RobotProcess:
@@ -81,9 +118,17 @@ class RobotProcess:
             time.sleep(0.02)
         return report
 
-    def lines(self) -> list[list[Any]]:
-        """The log so far: [received, sent, header, v, w] of a command, times in s since 1970; [time, "stopped"]."""
-        return [json.loads(line) for line in self.log.read_text().splitlines() if line.endswith("]")]
+    def lines(self) -> list[Line]:
+        """The log so far."""
+        return [Line(*json.loads(line)) for line in self.log.read_text().splitlines(keepends=True) if line[-1] == "\n"]
+
+    def follow(self, wanted: Callable[[list[Line]], bool]) -> list[Line]:
+        """Wait until a condition of the log holds; the log."""
+        end = time.monotonic() + PATIENCE
+        while not wanted(lines := self.lines()):
+            assert time.monotonic() < end, f"it never came; the last lines: {lines[-5:]}"
+            time.sleep(0.02)
+        return lines
 
     def end(self) -> dict[str, Any]:
         """Ask the robot to end, and return its last report."""
@@ -95,5 +140,9 @@ class RobotProcess:
 
     def close(self) -> None:
         """End the process, however it fares."""
-        self.process.kill()
-        self.process.communicate()
+        self.process.terminate()
+        try:
+            self.process.communicate(timeout=5.0)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            self.process.communicate()

@@ -17,6 +17,8 @@ from rclpy.qos import qos_profile_sensor_data
 from sensor_msgs.msg import BatteryState, LaserScan
 from std_msgs.msg import Bool, String
 
+from ..robot_process import late_between
+
 ROOT = Path(__file__).resolve().parents[3]
 PATIENCE = 30.0  # [s]
 
@@ -75,11 +77,13 @@ def test_it_drives_while_commanded_and_stops_by_its_own_timeout(counterpart, cli
     assert (x, y, yaw) == pytest.approx((-1.0, 2.0, math.radians(-63.0)))
     client.until(lambda newest: newest["odom"].twist.twist.linear.x > 0.29, v=0.3)
     client.until(lambda newest: newest["odom"].twist.twist.linear.x == 0.0)
-    *_, last, stop = robot.lines()
-    assert 0.3 <= stop[0] - last[0] < 0.3 + 0.3 / 3.0 + 0.2  # its time-out, its braking; slack of the machine
+    lines = robot.follow(lambda lines: lines[-1].what == "stopped")
+    *_, last = [line for line in lines if line.what == "command"]
+    took = lines[-1].t - last.t - late_between(lines, last.t, lines[-1].t)
+    assert 0.3 <= took < 0.3 + 0.3 / 3.0 + 0.1  # its time-out, its braking; slack
     ended = robot.end()
     assert ended["expired"] == 1
-    assert ended["commands"] == len(robot.lines()) - 1
+    assert ended["commands"] == sum(line.what == "command" for line in lines)
     assert not ended["collided"]
     ahead, aside = ended["pose"][0] - x, ended["pose"][1] - y
     assert math.atan2(aside, ahead) == pytest.approx(yaw)

@@ -1,0 +1,53 @@
+"""Agents killed or stopped at random moments: the robot is commanded zero in time, by the stamps of its commands."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from .killed import BRAKING, OWN_TIMEOUT, SOON, both_killed, driven, killed, moments, paused, report
+
+
+@pytest.fixture
+def robots(counterpart, request):
+    return partial(driven, counterpart, transport="dds", real_time=request.config.getoption("--real-time"))
+
+
+@pytest.mark.parametrize("fault", [killed, paused])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_zero_is_published_in_time(robots, tmp_path, fault, seed):
+    with robots(tmp_path) as robot:
+        robot.drive(moments(seed, 1)[0] / 3.0)
+        _, awake = fault(robot)
+        assert awake <= SOON
+        if fault is paused:
+            robot.drive(0.0)  # it drives on
+
+
+def test_without_agent_and_publisher_the_robot_stops_by_its_own_timeout(robots, tmp_path):
+    with robots(tmp_path) as robot:
+        robot.drive(0.5)
+        _, awake = both_killed(robot)
+        assert awake <= OWN_TIMEOUT + BRAKING
+
+
+@pytest.mark.soak
+def test_twenty_five_times_killed(robots, tmp_path):
+    took = []
+    for count, moment in enumerate(moments(3, 25)):
+        with robots(tmp_path / str(count)) as robot:
+            robot.drive(moment)
+            took.append(killed(robot))
+    report("killed", took, SOON)
+
+
+@pytest.mark.soak
+def test_twenty_five_times_stopped(robots, tmp_path):
+    took = []
+    for count in range(5):
+        with robots(tmp_path / str(count)) as robot:
+            for moment in moments(count, 5):
+                robot.drive(moment / 6.0)
+                took.append(paused(robot))
+    report("stopped", took, SOON)
