@@ -60,7 +60,7 @@ def episode(counterpart: Callable[..., RobotProcess], folder: Path, transport: s
 
     Returns:
         The robot's last report, with `outcome` and `reason` of the run, `time` to the goal [s], `off`, the distance
-        from the goal [m], and `clean`.
+        from the goal [m], `clean`, and `neutral`, whether the last three commands were zero.
     """
     robot = counterpart(*OPTIONS, *start_of(seed), distribution=HERE[transport])
     found = drive_exp1(folder, transport=transport)
@@ -68,8 +68,10 @@ def episode(counterpart: Callable[..., RobotProcess], folder: Path, transport: s
     robot.until("speeds == [0.0, 0.0]")
     ended = robot.end()
     ended |= {"outcome": agent.outcome, "reason": agent.reason, "time": agent.time_to_goal}
+    ended["neutral"] = all(line.rests for line in [each for each in robot.lines() if each.what == "command"][-3:])
     ended["off"] = math.hypot(*ended["pose"][:2])
     ended["clean"] = agent.outcome == "success" and not ended["collided"] and ended["off"] < GOAL + 0.02
+    ended["clean"] &= ended["neutral"]
     return ended
 
 

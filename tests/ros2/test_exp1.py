@@ -14,7 +14,6 @@ pytestmark = pytest.mark.usefixtures("awake")
 def test_the_mission_drives_the_robot_to_the_goal(counterpart, tmp_path):
     ended = episode(counterpart, tmp_path, "dds")
     assert ended["clean"], ended
-    assert ended["expired"] == 0  # neutral was commanded at the end, before the robot's own time-out
     agent = json.loads((tmp_path / "out" / "summary.json").read_text())["agents"]["R2"]
     assert agent["outcome"] == "success"
     assert (agent["collisions"], agent["min_clearance"]) == (None, None)  # nobody knows

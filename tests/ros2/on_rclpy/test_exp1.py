@@ -12,7 +12,6 @@ pytestmark = pytest.mark.usefixtures("awake")
 def test_the_mission_drives_the_robot_to_the_goal(counterpart, tmp_path):
     ended = episode(counterpart, tmp_path, "rclpy")
     assert ended["clean"], ended
-    assert ended["expired"] == 0
 
 
 @pytest.mark.soak
