@@ -238,7 +238,7 @@ class Catalog:
 
         Args:
             name: Name or path; or `file.py:Class` for a PythonPlanner, a path or relative to `planners`.
-            dialect: Dialect of the nodes in XML: empty for rocs_bt's, `nav2` for Nav2's.
+            dialect: Dialect of the nodes in XML: empty for rocs_bt's, else `nav2` or `nav2_servers`.
 
         Raises:
             InputError: The mission does not exist, does not load, has no `build`, or `--no-code` forbids it.
@@ -353,7 +353,7 @@ class Catalog:
 
             document = read_document(mission.path, within=self.root_of(mission.path))
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
-            texts |= set(ROUTES if dialect else ())
+            texts |= set(ROUTES if dialect == "nav2" else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
             tags = texts = {text for file in mission.files() for text in texts_in(file)}

@@ -27,7 +27,7 @@ class PlannerSpec:
         rules: Names of the rule files; empty for a planner without reflexes.
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
-        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, `nav2` for Nav2's.
+        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, else `nav2` or `nav2_servers`.
         oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
         doc: One-sentence description.
         source: Book or paper of the method.

@@ -52,7 +52,7 @@ class AgentSpec:
         name: Agent's name, and prefix of its body in the world.
         robot: Robot's name.
         mission: Mission's name.
-        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, `nav2` for Nav2's.
+        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, else `nav2` or `nav2_servers`.
         rules: Names of the rule files.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
@@ -274,9 +274,13 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
     )
 
 
+DIALECTS = ("rocs", "nav2", "nav2_servers")
+"""Dialects of XML missions: rocs_bt's nodes; Nav2's nodes without ROS; nodes that call a running Nav2."""
+
+
 def dialect_in(table: Table, default: str) -> str:
     """Dialect of XML missions: the key `nodes` of a table, or the default."""
-    return table.choice("nodes", ("rocs", "nav2"), default)
+    return table.choice("nodes", DIALECTS, default)
 
 
 def _after(table: Table) -> dict[str, float]:

@@ -32,7 +32,8 @@ class MissionOptions:
     """Options of a check of XML missions.
 
     Attributes:
-        dialect: `nav2`, or empty for rocs_bt's nodes; None for the dialect of the scenarios that use a mission.
+        dialect: `nav2`, `nav2_servers`, or empty for rocs_bt's nodes; None for the dialect of the scenarios that use a
+            mission.
         models: Node models declared by palettes and by the files that are checked together, by ID.
         palettes: Whether the user named palettes; the models of the checked files are then used as well.
         stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
@@ -145,7 +146,7 @@ def _stub(mission: Mission) -> Stub:
 
 
 def dialect_of(mission: Entry, catalog: Catalog) -> str:
-    """Dialect of a mission: `nav2` if a scenario or planner that uses it declares so, else empty.
+    """Dialect of a mission, as a scenario or planner that uses it declares it; empty if none does.
 
     Args:
         mission: Entry of the mission.
@@ -161,6 +162,7 @@ def dialect_of(mission: Entry, catalog: Catalog) -> str:
             users = catalog.load_scenario(path).agents if scenario else [catalog.load_planner(path)]
         except InputError:
             continue  # reported where the scenario or the planner is checked
-        if any(a.nodes and catalog.find("mission", a.mission).path.samefile(mission.path) for a in users):
-            return "nav2"
+        for agent in users:
+            if agent.nodes and catalog.find("mission", agent.mission).path.samefile(mission.path):
+                return agent.nodes
     return ""

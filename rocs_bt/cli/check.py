@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..catalog import DIALECTS
 from ..errors import Fault
 from ..words import counted
 from .terminal import echo
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
 @click.option(
     "--nodes",
     "dialect",
-    type=click.Choice(["rocs", "nav2"]),
+    type=click.Choice(DIALECTS),
     help="XML missions: dialect of the nodes; by default that of the scenarios that use them.",
 )
 @click.option(

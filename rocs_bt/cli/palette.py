@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..catalog import Catalog
+from ..catalog import DIALECTS, Catalog
 from .terminal import echo
 
 
@@ -15,7 +15,7 @@ from .terminal import echo
 @click.option(
     "--nodes",
     "dialect",
-    type=click.Choice(["rocs", "nav2"]),
+    type=click.Choice(DIALECTS),
     default="rocs",
     show_default=True,
     help="Dialect of the nodes.",

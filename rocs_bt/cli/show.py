@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..catalog import Catalog
+from ..catalog import DIALECTS, Catalog
 from ..words import inactive_rule
 from .play_scenario import catalog_for
 from .terminal import echo
@@ -25,7 +25,7 @@ from .terminal import echo
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
 @click.option("--tree", "main", default="", metavar="ID", help="XML missions: ID of the tree to draw.")
 @click.option("--stub-unknown", is_flag=True, help="XML missions: replace unknown or invalid nodes by stubs.")
-@click.option("--nodes", "dialect", type=click.Choice(["rocs", "nav2"]), help="XML missions: dialect of the nodes.")
+@click.option("--nodes", "dialect", type=click.Choice(DIALECTS), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")

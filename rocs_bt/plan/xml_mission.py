@@ -24,12 +24,12 @@ from .action_node import action_nodes
 from .context import MissionContext
 from .nav2 import ELSEWHERE, GOAL_KEYS, NAV2
 from .parameters import mission_arguments, mission_parameters
-from .ros2 import ROS_NODES
+from .ros2 import NAV2_SERVERS, ROS_NODES
 
 Build = Callable[..., Any]
 
 _OWN = BUILTIN.with_(ROS_NODES)
-_DIALECTS = {"nav2": NAV2.with_(ROS_NODES)}
+_DIALECTS = {"nav2": NAV2.with_(ROS_NODES), "nav2_servers": _OWN.with_(NAV2_SERVERS)}
 
 
 def tags_of(document: Document) -> set[str]:
@@ -66,7 +66,8 @@ def xml_mission(
         nodes: Function from names of node classes to those of these classes that the project defines.
         missions: Function from the ID in a SubTree to the `build` function of the mission with this name, or None.
         beside: Other files with trees that a SubTree may use, by the IDs of these trees.
-        dialect: `nav2` to use Nav2's semantics for nodes that exist in Nav2; empty for those of BehaviorTree.CPP.
+        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2; empty for
+            rocs_bt's own.
 
     Raises:
         InputError: The file cannot be read, or has several trees and names no main tree.
@@ -80,15 +81,15 @@ def xml_mission(
     def make(mission: MissionContext) -> Behaviour:
         return mission_tree(document, mission, own, missions, main, dialect)
 
-    keys = [key for key in GOAL_KEYS if dialect == "nav2" and f"{{{key}}}" in _read_in(document)]
+    keys = [key for key in GOAL_KEYS if dialect and f"{{{key}}}" in _read_in(document, shipped_nodes(dialect))]
     return _Build(path, document, main, make, keys)
 
 
-def _read_in(document: Document) -> set[Any]:
-    """All attribute values in a document's trees, and the defaults of omitted ports of Nav2's nodes."""
+def _read_in(document: Document, nodes: Registry) -> set[Any]:
+    """All attribute values in a document's trees, and the defaults of omitted ports of these nodes."""
     found: set[Any] = set(values_of(document))
     for element in document.elements():
-        node = NAV2.get(element.node_tag)
+        node = nodes.get(element.node_tag)
         ports = node.ports.values() if node is not None else ()
         found |= {p.default for p in ports if isinstance(p.default, str) and p.name not in element.attributes}
     return found
@@ -156,7 +157,8 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
     Args:
         actions: Actions of the robot, keyed by name.
         nodes: Node classes of the project.
-        dialect: `nav2` to use Nav2's semantics for nodes that exist in Nav2; empty for those of BehaviorTree.CPP.
+        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2; empty for
+            rocs_bt's own.
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])

@@ -17,11 +17,10 @@ _MISSING: Final = {
     tag: (f"'{tag}' is a node of Nav2 that rocs_bt does not have ({what}).", "Remove it, or write a node of that name.")
     for what, tags in {
         "smoothing": "SmoothPath SmootherSelector",
-        "docking": "DockRobot UndockRobot",
         "teleoperation": "AssistedTeleop CancelAssistedTeleop",
         "batteries": "IsBatteryCharging IsBatteryLow",
         "cancelling": "CancelControl CancelBackUp CancelDriveOnHeading CancelSpin CancelWait",
-        "other navigators": "NavigateToPose NavigateThroughPoses ComputeAndTrackRoute",
+        "other navigators": "ComputeAndTrackRoute",
         "validation of paths": "IsPathValid",
         "costmaps": "RemoveInCollisionGoals",
         "localisation": "ReinitializeGlobalLocalization",
@@ -30,11 +29,23 @@ _MISSING: Final = {
     for tag in tags.split()
 }
 
-ELSEWHERE: Final = _MISSING | {
-    tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
-    for tag in NAV2
-    if tag not in BUILTIN
+_ON_SERVERS: Final = {
+    tag: (
+        f"'{tag}' is a node of Nav2 that needs ROS.",
+        'Write nodes = "nav2_servers" in the scenario: it then calls the action server of a running Nav2.',
+    )
+    for tag in ("NavigateToPose", "NavigateThroughPoses", "DockRobot", "UndockRobot")
 }
+
+ELSEWHERE: Final = (
+    _MISSING
+    | _ON_SERVERS
+    | {
+        tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
+        for tag in NAV2
+        if tag not in BUILTIN
+    }
+)
 """Message and hint for each of Nav2's nodes, if a mission of another dialect uses it or rocs_bt does not have it."""
 
 GOAL_KEYS: Final = ("goal", "goals")

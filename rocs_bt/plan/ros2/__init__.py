@@ -7,6 +7,7 @@ from typing import Final
 from .action import RosAction
 from .action_server import RosActionServer
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs
+from .nav2_servers import NAV2_SERVERS
 from .service import RosService
 from .topics import RosPublish, RosSubscribe
 from .uses_ros import UsesRos
@@ -15,6 +16,7 @@ ROS_NODES: Final = (RosAction, RosActionServer, RosPublish, RosService, RosSubsc
 """Nodes for any topic, service or action; available in every mission."""
 
 __all__ = [
+    "NAV2_SERVERS",
     "ROS_NODES",
     "FieldInput",
     "FieldInputs",

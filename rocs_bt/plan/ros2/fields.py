@@ -128,11 +128,16 @@ def _nested(types: RosTypes, type: str, value: Any, what: str) -> dict[str, Any]
         quantity = parse_quantity(value) if isinstance(value, str) else None
         if quantity is None or quantity.dimension in (TIME, NONE):
             seconds = float(value) if quantity is None else quantity.value
-            whole = math.floor(seconds)
-            return {"sec": whole, "nanosec": min(round((seconds - whole) * 1e9), 999_999_999)}
+            return duration(seconds)
     fields = types.fields(type)
     first = "" if not fields else f"Write {what}.{next(iter(fields))} = ..., for each field that you need."
     raise InputError(Fault(f"{what} is a message ({type}), found {value!r:.60}.", hint=first))
+
+
+def duration(seconds: float) -> dict[str, int]:
+    """Plain values of a builtin_interfaces/Duration or a builtin_interfaces/Time."""
+    whole = math.floor(seconds)
+    return {"sec": whole, "nanosec": min(round((seconds - whole) * 1e9), 999_999_999)}
 
 
 def _number(type: str, value: Any) -> bool | int | float:

@@ -1,0 +1,324 @@
+"""Nodes that call the action servers of a running Nav2, with the names and ports of Nav2's own nodes.
+
+They are available with `nodes = "nav2_servers"`. The nodes of `rocs_bt.plan.nav2` (`nodes = "nav2"`) have the same
+names but need no ROS: they use the planners and actions of rocs_bt.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
+from typing import Any, ClassVar, Final
+
+from ...errors import Fault, InputError
+from ...geometry import Pose2
+from ...ros_link import RosGoal
+from ...trees.nodes import Input, Output
+from ..nav2.poses import PoseInput, PosesInput, pose_of, poses_of, robot_pose
+from .action import GoalLeaf
+from .assignments import FieldOutputs
+from .fields import duration, message, primitive
+
+
+class Nav2Action(GoalLeaf):
+    """Base of nodes that call an action server of Nav2.
+
+    The fields of a goal that the installed nav2_msgs does not have are omitted, because they differ between the
+    distributions of ROS 2. Poses are names of places in the world model, or texts of a PoseStamped, in the frame of the
+    port `frame`.
+
+    Attributes:
+        type: Type of the action.
+    """
+
+    type: ClassVar[str] = ""
+    named = "server_name"
+    parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
+
+    feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
+    result = FieldOutputs("keys for fields of the result: path -> {key}")
+    frame = Input(str, "map", "frame of the poses")
+    server_timeout = Input(float, 0.0, "timeout of the acknowledgement in Nav2 [ms]; not used")
+    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
+    error_msg = Output(str, "error message")
+
+    def fields(self) -> dict[str, Any]:
+        """Fields of the goal, as plain values.
+
+        Raises:
+            InputError: A place is not known.
+        """
+        raise NotImplementedError
+
+    def names(self) -> tuple[str, str]:
+        return self._name("server_name"), self.type
+
+    def initialise(self) -> None:
+        self.error_code_id, self.error_msg = 0, ""
+        super().initialise()
+
+    def message(self) -> dict[str, Any]:
+        types = self.link.types if self.link is not None else None
+        known = None if types is None else types.fields(f"{self.type}_Goal")
+        if types is None or known is None:
+            raise InputError(Fault(f"the fields of {self.type} are not known here.", hint="Install nav2_msgs."))
+        given = {name: value for name, value in self.fields().items() if name in known}
+        return message(types, f"{self.type}_Goal", [((), given)])
+
+    def on_feedback(self, goal: RosGoal) -> str:
+        return self.put("feedback", goal.feedback)
+
+    def on_result(self, goal: RosGoal) -> str:
+        self.error_code_id, self.error_msg = self._error(goal)
+        return self.put("result", goal.result)
+
+    def detail(self, goal: RosGoal) -> str:
+        code, text = self._error(goal)
+        shown = ": ".join(filter(None, (f"error code {code}" if code else "", text)))
+        return f" ({shown})" if shown else ""
+
+    def stamped(self, value: Any) -> dict[str, Any]:
+        """PoseStamped of a place, in the frame of the port.
+
+        Args:
+            value: Pose, text of a PoseStamped, or name of a place in the world model.
+
+        Raises:
+            InputError: The pose is not known.
+        """
+        mission = self.mission
+        pose = None if mission is None else pose_of(mission, value)
+        if mission is None or pose is None or not math.isfinite(pose.x + pose.y):
+            raise InputError(Fault(f"the pose of '{value}' is not known."))
+        if math.isnan(pose.yaw):  # any heading: that of the straight line from the robot
+            here = robot_pose(mission)
+            yaw = math.atan2(pose.y - here.y, pose.x - here.x)
+            pose = Pose2(pose.x, pose.y, yaw if math.isfinite(yaw) else 0.0)
+        return stamped(pose, self.frame)
+
+    def _error(self, goal: RosGoal) -> tuple[int, str]:
+        found = []
+        for name, default in (("error_code", 0), ("error_msg", "")):
+            try:
+                found.append(default if goal.result is None else goal.result.get((name,)))
+            except LookupError:
+                found.append(default)
+        return int(found[0]), str(found[1])
+
+
+class Nav2Motion(Nav2Action):
+    """Base of nodes with which Nav2 moves the robot. Reflexes of the robot have priority: they cancel the goal."""
+
+    cancel_on_reflex = Input(
+        bool, True, "whether the goal is cancelled while a reflex is active, and sent again afterwards"
+    )
+
+
+class NavigateToPose(Nav2Motion):
+    """Drives to a goal with Nav2's navigator."""
+
+    type = "nav2_msgs/action/NavigateToPose"
+    server_name = Input(str, "navigate_to_pose", "name of the action")
+    goal = PoseInput("{goal}", "goal: name of a place, or text of a PoseStamped")
+    behavior_tree = Input(str, "", "file of a behaviour tree of Nav2; its default if empty")
+
+    def fields(self) -> dict[str, Any]:
+        return {"pose": self.stamped(self.goal), "behavior_tree": self.behavior_tree}
+
+
+class NavigateThroughPoses(Nav2Motion):
+    """Drives to several goals in order with Nav2's navigator."""
+
+    type = "nav2_msgs/action/NavigateThroughPoses"
+    server_name = Input(str, "navigate_through_poses", "name of the action")
+    goals = PosesInput("{goals}", "goals, separated by ;")
+    behavior_tree = Input(str, "", "file of a behaviour tree of Nav2; its default if empty")
+
+    def fields(self) -> dict[str, Any]:
+        if self.mission is None:
+            raise InputError("the node has no mission.")
+        value = self.goals
+        given = value if isinstance(value, (list, tuple)) else poses_of(self.mission, value)
+        poses = [self.stamped(each) for each in given]
+        return {"poses": self._array(poses), "behavior_tree": self.behavior_tree}
+
+    def _array(self, poses: list[dict[str, Any]]) -> Any:
+        """Poses as the field `poses` of the installed nav2_msgs: an array, or a message that contains it."""
+        types = None if self.link is None else self.link.types
+        field = None if types is None else (types.fields(f"{self.type}_Goal") or {}).get("poses")
+        if types is None or field is None or field.array:
+            return poses
+        inner = types.fields(field.type) or {}
+        name = next((n for n, f in inner.items() if f.array and not primitive(f)), "poses")
+        return {"header": {"frame_id": self.frame}, name: poses}
+
+
+class ComputePathToPose(Nav2Action):
+    """Computes a path with Nav2's planner server."""
+
+    type = "nav2_msgs/action/ComputePathToPose"
+    server_name = Input(str, "compute_path_to_pose", "name of the action")
+    goal = PoseInput("{goal}", "goal: name of a place, or text of a PoseStamped")
+    start = PoseInput("", "start; the robot's pose if empty")
+    planner_id = Input(str, "", "name of a planner of Nav2; its default if empty")
+    path = Output(object, "path, as nav_msgs/Path")
+    corners = Output(list, "path as corners, (x, y) in `frame` [m], for actions such as FollowRoute")
+
+    def fields(self) -> dict[str, Any]:
+        start = self.start
+        found = {"goal": self.stamped(self.goal), "planner_id": self.planner_id, "use_start": start != ""}
+        return found if start == "" else {**found, "start": self.stamped(start)}
+
+    def on_result(self, goal: RosGoal) -> str:
+        if goal.result is not None:
+            path = goal.result.get(("path",))
+            self.path, self.corners = path, corners_of(path)
+        return super().on_result(goal)
+
+
+class FollowPath(Nav2Motion):
+    """Follows a path with Nav2's controller server."""
+
+    type = "nav2_msgs/action/FollowPath"
+    server_name = Input(str, "follow_path", "name of the action")
+    path = Input(object, "{path}", "path: a nav_msgs/Path, or corners, (x, y) in `frame` [m]")
+    controller_id = Input(str, "", "name of a controller of Nav2; its default if empty")
+    goal_checker_id = Input(str, "", "name of a goal checker of Nav2; its default if empty")
+    progress_checker_id = Input(str, "", "name of a progress checker of Nav2; its default if empty")
+
+    def fields(self) -> dict[str, Any]:
+        names = ("controller_id", "goal_checker_id", "progress_checker_id")
+        return {"path": path_of(self.path, self.frame), **{name: self.read(name) for name in names}}
+
+
+class _Behavior(Nav2Motion):
+    """Base of nodes for Nav2's behavior server."""
+
+    time_allowance = Input(float, 10.0, "maximum duration [s]")
+    disable_collision_checks = Input(bool, False, "whether Nav2 does not check for collisions")
+
+    def fields(self) -> dict[str, Any]:
+        allowed = duration(self.time_allowance)
+        return {"time_allowance": allowed, "disable_collision_checks": self.disable_collision_checks}
+
+
+class Spin(_Behavior):
+    """Turns on the spot with Nav2's behavior server."""
+
+    type = "nav2_msgs/action/Spin"
+    server_name = Input(str, "spin", "name of the action")
+    spin_dist = Input(float, 1.57, "angle, left positive [rad]")
+
+    def fields(self) -> dict[str, Any]:
+        return {"target_yaw": self.spin_dist, **super().fields()}
+
+
+class BackUp(_Behavior):
+    """Drives backward with Nav2's behavior server."""
+
+    type = "nav2_msgs/action/BackUp"
+    server_name = Input(str, "backup", "name of the action")
+    backup_dist = Input(float, 0.15, "distance [m]")
+    backup_speed = Input(float, 0.025, "speed [m/s]")
+
+    def fields(self) -> dict[str, Any]:
+        return {"target": {"x": self.backup_dist}, "speed": self.backup_speed, **super().fields()}
+
+
+class DriveOnHeading(_Behavior):
+    """Drives straight with Nav2's behavior server."""
+
+    type = "nav2_msgs/action/DriveOnHeading"
+    server_name = Input(str, "drive_on_heading", "name of the action")
+    dist_to_travel = Input(float, 0.15, "distance [m]")
+    speed = Input(float, 0.025, "speed [m/s]")
+
+    def fields(self) -> dict[str, Any]:
+        return {"target": {"x": self.dist_to_travel}, "speed": self.speed, **super().fields()}
+
+
+class Wait(Nav2Action):
+    """Waits with Nav2's behavior server."""
+
+    type = "nav2_msgs/action/Wait"
+    server_name = Input(str, "wait", "name of the action")
+    wait_duration = Input(float, 1.0, "duration [s]")
+
+    def fields(self) -> dict[str, Any]:
+        return {"time": duration(self.wait_duration)}
+
+
+class DockRobot(Nav2Motion):
+    """Docks with Nav2's docking server."""
+
+    type = "nav2_msgs/action/DockRobot"
+    server_name = Input(str, "dock_robot", "name of the action")
+    use_dock_id = Input(bool, True, "whether the dock is given by its name in Nav2's database, not by its pose")
+    dock_id = Input(str, "", "name of the dock in Nav2's database")
+    dock_pose = PoseInput("", "pose of the dock: name of a place, or text of a PoseStamped")
+    dock_type = Input(str, "", "plugin of Nav2 for this kind of dock")
+    max_staging_time = Input(float, 1000.0, "maximum duration of the drive to the dock's staging pose [s]")
+    navigate_to_staging_pose = Input(bool, True, "whether the robot first drives to the dock's staging pose")
+
+    def fields(self) -> dict[str, Any]:
+        names = ("use_dock_id", "dock_id", "dock_type", "max_staging_time", "navigate_to_staging_pose")
+        found = {name: self.read(name) for name in names}
+        return found if self.dock_pose == "" else {**found, "dock_pose": self.stamped(self.dock_pose)}
+
+
+class UndockRobot(Nav2Motion):
+    """Undocks with Nav2's docking server."""
+
+    type = "nav2_msgs/action/UndockRobot"
+    server_name = Input(str, "undock_robot", "name of the action")
+    dock_type = Input(str, "", "plugin of Nav2 for this kind of dock")
+    max_undocking_time = Input(float, 30.0, "maximum duration [s]")
+
+    def fields(self) -> dict[str, Any]:
+        return {"dock_type": self.dock_type, "max_undocking_time": self.max_undocking_time}
+
+
+NAV2_SERVERS: Final = (
+    BackUp, ComputePathToPose, DockRobot, DriveOnHeading, FollowPath, NavigateThroughPoses, NavigateToPose, Spin,
+    UndockRobot, Wait,
+)  # fmt: skip  # a list
+"""Nodes that call Nav2's action servers."""
+
+
+def stamped(pose: Pose2, frame: str) -> dict[str, Any]:
+    """Plain values of a geometry_msgs/PoseStamped; its stamp is 0, which means the latest transform.
+
+    Args:
+        pose: Pose in the frame.
+        frame: Name of the frame.
+    """
+    position, turned = {"x": pose.x, "y": pose.y}, {"z": math.sin(pose.yaw / 2.0), "w": math.cos(pose.yaw / 2.0)}
+    return {"header": {"frame_id": frame}, "pose": {"position": position, "orientation": turned}}
+
+
+def path_of(value: Any, frame: str) -> Mapping[str, Any]:
+    """Plain values of a nav_msgs/Path.
+
+    Args:
+        value: Plain values of one; or corners, (x, y) in the frame [m], each of which gets the heading of the leg that
+            begins there.
+        frame: Name of the frame.
+
+    Raises:
+        InputError: The value is neither, or the path is empty.
+    """
+    if isinstance(value, Mapping):
+        return value
+    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
+        raise InputError(Fault(f"{value!r:.60} is no path.", hint="Write the key of a path."))
+    corners = [(float(corner[0]), float(corner[1])) for corner in value]
+    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(corners)] or [0.0]
+    poses = [stamped(Pose2(x, y, yaw), frame) for (x, y), yaw in zip(corners, [*headings, headings[-1]], strict=False)]
+    return {"header": {"frame_id": frame}, "poses": poses}
+
+
+def corners_of(path: Mapping[str, Any]) -> list[tuple[float, float]]:
+    """Positions of a nav_msgs/Path, (x, y) in its frame [m]."""
+    positions: Iterable[Any] = (pose["pose"]["position"] for pose in path.get("poses", ()))
+    return [(float(p["x"]), float(p["y"])) for p in positions]
