@@ -390,6 +390,20 @@ class CommandExpired(Event, frozen=True, kw_only=True):
     actuator: str
 
 
+class MotionHeld(Event, frozen=True, kw_only=True):
+    """A safety gate holds an actuator in neutral, whatever is commanded, such as in an emergency stop."""
+
+    actuator: str
+    reason: str
+
+
+class MotionReleased(Event, frozen=True, kw_only=True):
+    """A safety gate passes commands again after MotionHeld. `by` names the person or device; may be empty."""
+
+    actuator: str
+    by: str = ""
+
+
 class LandingBegan(Event, frozen=True, kw_only=True):
     """A flying robot began to land, because it had not been commanded to move for the time in `[locomotion]`."""
 

@@ -16,7 +16,15 @@ from dataclasses import dataclass
 from .clock import Clock
 from .device import Actuator
 from .errors import ActuatorError, DeviceError, InputError, interrupts
-from .event import CommandExpired, CommandLimited, EventSink, LandingBegan, NullSink
+from .event import (
+    CommandExpired,
+    CommandLimited,
+    EventSink,
+    LandingBegan,
+    MotionHeld,
+    MotionReleased,
+    NullSink,
+)
 from .raised import describe, raised_at
 
 _ROUNDING = 1e-9  # relative to the range; smaller differences are rounding errors, which emit no event
@@ -150,7 +158,7 @@ class SafetyGate(Actuator):
         period: Control period [s]. The allowed change of a command is `max_change` times the time since the previous
             command, but at most one period.
         max_age: Maximum time between commands before the watchdog goes to neutral [s].
-        sink: Sink that receives the CommandLimited and CommandExpired events; None to emit none.
+        sink: Sink that receives the gate's events, such as CommandLimited; None to emit none.
         agent: Name of the agent, for events.
         landing: Landing of a flying body; None for other devices.
 
@@ -192,6 +200,7 @@ class SafetyGate(Actuator):
         self._lands = False
         self._descent_sent = -math.inf  # [s]
         self._shut = False
+        self._held = ""
         self._stops = object()  # replaced by each neutral; a counter could lose one of two concurrent stops
         self._failed = False
 
@@ -211,6 +220,11 @@ class SafetyGate(Actuator):
     def active(self) -> bool:
         """Whether the last command requested motion and is still in effect."""
         return self._last is not None and self._given != self._rest
+
+    @property
+    def held(self) -> str:
+        """Reason for which the device is held in neutral; empty if commands pass."""
+        return self._held
 
     def command(self, values: Sequence[float]) -> None:
         self.give(values)
@@ -237,6 +251,9 @@ class SafetyGate(Actuator):
                 if self._shut:
                     raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
                 now = self._clock.now()
+                if self._held:
+                    self._to_neutral()  # again, as the device may have missed the first
+                    return self.rest
                 if expired := self._overdue(self._last, now):  # the watchdog's `check` has not run yet
                     self._to_neutral()
                 given = self._limited(wanted, now)
@@ -272,6 +289,32 @@ class SafetyGate(Actuator):
         except ActuatorError as error:
             self._report_failure(error)
             raise
+
+    def hold(self, reason: str) -> None:
+        """Send the device to neutral, and answer every command by neutral until `release`.
+
+        Args:
+            reason: Reason of the hold, not empty. A device that is held already gets the new reason.
+        """
+        if reason == self._held:
+            return
+        self._held = reason  # first, so that a command that is sent now detects the stop
+        try:
+            self.neutral()
+        except ActuatorError:
+            if self.on_failure is None:  # otherwise the agent is stopped
+                raise
+        self._sink.emit(MotionHeld(t=self._clock.now(), agent=self._agent, actuator=self.name, reason=reason))
+
+    def release(self, by: str = "") -> None:
+        """Pass commands again after `hold`.
+
+        Args:
+            by: Name of the person or device that releases it, for the event.
+        """
+        if self._held:
+            self._held = ""
+            self._sink.emit(MotionReleased(t=self._clock.now(), agent=self._agent, actuator=self.name, by=by))
 
     def shut(self) -> None:
         """Send the device to neutral and refuse all later commands; works even while a command hangs in the driver."""

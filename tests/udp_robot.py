@@ -58,9 +58,15 @@ class UdpRobot:
         return any(any(speeds) for speeds in self.commands)
 
     def wait_until_moving(self) -> None:
-        """Wait until it has got five commands that turn its wheels."""
+        """Wait until it gets five further commands that turn its wheels."""
         with self.arrived:
-            assert self.arrived.wait_for(lambda: sum(any(s) for _, s in self.received) >= 5, 60.0), "it never moved"
+            begun = len(self.received)
+            assert self.arrived.wait_for(lambda: sum(any(s) for _, s in self.received[begun:]) >= 5, 60.0)
+
+    def wait_until_neutral(self) -> None:
+        """Wait until its newest three commands are neutral."""
+        with self.arrived:
+            assert self.arrived.wait_for(lambda: [s for _, s in self.received[-3:]] == [[0.0, 0.0]] * 3, 60.0)
 
     def _run(self) -> None:
         client, count = None, 0

@@ -7,9 +7,11 @@ from typing import Any
 import click
 
 from ..errors import DeviceError
-from .dry_run import DryRunOutput
+from ..event import EventSink
+from .drive_output import HoldOutput, PreflightOutput
+from .dry_run_output import DryRunOutput
+from .enter_key import EnterKey
 from .play_scenario import SharedOptions, play_scenario, scenario_options
-from .preflight import PreflightOutput
 from .terminal import echo
 
 
@@ -33,12 +35,14 @@ from .terminal import echo
         is_flag=True,
         help="Send nothing to any actuator; print each second what would be sent.",
     ),
+    click.option("--confirm", is_flag=True, help="Start only when a person presses Enter."),
 )
-def command(wait: float, dry_run: bool, **shared: Any) -> int:
+def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
     """Run SCENARIO, a name or a file, on its real robots, and print the outcome of each agent.
 
     First it shows a table of the sensors. The robots stay in neutral until every sensor gives fresh values, except
-    those with `optional = true` in robot.toml. Without them it ends after --wait.
+    those with `optional = true` in robot.toml. Without them it ends after --wait. After an emergency stop the robot
+    stays in neutral until the stop is released and a person presses Enter.
 
     It writes summary.json, run.mcap and report.html. Ctrl-C, SIGTERM and SIGHUP end the run: the robots go to neutral,
     then the files are written. Exits with 0 if every agent succeeded; 1 if one did not, if a sensor or actuator cannot
@@ -47,10 +51,10 @@ def command(wait: float, dry_run: bool, **shared: Any) -> int:
     """
     from .._run import drive
 
-    changes = {"wait": wait, "dry_run": dry_run, "preflight": PreflightOutput()}
-    output = DryRunOutput() if dry_run else None
-    sinks = [] if output is None else [output]
-    progress = (lambda t: None) if output is None else output.show
+    changes = {"wait": wait, "dry_run": dry_run, "confirm": confirm, "go": EnterKey(), "preflight": PreflightOutput()}
+    unsent = DryRunOutput() if dry_run else None
+    sinks: list[EventSink] = [HoldOutput(), *([] if unsent is None else [unsent])]
+    progress = None if unsent is None else unsent.show
     if dry_run:
         echo("Dry run: nothing is sent to any actuator.", err=True)
     try:

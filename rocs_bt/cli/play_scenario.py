@@ -100,7 +100,7 @@ def play_scenario(
     *,
     unit: str,
     sinks: Sequence[EventSink] = (),
-    progress: Callable[[float], None] = lambda t: None,
+    progress: Callable[[float], None] | None = None,
 ) -> int:
     """Run a scenario, print its outcome, and return the exit code.
 
@@ -127,7 +127,8 @@ def play_scenario(
         with Progress(spec.name, duration or spec.duration, unit) as shown:
 
             def show(t: float) -> None:
-                progress(t)
+                if progress is not None:
+                    progress(t)
                 shown(t)
 
             options = RunOptions(

@@ -20,6 +20,8 @@ from ..event import (
     ContentRaised,
     Event,
     KnowledgeChanged,
+    MotionHeld,
+    MotionReleased,
     NodeTicked,
     OutcomeDecided,
     PeerFault,
@@ -103,8 +105,18 @@ class Worst:
     margin: str
 
 
-FaultEvent = SensorFailed | ContentRaised | BlockFailed | CommandExpired | PeerFault | Stuck | ContactBegan
-"""Events that a report lists as faults of a run."""
+FaultEvent = (
+    SensorFailed
+    | ContentRaised
+    | BlockFailed
+    | CommandExpired
+    | MotionHeld
+    | MotionReleased
+    | PeerFault
+    | Stuck
+    | ContactBegan
+)
+"""Events that a report lists as faults of a run, and the end of a hold."""
 
 
 @dataclass

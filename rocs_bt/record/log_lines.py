@@ -36,6 +36,8 @@ LOGGED: Mapping[type[Event], Callable[[Any], LogLine | None]] = {
     ev.BlockFailed: lambda e: (foxglove.FATAL, f"{e.what} {e.kind}: {e.detail}"),
     ev.ContactBegan: lambda e: (foxglove.ERROR, f"{e.kind} with {e.other}"),
     ev.CommandExpired: lambda e: (foxglove.ERROR, f"no command for {e.actuator}"),
+    ev.MotionHeld: lambda e: (foxglove.WARNING, f"{e.actuator} held in neutral: {e.reason}"),
+    ev.MotionReleased: lambda e: (foxglove.INFO, f"{e.actuator} released"),
     ev.Stuck: lambda e: (foxglove.WARNING, e.reason),
     ev.PeerFault: lambda e: (foxglove.WARNING, f"peer {e.peer}: {e.detail}"),
     ev.GoalEntered: lambda e: (foxglove.INFO, f"goal {e.goal} reached"),

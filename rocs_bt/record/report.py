@@ -14,6 +14,8 @@ from ..event import (
     BlockFailed,
     CommandExpired,
     ContentRaised,
+    MotionHeld,
+    MotionReleased,
     OutcomeDecided,
     PeerFault,
     SensorFailed,
@@ -236,6 +238,10 @@ def _fault(event: FaultEvent) -> str:
         return f"{event.what} {event.kind}: {event.detail}"
     if isinstance(event, CommandExpired):
         return f"no command for {event.actuator}: stopped by its watchdog"
+    if isinstance(event, MotionHeld):
+        return f"{event.actuator} held in neutral: {event.reason}"
+    if isinstance(event, MotionReleased):
+        return f"{event.actuator} released" + (f" by {event.by}" if event.by else "")
     if isinstance(event, Stuck):
         return event.reason
     if isinstance(event, PeerFault):

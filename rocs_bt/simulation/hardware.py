@@ -10,17 +10,19 @@ import math
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 
 import msgspec
 
 from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
 from ..catalog import Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
+from ..drivers.last_neutral import repeat_neutral
 from ..drivers.ros2.sim_clock import SimTimeClock
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
 from .build_agents import build_agents
+from .go import MotionPermission
 from .hardware_devices import HardwareDevices, hardware_clock
 from .header import drive_command, plain_header, without_world
 from .judge_panel import JudgePanel, brake, wait_until
@@ -57,7 +59,9 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
     with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
         clock = hardware_clock(list(robots.values()), stack, options.wait, lambda: end.signals.reason)
-        devices = HardwareDevices(clock, spec.rate.control_rate.period, relay, dry_run=options.dry_run)
+        devices = HardwareDevices(
+            clock, spec.rate.control_rate.period, relay, dry_run=options.dry_run, confirm=options.confirm
+        )
         agents = _agents(spec, catalog, options, robots, devices, stack)
         memory = Memory(options.knowledge, agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)
@@ -66,7 +70,8 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         )
         refuse_requirements(spec, header.agents)
         preflight = _preflight(agents, robots, clock, spec.rate.control_rate.period, options)
-        ready = preflight.run(lambda: end.signals.reason)
+        permission = MotionPermission(list(devices.stops.values()), options.go)
+        ready = preflight.run(lambda: end.signals.reason, permission.poll)
         header = msgspec.structs.replace(header, start=clock.now())
         command = options.command or drive_command(spec.name, options)
         _begin(stack, end, without_world(header, spec, robots, command=command), agents, options)
@@ -78,6 +83,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
             record.check()
             if isinstance(clock, SimTimeClock):
                 clock.check()
+            permission.poll()
             if options.progress is not None:
                 options.progress(t - header.start)
 
@@ -211,7 +217,14 @@ class HardwareEpisode:
         except BaseException as error:  # raised again after the robots stopped
             self._panel.abort(error, self.t)
             raise
+        finally:
+            repeat_neutral(self._neutral)
         self._panel.finish(self.t)
+
+    def _neutral(self) -> None:
+        for gate in self._gates:
+            with suppress(Exception):  # a driver that fails is reported already, and the others must stop
+                gate.neutral()
 
     def interrupt(self) -> None:
         """Give every agent the outcome of a run that a signal ended before the robots could start."""
@@ -235,7 +248,8 @@ class HardwareEpisode:
             self._sink.emit(BodyMoved(t=self.t, agent=name, body=name, x=pose.x, y=pose.y, yaw=pose.yaw))
         if judge.decided:
             return
-        if judge.update(self.t, pose, agent, commanded=self._motion[name].active):
+        gate = self._motion[name]
+        if judge.update(self.t, pose, agent, commanded=gate.active, paused=bool(gate.held)):
             agent.brake()
         if not judge.stuck:
             self._stuck.discard(name)

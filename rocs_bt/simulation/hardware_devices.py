@@ -9,6 +9,7 @@ from ..agent import RobotDevices
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, command_size
 from ..clock import Rate, WallClock
 from ..device import Actuator
+from ..drivers.emergency_stop import EmergencyStop
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
 from ..drivers.ros2.actuator_node import shared_node
@@ -56,21 +57,27 @@ class HardwareDevices:
         period: Control period [s].
         sink: Sink for events of the safety gates.
         dry_run: Whether no actuator is opened, so that no device gets a command.
+        confirm: Whether each robot waits for a go from the beginning.
 
     Attributes:
         robots: Devices by agent.
         motion: Safety gates of the locomotion, by agent.
         links: Isolated actuators, which run in separate processes, by agent.
+        stops: Emergency stops, by agent.
     """
 
-    def __init__(self, clock: WallClock, period: float, sink: EventSink, *, dry_run: bool = False) -> None:
+    def __init__(
+        self, clock: WallClock, period: float, sink: EventSink, *, dry_run: bool = False, confirm: bool = False
+    ) -> None:
         self.clock = clock
         self.sink = sink
         self._period = period
         self._dry_run = dry_run
+        self._confirm = confirm
         self.robots: dict[str, RobotDevices] = {}
         self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
+        self.stops: dict[str, EmergencyStop] = {}
 
     def open(
         self,
@@ -91,11 +98,13 @@ class HardwareDevices:
             shared: Exit stack that closes the host, which the devices share.
             opened: Exit stack that closes the devices.
         """
-        host = Host(self.clock)
+        stop = self.stops[name] = EmergencyStop(confirm=self._confirm)
+        host = Host(self.clock, stop)
         shared.callback(host.close)
         sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
         made = {a.name: opened.enter_context(closing(self._actuator(catalog, robot, a, host))) for a in robot.actuators}
         gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
+        stop.attach(list(gates.values()))
         self.robots[name] = RobotDevices(robot, sensors, gates, rates, self._ros_link(robot, host, shared))
         self.motion[name] = gates[robot.locomotion.actuator]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]

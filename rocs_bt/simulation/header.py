@@ -137,6 +137,7 @@ def drive_command(scenario: str, options: RunOptions) -> str:
     parts = ["rocs-bt", "drive", scenario, "--seed", str(options.seed)]
     parts += [] if options.duration is None else ["--for", f"{options.duration:g}"]
     parts += ["--dry-run"] if options.dry_run else []
+    parts += ["--confirm"] if options.confirm else []
     return shlex.join(parts)
 
 

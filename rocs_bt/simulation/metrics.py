@@ -21,6 +21,7 @@ from ..event import (
     FollowerStepped,
     GoalEntered,
     MinClearanceLowered,
+    MotionHeld,
     OutcomeDecided,
     PeerFault,
     Replanned,
@@ -104,6 +105,7 @@ class Metrics:
             CommandExpired: _expired,
             CommandLimited: _limited,
             PeerFault: _peer_fault,
+            MotionHeld: _held,
             Stuck: _stuck,
             OutcomeDecided: _outcome_decided,
         }
@@ -292,6 +294,10 @@ def _expired(tally: _Tally, event: CommandExpired) -> None:
 
 def _limited(tally: _Tally, event: CommandLimited) -> None:
     tally.limited[event.action] += 1
+
+
+def _held(tally: _Tally, event: MotionHeld) -> None:
+    tally.faults.append(f"{event.t:.2f} s: {event.actuator} held in neutral: {event.reason}")
 
 
 def _stuck(tally: _Tally, event: Stuck) -> None:

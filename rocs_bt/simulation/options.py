@@ -34,7 +34,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     """Options of a run, in simulation with `run` or on hardware with `drive`.
 
     `drive` does not accept `prepare`, `view` and `video`, which need a simulated world. Its mode is always `threaded`.
-    `wait`, `dry_run` and `preflight` are for `drive` only.
+    `wait`, `dry_run`, `confirm`, `go` and `preflight` are for `drive` only.
 
     Attributes:
         seed: Seed of the episode.
@@ -58,6 +58,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.
         wait: Time for which `drive` waits for a missing sensor before it gives up [s].
         dry_run: Whether `drive` opens no actuator, so that no device gets any command, not even neutral.
+        confirm: Whether the robots of `drive` start only when a person says go: `go`, or a driver by `Host.go`.
+        go: Function that `drive` calls once per control period; returns whether a person said go since the last call.
         preflight: Observer of the preflight check of `drive`, called at each check.
     """
 
@@ -80,6 +82,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     signals: StopSignals | None = None
     wait: float = 10.0
     dry_run: bool = False
+    confirm: bool = False
+    go: Callable[[], bool] | None = None
     preflight: Callable[[PreflightReport], None] | None = None
 
     def __post_init__(self) -> None:
@@ -104,8 +108,9 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Raises:
             InputError: One of them is given.
         """
-        if self.dry_run:
-            raise InputError("a simulated robot is not in danger: the option dry_run is for `drive` only.")
+        given = {"dry_run": self.dry_run, "confirm": self.confirm, "go": self.go is not None}
+        if names := [name for name, is_given in given.items() if is_given]:
+            raise InputError(f"these options are for `drive` only: remove {' and '.join(names)}.")
 
 
 class RunChanges(TypedDict, total=False):
@@ -130,4 +135,6 @@ class RunChanges(TypedDict, total=False):
     signals: StopSignals | None
     wait: float
     dry_run: bool
+    confirm: bool
+    go: Callable[[], bool] | None
     preflight: Callable[[PreflightReport], None] | None

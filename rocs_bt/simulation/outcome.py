@@ -148,6 +148,7 @@ class Judge:
         tilt: float = 0.0,
         ground: str = "",
         z: float = math.nan,
+        paused: bool = False,
     ) -> bool:
         """Process one control period.
 
@@ -160,6 +161,7 @@ class Judge:
             tilt: True tilt of the robot [rad].
             ground: Geom of the robot that touches the ground and should not; empty if there is none.
             z: True height of the robot's base, world frame [m]; NaN if unknown.
+            paused: Whether the robot is held in neutral, such as by an emergency stop, so that no progress is due.
 
         Returns:
             Whether the outcome is decided.
@@ -180,7 +182,7 @@ class Judge:
             self._note("success", "", decides=True)
         elif agent.status == "FAILURE":
             self._note("failed", f"the mission failed: {agent.reason or 'without a reason'}", decides=True)
-        self._watch_progress(t, pose, z, agent, commanded)
+        self._watch_progress(t, pose, z, agent, commanded, paused)
         return self.decided
 
     def check_failure(self, agent: AgentState) -> None:
@@ -235,11 +237,13 @@ class Judge:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
 
-    def _watch_progress(self, t: float, pose: Pose2, z: float, agent: AgentState, commanded: bool) -> None:
+    def _watch_progress(
+        self, t: float, pose: Pose2, z: float, agent: AgentState, commanded: bool, paused: bool
+    ) -> None:
         """Check the progress of the robot; none is required at the goal if success means staying there (`at_end`)."""
-        arrived = self._at_end and not self._after and self._at_goal
-        watch, held = self._progress, agent.held and not arrived
-        stuck = watch.update(t, pose, z, commanded=commanded and not arrived, reflex=agent.reflex, held=held)
+        due = not paused and not (self._at_end and not self._after and self._at_goal)
+        watch, held = self._progress, agent.held and due
+        stuck = watch.update(t, pose, z, commanded=commanded and due, reflex=agent.reflex, held=held)
         self.stuck, self.stuck_rule = (watch.reason(pose, agent.reading), watch.rule) if stuck else ("", "")
         if stuck and self._end_on_stuck:
             self._note("stuck", self.stuck, decides=True)

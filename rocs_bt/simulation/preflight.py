@@ -176,12 +176,13 @@ class Preflight:
         self._wait = wait
         self._show = show or (lambda report: None)
 
-    def run(self, ended: Callable[[], str], paused: Callable[[], str] = lambda: "") -> bool:
+    def run(self, ended: Callable[[], str], paused: Callable[[bool], str] = lambda ready: "") -> bool:
         """Wait until all needed sensors are fresh and nothing else prevents the start.
 
         Args:
             ended: Returns the reason of a signal that ends the run, or an empty text.
-            paused: Returns the reason why the robots must not start yet, such as an emergency stop; or an empty text.
+            paused: Returns the reason why the robots must not start yet, such as an emergency stop, or an empty text.
+                It is called at each check with whether all needed sensors are fresh.
 
         Returns:
             Whether the robots may start; False if a signal ended the run.
@@ -193,10 +194,11 @@ class Preflight:
         never = threading.Event()
         while not ended():
             states, now = tuple(sensor.state(self._clock.now) for sensor in self._sensors), self._clock.now()
-            report = PreflightReport(t=now - begun, sensors=states, paused=paused())
+            fit = now - begun >= OBSERVED and not any(state.blocks for state in states)
+            report = PreflightReport(t=now - begun, sensors=states, paused=paused(fit))
             if not report.missing:
                 fresh = now
-                if report.t >= OBSERVED and not report.paused:
+                if fit and not report.paused:
                     self._show(msgspec.structs.replace(report, over=True))
                     return True
             elif now - fresh >= max(self._wait, OBSERVED):

@@ -11,14 +11,31 @@ from ..clock import SimulatedClock
 from ..device import Sensor
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
-from ..event import AgentStopped, CommandExpired, Event, EventSink, LandingBegan, ListSink, RulesReplaced
+from ..event import (
+    AgentStopped,
+    CommandExpired,
+    Event,
+    EventSink,
+    LandingBegan,
+    ListSink,
+    MotionHeld,
+    MotionReleased,
+    RulesReplaced,
+)
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
 from .build_agents import build_agents
 from .fact_schedule import fact_schedules
 from .memory import recall
 from .options import Build
 
-_NOT_OF_AGENTS: tuple[type[Event], ...] = (*WORLD_EVENTS, CommandExpired, LandingBegan, RulesReplaced)
+_NOT_OF_AGENTS: tuple[type[Event], ...] = (
+    *WORLD_EVENTS,
+    CommandExpired,
+    LandingBegan,
+    MotionHeld,
+    MotionReleased,
+    RulesReplaced,
+)
 
 
 def replay(

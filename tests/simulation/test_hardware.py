@@ -25,7 +25,7 @@ from rocs_bt.event import (
     SensorFailed,
     Stuck,
 )
-from rocs_bt.simulation import Host, RunResult, progress
+from rocs_bt.simulation import Host, RunResult, preflight, progress
 
 pytestmark = pytest.mark.usefixtures("awake")
 
@@ -33,6 +33,7 @@ pytestmark = pytest.mark.usefixtures("awake")
 DRIVERS = """
 import math
 import threading
+import time
 from rocs_bt import Actuator, Reading, Sensor
 from rocs_bt.errors import DeviceError
 
@@ -43,7 +44,7 @@ SEEN = []
 class Body:
     def __init__(self, clock):
         self.clock, self.x, self.speed, self.at, self.closed = clock, -0.6, 0.0, clock.now(), False
-        self.frozen, self.open = None, []
+        self.frozen, self.open, self.stops = None, [], []
         SEEN.append(self)
 
     def now(self):
@@ -68,8 +69,8 @@ class Part(Sensor):
     def read(self):
         t = self.body.now()
         self.wobble += 1
-        if PLAN == "silent" and t > 0.5:
-            t = 0.5
+        if PLAN == "silent" and t > 1.0:
+            t = 1.0
         said = {{
             "sonar": [math.inf] * 15 + [0.9 + 1e-6 * self.wobble],
             "position": [self.body.x, 1e-9 * self.wobble, 0.0],
@@ -99,6 +100,7 @@ class Wheels(Actuator):
 
     def neutral(self):
         self.body.now()
+        self.body.stops.append(time.monotonic())
         self.body.speed = 0.0
 """
 
@@ -156,8 +158,15 @@ def test_when_time_is_up_the_wheels_stand(real: Callable[[str], Catalog]) -> Non
     catalog, sink = real("fine"), ListSink()
     assert drive("real", catalog, duration=0.7, sinks=[sink]).outcomes == {"R2": "timeout"}
     (stopped,) = (e for e in sink.events if isinstance(e, AgentStopped))
-    assert 0.7 <= stopped.t < 1.5  # by the run's clock
+    assert 0.7 + preflight.OBSERVED <= stopped.t < 2.0  # by the run's clock
     assert body(catalog).speed == 0.0
+
+
+def test_the_end_of_a_run_is_neutral_three_times_with_pauses(real: Callable[[str], Catalog]) -> None:
+    catalog = real("fine")
+    drive("real", catalog, duration=0.2)
+    first, second, third = body(catalog).stops[-3:]
+    assert min(second - first, third - second) >= 0.02
 
 
 def test_a_robot_that_falls_silent_is_stopped_by_a_reflex(real: Callable[[str], Catalog]) -> None:

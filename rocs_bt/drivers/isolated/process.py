@@ -16,16 +16,11 @@ from ...device import Actuator
 from ...errors import DeviceError, InputError
 from ...raised import describe, raised_at
 from ..host import Host
+from ..last_neutral import repeat_neutral
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 
 GRACE = 1.0
 """Time from SIGTERM or SIGHUP to the exit of the process [s], in which the main process can end the run in order."""
-
-NEUTRAL_REPEATS = 3
-"""Number of neutral commands before the process exits; several, because a driver's datagram may be lost."""
-
-NEUTRAL_PAUSE = 0.02
-"""Pause after each of these neutral commands [s]."""
 
 CLOSE_TIMEOUT = 2.0
 """Timeout for the last neutral commands and `close` of the driver [s], after which the process exits anyway."""
@@ -221,9 +216,7 @@ class DeviceProcess:
         os._exit(128 + self._signal if self._signal else 0)
 
     def _end(self) -> None:
-        for _ in range(NEUTRAL_REPEATS):
-            self._neutral()
-            time.sleep(NEUTRAL_PAUSE)
+        repeat_neutral(self._neutral)
         for each in (self._device, self._host):
             if each is not None:
                 with contextlib.suppress(Exception):  # the next one must be closed, too
