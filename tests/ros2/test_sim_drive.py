@@ -64,6 +64,28 @@ doc = "EXP1 with the robot in a simulator."
 name = "R2"
 robot = "simulated_p3dx"
 """
+ALONE = """
+format = "scenario/2"
+doc = "EXP1 without R1, whose course depends on when the mission begins."
+world = "arena_box"
+duration = "60 s"
+[[place]]
+name = "goal"
+kind = "goal"
+x = "0 m"
+y = "0 m"
+tolerance = "0.1 m"
+[[agent]]
+name = "R2"
+robot = "pioneer_p3dx"
+mission = "go_to"
+rules = ["avoid_collision"]
+x = "-1.0 m"
+y = "2.0 m"
+yaw = "-63 deg"
+success = { goal = "goal" }
+parameters = { goal = "goal", cruise = "0.5 m/s" }
+"""
 
 
 @pytest.fixture
@@ -72,6 +94,7 @@ def project(tmp_path):
         (tmp_path / folder).mkdir(parents=True)
     topics = ", ".join(f'"range/sonar{i}"' for i in range(16))
     (tmp_path / "robots/simulated_p3dx/robot.toml").write_text(ROBOT.format(topics=topics))
+    (tmp_path / "scenarios/alone.toml").write_text(ALONE)
     (tmp_path / "scenarios/exp1_ros2.toml").write_text(SCENARIO)
     return tmp_path
 
@@ -103,7 +126,7 @@ def commands_of(simulator):
 
 
 def test_exp1_over_the_simulator_is_that_in_process_even_with_a_pause(simulator, project, ros_environment):
-    process = simulator("exp1", "--rate", "2")
+    process = simulator("alone", "--rate", "2")
     drive = Drive(project, ros_environment)
     drive.wait_for_start()
     time.sleep(1.0)
@@ -116,7 +139,7 @@ def test_exp1_over_the_simulator_is_that_in_process_even_with_a_pause(simulator,
     process.end()
     assert "collision" not in process.errors
     assert commands_of(process) > 100
-    in_process = rocs_bt.run("exp1").summary.agents["R2"]
+    in_process = rocs_bt.run("alone", Catalog.here(project)).summary.agents["R2"]
     assert over_ros["time_to_goal"] == pytest.approx(in_process.time_to_goal, rel=0.25)
     assert over_ros["path_length"] == pytest.approx(in_process.path_length, rel=0.25)
     assert over_ros["rules"] == list(in_process.rules)

@@ -1,0 +1,75 @@
+"""EXP1's mission, rule file and scenario in three ways: in process, on the simulator over ROS 2, on a robot of rclpy.
+
+The third way is test_exp1.py, with the same files. Only the tables of drivers differ between the first and the others.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import pytest
+
+import rocs_bt
+
+from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
+
+KEYS = ("driver", "topic", "type", "take", "reliability", "joints", "wheel_radius", "isolated")  # of ROS 2
+DRIVERS = {
+    "lidar": 'driver = "lidar"\nsite = "lidar"\nrange = ["0.05 m", "8 m"]\n',
+    "position": 'driver = "position"\n',
+    "orientation": 'driver = "orientation"\n',
+    "encoders": 'driver = "wheel_speed"\nmotors = ["left_motor", "right_motor"]\nwheel_radius = "0.0975 m"\n',
+    "wheels": 'driver = "velocity"\nmotors = ["left_motor", "right_motor"]\nwheel_radius = "0.0975 m"\n',
+}
+SITE = '<site name="lidar" pos="0 0 0.11"/>'  # above the wheels, and below the deck of another robot
+
+
+def simulated():
+    """robot.toml with the drivers of MuJoCo in place of those of ROS 2."""
+    head, *tables = ROBOT.split("\n[")
+    kept = [head.replace('doc = "', 'model = "robot.xml"\ndoc = "')]
+    for table in tables:
+        name = next((n for n in DRIVERS if f'\nname = "{n}"' in table and 'driver = "ros2"' in table), None)
+        if name is not None:
+            lines = [line for line in table.splitlines() if line.partition(" = ")[0] not in KEYS]
+            table = "\n".join(lines) + "\n" + DRIVERS[name]
+        if not table.startswith("ros2]"):
+            kept.append(table)
+    return "\n[".join(kept)
+
+
+@pytest.fixture
+def catalog(tmp_path):
+    catalog = write_project(tmp_path, transport="dds")
+    model = catalog.load_robot("pioneer_p3dx").model.read_text()
+    (tmp_path / "robots/own_simulated").mkdir()
+    (tmp_path / "robots/own_simulated/robot.toml").write_text(simulated())
+    (tmp_path / "robots/own_simulated/robot.xml").write_text(
+        model.replace('<site name="sonar0"', f'{SITE}<site name="sonar0"')
+    )
+    (tmp_path / "scenarios/simulated.toml").write_text(SCENARIO.replace('"own"', '"own_simulated"'))
+    return rocs_bt.Catalog(tmp_path)
+
+
+def test_only_the_tables_of_drivers_differ(catalog):
+    ros, mujoco = (catalog.load_robot(name) for name in ("own", "own_simulated"))
+    for name in ("locomotion", "length", "width", "thresholds"):
+        assert getattr(ros, name) == getattr(mujoco, name)
+    of_driver = ("driver", "parameters", "line", "positions", "isolated", "size")
+    for kind in ("sensors", "monitors", "analyzers", "actuators"):
+        for one, other in zip(getattr(ros, kind), getattr(mujoco, kind), strict=True):
+            fields = [f.name for f in dataclasses.fields(one) if not (hasattr(one, "driver") and f.name in of_driver)]
+            fields = [name for name in fields if name != "line"]
+            assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
+    assert {device.driver for device in (*ros.sensors, *ros.actuators)} == {"ros2"}
+
+
+def test_the_mission_succeeds_in_process_and_on_the_simulator(catalog, simulator, tmp_path):
+    in_process = rocs_bt.run("simulated", catalog).summary.agents["R2"]
+    process = simulator("simulated", "--namespace", "r1")
+    over_ros = drive_exp1(tmp_path, transport="dds").summary.agents["R2"]
+    process.end()
+    assert (in_process.outcome, over_ros.outcome) == ("success", "success")
+    assert (in_process.collisions, over_ros.collisions) == (0, None)
+    assert "collision" not in process.errors
+    assert (in_process.mission, in_process.rules) == (over_ros.mission, over_ros.rules)
