@@ -7,11 +7,13 @@ import math
 
 import pytest
 
+from rocs_bt.actions import SetTwist
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
+from rocs_bt.pipeline import Priority
 from rocs_bt.plan import TreePlan, check_mission, mission_parameters, xml_mission
 from rocs_bt.plan.ros2 import nav2_servers
-from rocs_bt.ros_link import GoalState, RosField
+from rocs_bt.ros_link import GoalState, Received, RosField
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 
 from .ros_fake import TYPES, Link, Message
@@ -261,3 +263,69 @@ class TestDialect:
         tree = Tree(root, clock=mind.rig.clock, owner=mind.mission)
         assert tree.tick() is FAILURE
         assert "rocs-bt drive" in root.feedback_message
+
+
+class TestRelay:
+    LINE = '<NavigateToPose goal="dock" cmd_vel="cmd_vel_nav" {}/>'
+
+    def begun(self, mind, grow, link, more=""):
+        self.tree = grow(self.LINE.replace("{}", more))
+        self.tree.tick()
+        link.goals[0].state = GoalState.ACCEPTED
+        return self.tree
+
+    def drive(self, mind, link, twist=(0.2, 0.0), age=0.0, stamped=True, periods=10):
+        for _ in range(periods):
+            values = {"linear": {"x": twist[0], "y": 0.0, "z": 0.0}, "angular": {"z": twist[1]}}
+            link.newest = Received(Message({"twist": values} if stamped else values), age, 1)
+            self.tree.tick()
+            mind.rig.run()
+
+    def test_the_commands_pass_the_gate_while_the_goal_is_pursued(self, mind, grow, link):
+        tree = self.begun(mind, grow, link)
+        assert ("subscription", "cmd_vel_nav", "geometry_msgs/msg/TwistStamped", "reliable") in link.opened
+        self.drive(mind, link)
+        assert mind.rig.pose.x > 0.02
+        link.goals[0].state = GoalState.SUCCEEDED
+        assert tree.tick() is SUCCESS
+        mind.rig.run()
+        x = mind.rig.pose.x
+        for _ in range(20):
+            mind.rig.run()
+        assert mind.rig.pose.x - x < 0.05, "the robot stops with the goal"
+
+    @pytest.mark.parametrize("how", [{"age": 0.6}, {"twist": (math.nan, 0.0)}])
+    def test_no_recent_or_no_finite_command_is_rest(self, mind, grow, link, how):
+        self.begun(mind, grow, link)
+        self.drive(mind, link, **how)
+        assert mind.rig.pose.x == 0.0
+
+    def test_a_twist_without_header(self, mind, grow, link):
+        self.begun(mind, grow, link, 'cmd_vel_type="geometry_msgs/msg/Twist"')
+        self.drive(mind, link, stamped=False)
+        assert mind.rig.pose.x > 0.02
+
+    @pytest.mark.parametrize("cancel", ["true", "false"])
+    def test_a_reflex_pre_empts_it_and_it_goes_on_afterwards(self, mind, grow, link, cancel):
+        tree = self.begun(mind, grow, link, f'cancel_on_reflex="{cancel}"')
+        self.drive(mind, link, periods=2)
+        mind.rig.pipeline.hold(True)
+        mind.rig.pipeline.submit(SetTwist(turn=0.5, duration=0.5), Priority.HIGH, by="rules/Flinch")
+        tree.tick()
+        if cancel == "true":
+            link.goals[0].state = GoalState.CANCELED
+        self.drive(mind, link, periods=10)
+        x = mind.rig.pose.x
+        self.drive(mind, link, periods=5)
+        assert mind.rig.pose.x == pytest.approx(x, abs=0.02)
+        mind.rig.pipeline.hold(False)
+        for _ in range(2):
+            tree.tick()
+        link.goals[-1].state = GoalState.ACCEPTED
+        self.drive(mind, link)
+        assert mind.rig.pose.x > x + 0.02
+        assert len(link.goals) == (2 if cancel == "true" else 1)
+
+    def test_another_type_is_refused(self, mind, grow, link):
+        with pytest.raises(InputError, match="no type of twists is named 'geometry_msgs/msg/Pose'"):
+            grow(self.LINE.replace("{}", 'cmd_vel_type="geometry_msgs/msg/Pose"'))

@@ -96,6 +96,11 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         self._goal = None
 
     @property
+    def pursued(self) -> bool:
+        """Whether a goal was sent that is not to be cancelled."""
+        return self._goal is not None and not self._resending
+
+    @property
     def _interrupted(self) -> bool:
         """Whether a reflex is active that interrupts the goal."""
         return bool(self.mission is not None and self.mission.pipeline.held and self.cancel_on_reflex)

@@ -11,14 +11,18 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, ClassVar, Final
 
-from ...errors import Fault, InputError
+from ...action import Failure
+from ...errors import Fault, InputError, unknown
 from ...geometry import Pose2
-from ...ros_link import RosGoal
-from ...trees.nodes import Input, Output
+from ...pipeline import Priority, Ticket, TicketState
+from ...ros_link import RosActionClient, RosGoal, RosLink, RosSubscription
+from ...trees.nodes import RUNNING, Input, Outcome, Output
 from ..nav2.poses import PoseInput, PosesInput, pose_of, poses_of, robot_pose
 from .action import GoalLeaf
 from .assignments import FieldOutputs
 from .fields import duration, message, primitive
+from .relay_twist import TWISTS, RelayTwist
+from .uses_ros import interface_type, parse_name
 
 
 class Nav2Action(GoalLeaf):
@@ -107,12 +111,73 @@ class Nav2Action(GoalLeaf):
         return int(found[0]), str(found[1])
 
 
-class Nav2Motion(Nav2Action):
-    """Base of nodes with which Nav2 moves the robot. Reflexes of the robot have priority: they cancel the goal."""
+def _parse_topic(text: str) -> str:
+    return parse_name(text) if text.strip() else ""
 
+
+def _parse_twist(text: str) -> str:
+    if (type := interface_type("msg")(text)) not in TWISTS:
+        raise InputError(unknown("type of twists", type, TWISTS))
+    return type
+
+
+class Nav2Motion(Nav2Action):
+    """Base of nodes with which Nav2 moves the robot. Reflexes of the robot have priority: they cancel the goal.
+
+    With `cmd_vel`, Nav2's commands pass the agent's safety gate: an action of the agent passes on the twists of that
+    topic while the goal is pursued, and a reflex pre-empts that action like any other.
+    """
+
+    cmd_vel = Input(str, "", "topic with Nav2's commands, for the agent to pass on; none if empty", parse=_parse_topic)
+    cmd_vel_type = Input(str, "geometry_msgs/msg/TwistStamped", "type of that topic", parse=_parse_twist)
     cancel_on_reflex = Input(
         bool, True, "whether the goal is cancelled while a reflex is active, and sent again afterwards"
     )
+
+    _commands: RosSubscription | None = None
+    _relay: Ticket | None = None
+
+    def connect(self, link: RosLink, name: str, type: str) -> RosActionClient:
+        if self.cmd_vel and self._commands is None:
+            self._commands = link.subscription(self.cmd_vel, self.cmd_vel_type, "reliable")
+        return super().connect(link, name, type)
+
+    def shutdown(self) -> None:
+        super().shutdown()
+        if self._commands is not None:
+            self._commands.close()
+            self._commands = None
+
+    def update(self) -> Outcome:
+        outcome = super().update()
+        if outcome is not RUNNING or self._commands is None:
+            return outcome
+        if not self.pursued:
+            self._end_relay()
+        elif (failure := self._relayed(self._commands)) is not None:
+            return self.failed(failure)
+        return RUNNING
+
+    def terminate(self, new_status: Outcome) -> None:
+        self._end_relay()
+        super().terminate(new_status)
+
+    def _relayed(self, commands: RosSubscription) -> Failure | None:
+        """Keep the action that passes on Nav2's commands; returns the reason if it has failed."""
+        mission, ticket = self.mission, self._relay
+        if mission is None or (ticket is not None and not ticket.state.done):
+            return None
+        if ticket is not None and ticket.state is TicketState.FAILED:
+            return ticket.failure
+        if not mission.pipeline.held:
+            action = RelayTwist.of(commands, self.cmd_vel_type)
+            self._relay = mission.pipeline.submit(action, Priority.NORMAL, by=mission.path(self))
+        return None
+
+    def _end_relay(self) -> None:
+        if self._relay is not None and self.mission is not None:
+            self.mission.pipeline.cancel(self._relay, by=self.mission.path(self))
+        self._relay = None
 
 
 class NavigateToPose(Nav2Motion):
