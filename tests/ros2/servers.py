@@ -2,8 +2,9 @@
 
 It prints a line of JSON for each thing that happens to it. The goals of `fibonacci`: an order below 0 is rejected, one
 of 40 or more is aborted, and any other is computed at 20 numbers a second, with feedback, until it is done or cancelled
-(an order of 30 or more refuses that). `lamp` (SetBool) answers; `deaf` (SetBool) never does, for it sleeps. Texts on
-`say` come back on `echo`, `said` and, latched, on `last`; `beat` (best effort) counts at 20 Hz.
+(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does. `lamp`
+(SetBool) answers; `deaf` (SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and, latched, on
+`last`; `beat` (best effort) counts at 20 Hz.
 """
 
 from __future__ import annotations
@@ -12,10 +13,12 @@ import json
 import sys
 import threading
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
 import rclpy
+from geometry_msgs.msg import TwistStamped
 from rclpy.action import ActionServer, CancelResponse, GoalResponse
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.executors import ExternalShutdownException, MultiThreadedExecutor
@@ -42,7 +45,7 @@ def cancel(handle: Any) -> CancelResponse:
     return CancelResponse.REJECT if handle.request.order >= 30 else CancelResponse.ACCEPT
 
 
-def execute(handle: Any) -> Fibonacci.Result:
+def execute(handle: Any, drive: Callable[[], None]) -> Fibonacci.Result:
     order, sequence = handle.request.order, [0, 1]
     while len(sequence) <= order and order < 40:
         if handle.is_cancel_requested:
@@ -51,6 +54,7 @@ def execute(handle: Any) -> Fibonacci.Result:
             return Fibonacci.Result(sequence=sequence)
         sequence.append((sequence[-1] + sequence[-2]) % 2**31)
         handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))
+        drive()
         time.sleep(0.05)
     if order < 40:
         handle.succeed()
@@ -76,9 +80,15 @@ def main() -> None:
     rclpy.init()
     node = rclpy.create_node("servers", namespace=sys.argv[1] if len(sys.argv) > 1 else "")
     group = ReentrantCallbackGroup()
-    ActionServer(
-        node, Fibonacci, "fibonacci", execute, callback_group=group, goal_callback=asked, cancel_callback=cancel
-    )
+    twists = node.create_publisher(TwistStamped, "cmd_vel_nav2", 1)
+
+    def drive() -> None:
+        message = TwistStamped()
+        message.twist.linear.x = 0.15
+        twists.publish(message)
+
+    callbacks = {"goal_callback": asked, "cancel_callback": cancel, "callback_group": group}
+    ActionServer(node, Fibonacci, "fibonacci", lambda handle: execute(handle, drive), **callbacks)
     node.create_service(SetBool, "lamp", lamp, callback_group=group)
     node.create_service(SetBool, "deaf", deaf, callback_group=group)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

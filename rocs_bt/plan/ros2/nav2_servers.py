@@ -40,6 +40,7 @@ class Nav2Action(GoalLeaf):
     named = "server_name"
     parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class
 
+    server_name = Input(str, doc="name of the action", parse=parse_name)
     feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
     result = FieldOutputs("keys for fields of the result: path -> {key}")
     frame = Input(str, "map", "frame of the poses")
@@ -184,7 +185,7 @@ class NavigateToPose(Nav2Motion):
     """Drives to a goal with Nav2's navigator."""
 
     type = "nav2_msgs/action/NavigateToPose"
-    server_name = Input(str, "navigate_to_pose", "name of the action")
+    server_name = Input(str, "navigate_to_pose", "name of the action", parse=parse_name)
     goal = PoseInput("{goal}", "goal: name of a place, or text of a PoseStamped")
     behavior_tree = Input(str, "", "file of a behaviour tree of Nav2; its default if empty")
 
@@ -196,7 +197,7 @@ class NavigateThroughPoses(Nav2Motion):
     """Drives to several goals in order with Nav2's navigator."""
 
     type = "nav2_msgs/action/NavigateThroughPoses"
-    server_name = Input(str, "navigate_through_poses", "name of the action")
+    server_name = Input(str, "navigate_through_poses", "name of the action", parse=parse_name)
     goals = PosesInput("{goals}", "goals, separated by ;")
     behavior_tree = Input(str, "", "file of a behaviour tree of Nav2; its default if empty")
 
@@ -223,7 +224,7 @@ class ComputePathToPose(Nav2Action):
     """Computes a path with Nav2's planner server."""
 
     type = "nav2_msgs/action/ComputePathToPose"
-    server_name = Input(str, "compute_path_to_pose", "name of the action")
+    server_name = Input(str, "compute_path_to_pose", "name of the action", parse=parse_name)
     goal = PoseInput("{goal}", "goal: name of a place, or text of a PoseStamped")
     start = PoseInput("", "start; the robot's pose if empty")
     planner_id = Input(str, "", "name of a planner of Nav2; its default if empty")
@@ -246,7 +247,7 @@ class FollowPath(Nav2Motion):
     """Follows a path with Nav2's controller server."""
 
     type = "nav2_msgs/action/FollowPath"
-    server_name = Input(str, "follow_path", "name of the action")
+    server_name = Input(str, "follow_path", "name of the action", parse=parse_name)
     path = Input(object, "{path}", "path: a nav_msgs/Path, or corners, (x, y) in `frame` [m]")
     controller_id = Input(str, "", "name of a controller of Nav2; its default if empty")
     goal_checker_id = Input(str, "", "name of a goal checker of Nav2; its default if empty")
@@ -272,7 +273,7 @@ class Spin(_Behavior):
     """Turns on the spot with Nav2's behavior server."""
 
     type = "nav2_msgs/action/Spin"
-    server_name = Input(str, "spin", "name of the action")
+    server_name = Input(str, "spin", "name of the action", parse=parse_name)
     spin_dist = Input(float, 1.57, "angle, left positive [rad]")
 
     def fields(self) -> dict[str, Any]:
@@ -283,7 +284,7 @@ class BackUp(_Behavior):
     """Drives backward with Nav2's behavior server."""
 
     type = "nav2_msgs/action/BackUp"
-    server_name = Input(str, "backup", "name of the action")
+    server_name = Input(str, "backup", "name of the action", parse=parse_name)
     backup_dist = Input(float, 0.15, "distance [m]")
     backup_speed = Input(float, 0.025, "speed [m/s]")
 
@@ -295,7 +296,7 @@ class DriveOnHeading(_Behavior):
     """Drives straight with Nav2's behavior server."""
 
     type = "nav2_msgs/action/DriveOnHeading"
-    server_name = Input(str, "drive_on_heading", "name of the action")
+    server_name = Input(str, "drive_on_heading", "name of the action", parse=parse_name)
     dist_to_travel = Input(float, 0.15, "distance [m]")
     speed = Input(float, 0.025, "speed [m/s]")
 
@@ -307,7 +308,7 @@ class Wait(Nav2Action):
     """Waits with Nav2's behavior server."""
 
     type = "nav2_msgs/action/Wait"
-    server_name = Input(str, "wait", "name of the action")
+    server_name = Input(str, "wait", "name of the action", parse=parse_name)
     wait_duration = Input(float, 1.0, "duration [s]")
 
     def fields(self) -> dict[str, Any]:
@@ -318,7 +319,7 @@ class DockRobot(Nav2Motion):
     """Docks with Nav2's docking server."""
 
     type = "nav2_msgs/action/DockRobot"
-    server_name = Input(str, "dock_robot", "name of the action")
+    server_name = Input(str, "dock_robot", "name of the action", parse=parse_name)
     use_dock_id = Input(bool, True, "whether the dock is given by its name in Nav2's database, not by its pose")
     dock_id = Input(str, "", "name of the dock in Nav2's database")
     dock_pose = PoseInput("", "pose of the dock: name of a place, or text of a PoseStamped")
@@ -336,7 +337,7 @@ class UndockRobot(Nav2Motion):
     """Undocks with Nav2's docking server."""
 
     type = "nav2_msgs/action/UndockRobot"
-    server_name = Input(str, "undock_robot", "name of the action")
+    server_name = Input(str, "undock_robot", "name of the action", parse=parse_name)
     dock_type = Input(str, "", "plugin of Nav2 for this kind of dock")
     max_undocking_time = Input(float, 30.0, "maximum duration [s]")
 
