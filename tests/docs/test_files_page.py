@@ -12,7 +12,7 @@ from rocs_bt.analyze import ANALYZERS
 from rocs_bt.catalog import load_robot, read_planner
 from rocs_bt.catalog.inherit import read_with_base
 from rocs_bt.catalog.scenario_file import read_scenario
-from rocs_bt.drivers import DRIVER_PARAMETERS, parameters_of_driver
+from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters, parameters_of_driver
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
@@ -81,6 +81,16 @@ sensors = ["where"]
 name = "turned"
 class = "PassOrientation"
 monitors = ["pose"]
+[ros2]
+transport = "dds"
+distro = "jazzy"
+domain = 7
+network = "lan"
+namespace = "r1"
+use_sim_time = false
+emergency_stop = "stop"
+go = "go"
+# zzz robot.ros2
 [rules.avoid_collision]
 near = "0.5 m"
 """
@@ -314,6 +324,12 @@ def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
 def test_every_drivers_parameters_are_documented():
     found = by_owner("Drivers")
     assert found == {name: set(parameters_of_driver(p)) for name, p in DRIVER_PARAMETERS.items()}
+
+
+@pytest.mark.parametrize("kind", ["sensor", "actuator"])
+def test_every_key_of_the_driver_ros2_is_documented(kind):
+    declared = parameters_of_driver(declared_parameters("ros2", kind))
+    assert keys(f"{kind.capitalize()}s with driver ros2") == set(declared)
 
 
 def test_every_blocks_parameters_are_documented():
