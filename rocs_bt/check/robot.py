@@ -12,6 +12,7 @@ from pathlib import Path
 from ..agent import Agent, Controller
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
 from ..device import Actuator, Reading, Sensor
+from ..drivers import DRIVER_PARAMETERS
 from ..drivers.mujoco import (
     MujocoActuator,
     MujocoSensor,
@@ -30,6 +31,7 @@ from ..raised import describe
 from ..record.header import Point
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults
+from .ros2 import ros2_faults
 from .stub_agent import idle, stub_agent
 
 
@@ -39,6 +41,7 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     own = not robot.code or catalog.code
     if own:
         yield from driver_faults(robot, catalog)
+    yield from ros2_faults(robot)
     sensors = yield from check_model(robot, catalog)
     yield from identified_faults(robot)
     known = [rules.name for rules in catalog.list("rules")]
@@ -72,7 +75,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
     """
     if robot.model is None:
         return {}
-    shipped = [s for s in robot.sensors if not is_reference(s.driver)]
+    shipped = [s for s in robot.sensors if s.driver in DRIVER_PARAMETERS]
     try:
         world = _world(catalog, robot, robot.model, [(s, Driver(s.driver, s.parameters)) for s in shipped])
     except InputError as error:
@@ -83,7 +86,8 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
             world.allow_ground_contact(_NAME, robot.ground_contact)
         except InputError as error:
             yield from error.at(robot.file).faults
-    yield from _outline_faults(robot, hull_outline(world.model, world.robots[_NAME].hull))
+    if robot.ros2 is None:  # a real robot can have another size than the simulated one on which it is based
+        yield from _outline_faults(robot, hull_outline(world.model, world.robots[_NAME].hull))
     made: dict[str, Sensor] = {}
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:

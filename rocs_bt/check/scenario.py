@@ -9,8 +9,7 @@ from dataclasses import replace
 from ..actions import action_table
 from ..agent import Agent, Controller, Rates, Runtime, build_agent
 from ..agent.build import thresholds
-from ..catalog import AgentSpec, Catalog, Entry, PlaceSpec, RobotSpec, ScenarioSpec, is_reference
-from ..drivers.mujoco import MujocoActuator, MujocoSensor
+from ..catalog import AgentSpec, Catalog, Entry, PlaceSpec, RobotSpec, ScenarioSpec
 from ..errors import Fault, InputError
 from ..event import NullSink
 from ..expression import Environment
@@ -19,7 +18,15 @@ from ..plan import mission_actions, mission_arguments
 from ..reactive import RuleModel, load_rules, rule_misfits
 from ..reactive.analysis import examine_fit
 from ..record import TRUTH
-from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses, requirement_faults
+from ..simulation import (
+    POSES_TRIED,
+    FreePose,
+    SimulatedWorld,
+    build_world,
+    free_goal_poses,
+    on_hardware,
+    requirement_faults,
+)
 from ..simulation.share import share_faults
 from .mission import built_faults, nodes_in, words_in
 from .robot import trial_faults
@@ -39,19 +46,8 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     yield from share_faults(scenario, catalog.load_schema())
     robots = [catalog.load_robot(name) for name in scenario.robots]
     # Not simulated: robots with code that may not run, and robots with drivers for hardware.
-    if all(_simulated(robot, catalog) if catalog.code else not robot.code for robot in robots):
+    if all((catalog.code or not robot.code) and not on_hardware(catalog, robot) for robot in robots):
         yield from check_feasible(scenario, catalog)
-
-
-def _simulated(robot: RobotSpec, catalog: Catalog) -> bool:
-    """Whether all user drivers of a robot are for MuJoCo; invalid drivers are reported by the check of the robot."""
-    for driver in [*(s.driver for s in robot.sensors), *(a.driver for a in robot.actuators)]:
-        file, _, name = driver.partition(":")
-        if is_reference(driver) and not issubclass(
-            catalog.load_class(robot.beside(file), name), (MujocoSensor, MujocoActuator)
-        ):
-            return False
-    return True
 
 
 def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:

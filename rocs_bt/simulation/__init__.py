@@ -4,7 +4,7 @@ Imported by `compare`, `check`, the command line and the pytest plugin.
 """
 
 from ..drivers.host import Host
-from .devices import Driver, hardware_driver, mujoco_driver
+from .devices import Driver, hardware_driver, mujoco_driver, on_hardware
 from .episode import Episode, Result
 from .feasible import POSES_TRIED, FreePose, free_goal_poses
 from .hardware import drive_robots
@@ -71,6 +71,7 @@ __all__ = [
     "make_scripted_object",
     "make_scripted_robot",
     "mujoco_driver",
+    "on_hardware",
     "place_all",
     "replay",
     "requirement_faults",

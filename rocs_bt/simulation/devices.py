@@ -8,7 +8,16 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..arguments import read_arguments
-from ..catalog import ActuatorSpec, Catalog, RobotSpec, SensorSpec, is_reference, robot_locomotion, running_class
+from ..catalog import (
+    ActuatorSpec,
+    Catalog,
+    RobotSpec,
+    SensorSpec,
+    command_size,
+    is_reference,
+    robot_locomotion,
+    running_class,
+)
 from ..device import Actuator, Sensor
 from ..drivers import ROS2, Ros2Settings, constructor_parameters, read_parameters
 from ..drivers.host import Host
@@ -88,6 +97,43 @@ def hardware_driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Act
             name = kind.__name__
             raise InputError(f"'{device.driver}' of '{device.name}' does not extend rocs_bt.{name}.")
     return _driver(cls, "host", robot, device)
+
+
+def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
+    """Whether a driver of a robot is for hardware, so that the robot cannot be simulated.
+
+    Raises:
+        InputError: The class of a user's driver does not load.
+    """
+    devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
+    return any(
+        device.driver == ROS2
+        or (
+            is_reference(device.driver)
+            and not issubclass(_class(catalog, robot, device), (MujocoSensor, MujocoActuator))
+        )
+        for device in devices
+    )
+
+
+def unopened_sensor(catalog: Catalog, robot: RobotSpec, spec: SensorSpec) -> Sensor:
+    """Sensor on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
+    made: Sensor = _unopened(hardware_driver(catalog, robot, spec).make, "read", "close")
+    Sensor.__init__(made, spec.name)
+    return made
+
+
+def unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
+    """Actuator on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
+    made: Actuator = _unopened(hardware_driver(catalog, robot, spec).make, "command", "neutral", "close")
+    Actuator.__init__(made, spec.name, command_size(robot, spec))
+    return made
+
+
+def _unopened(cls: Any, *names: str) -> Any:
+    """Object of a subclass, without a call of the constructor; its methods of these names do nothing."""
+    made: Any = type("_Unopened", (cls,), dict.fromkeys(names, lambda *args: None))
+    return made.__new__(made)
 
 
 def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Host) -> Any:

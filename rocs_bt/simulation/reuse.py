@@ -10,9 +10,12 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from ..actions import action_table
+from ..agent import RobotDevices, Runtime
 from ..catalog import KINDS, ActorSpec, AgentSpec, Catalog, Entry, ScenarioSpec, content_hash
-from ..event import NullSink
-from .build_agents import load_controller
+from ..clock import Clock, SimulatedClock
+from ..event import EventSink, NullSink
+from .build_agents import build_agents, load_controller
+from .devices import on_hardware, unopened_actuator, unopened_sensor
 from .provenance import package_of, used_classes
 from .ready_run import simulated_agents
 from .settings import Setting, settings
@@ -142,14 +145,37 @@ def _piece(entry: Entry) -> Piece:
 def _code(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, tuple[type, ...]]:
     """Classes of rocs_bt that each agent consists of, by agent."""
     sink = NullSink()
-    simulated = build_world(scenario, catalog, 1, sink)
-    agents = simulated_agents(scenario, simulated, catalog, sink)
+    if any(on_hardware(catalog, catalog.load_robot(agent.robot)) for agent in scenario.agents):
+        clock: Clock = SimulatedClock(scenario.rate.control_rate.period)
+        devices = {agent.name: _unopened_devices(scenario, agent, catalog, clock, sink) for agent in scenario.agents}
+        shared: tuple[object, ...] = (clock, sink)
+        agents = build_agents(scenario, catalog, devices, Runtime(clock, sink))
+    else:
+        simulated = build_world(scenario, catalog, 1, sink)
+        shared = (simulated.world, simulated.clock, sink)
+        agents = simulated_agents(scenario, simulated, catalog, sink)
     found = {}
     for agent, spec in zip(agents, scenario.agents, strict=True):
         actions = action_table(*load_controller(scenario, spec, catalog).actions)
-        found[agent.name] = used_classes(agent, (simulated.world, simulated.clock, sink), actions)
+        found[agent.name] = used_classes(agent, shared, actions)
         agent.close()
     return found
+
+
+def _unopened_devices(
+    scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, clock: Clock, sink: EventSink
+) -> RobotDevices:
+    """Devices of a robot on hardware, without their connections."""
+    robot, period = catalog.load_robot(agent.robot), scenario.rate.control_rate.period
+    return RobotDevices(
+        robot,
+        {s.name: unopened_sensor(catalog, robot, s) for s in robot.sensors},
+        {
+            a.name: a.guard(unopened_actuator(catalog, robot, a), clock, period, sink, agent.name)
+            for a in robot.actuators
+        },
+        {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robot.sensors},
+    )
 
 
 def _by_package(first: Iterable[type], second: Iterable[type]) -> tuple[Share, ...]:

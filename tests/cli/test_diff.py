@@ -70,3 +70,15 @@ def test_what_does_not_exist_is_told(rocs_bt):
     told = rocs_bt("diff", "exp1", "exp9")
     assert told.code == 2
     assert "no scenario is named 'exp9'" in told.err
+
+
+def test_a_robot_with_ros_2_differs_from_the_simulated_one_only_in_its_drivers(rocs_bt):
+    found = json.loads(rocs_bt("diff", "exp1", "exp1_ros2", "--json").out)
+    assert [s for s in found["settings"] if s["first"] != s["second"]] == []
+    assert [s for robot in found["robots"] for s in robot["settings"] if s["first"] != s["second"]] == [
+        {"what": "robot", "first": "pioneer_p3dx", "second": "pioneer_p3dx_ros2"}
+    ]
+    (drivers,) = [row for row in found["code"] if row["changed"] or row["first"] or row["second"]]
+    assert (drivers["kind"], drivers["second"]) == ("drivers", ["ActuatorNode", "SensorNode"])
+    differing = {row["kind"] for row in found["content"] if row["changed"] or row["first"] or row["second"]}
+    assert differing == {"scenario", "robot"}

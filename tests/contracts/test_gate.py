@@ -20,11 +20,12 @@ from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.reactive import Reflex
 from rocs_bt.safety import Limits
+from rocs_bt.simulation import on_hardware
 from rocs_bt.testing.mock_agent import mock_agent
 
 CATALOG = Catalog()
 LOAD = Catalog.load_robot
-ROBOTS = [e.name for e in CATALOG.list("robot")]
+ROBOTS = [e.name for e in CATALOG.list("robot") if not on_hardware(CATALOG, CATALOG.load_robot(e.name))]
 CHANGE = 4.0  # [m/s2] limit of change in these tests
 PERIODS = {"lockstep": 60, "threaded": 30}
 MODES = list(PERIODS)

@@ -16,12 +16,17 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, mujoco
 from rocs_bt.event import NullSink
 from rocs_bt.monitor import MONITORS
-from rocs_bt.simulation import build_world
+from rocs_bt.simulation import build_world, on_hardware
 
 CATALOG = Catalog()
 ENTRIES = CATALOG.list()
 ROBOTS = [e.name for e in CATALOG.list("robot")]
-SCENARIOS = [e.name for e in CATALOG.list("scenario")]
+HARDWARE = [name for name in ROBOTS if on_hardware(CATALOG, CATALOG.load_robot(name))]
+SCENARIOS = [
+    e.name
+    for e in CATALOG.list("scenario")
+    if not {a.robot for a in CATALOG.load_scenario(e.name).agents} & {*HARDWARE}
+]
 STANDARD_SIGNALS = {
     "front", "left_gap", "right_gap", "rear", "speed", "turn_rate", "stop_distance", "goal_distance", "pose",
 }  # fmt: skip  # a table
@@ -57,6 +62,23 @@ def test_a_robot_declares_the_standard_signals(robot):
         live = agent.knowledge.graph.get(sensor.name, "values")
         assert live.size == agent.knowledge.signals.spec(sensor.signal).size
         assert not live.flags.writeable
+
+
+@pytest.mark.parametrize("robot", HARDWARE)
+def test_a_robot_on_hardware_differs_from_a_simulated_one_only_in_its_drivers_and_limits(robot):
+    spec = CATALOG.load_robot(robot)
+    base = CATALOG.load_robot(spec.bases[0].parent.name)
+    assert base.name not in HARDWARE
+    assert spec.ros2 is not None
+    blocks = [[(b.name, b.cls, b.parameters) for b in (*of.monitors, *of.analyzers)] for of in (spec, base)]
+    assert blocks[0] == blocks[1]
+    assert [(s.name, s.signal, s.monitor, s.rate) for s in spec.sensors] == [
+        (s.name, s.signal, s.monitor, s.rate) for s in base.sensors
+    ]
+    assert {device.driver for device in (*spec.sensors, *spec.actuators)} == {"ros2"}
+    assert all(actuator.isolated for actuator in spec.actuators)
+    for own, limit in zip(spec.actuators, base.actuators, strict=True):
+        assert (own.limits.low, own.limits.high) == (limit.limits.low, limit.limits.high)
 
 
 @pytest.mark.parametrize("robot", ROBOTS)

@@ -89,6 +89,7 @@ network = "lan"
 namespace = "r1"
 use_sim_time = false
 emergency_stop = "stop"
+messages = "messages"
 go = "go"
 # zzz robot.ros2
 [rules.avoid_collision]

@@ -32,7 +32,7 @@ TOWER = """<mujoco model="tower">
     </body>
   </worldbody>
 </mujoco>"""
-SHIPPED = ["pioneer_p3dx", "jackal", "summit_xl", "rosbot_xl", "robotino"]
+SHIPPED = ["pioneer_p3dx", "jackal", "summit_xl", "rosbot_xl", "robotino", "turtlebot3_burger"]
 
 
 def watched(samples, period: float = 0.05) -> tuple[float | None, str]:

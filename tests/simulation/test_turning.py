@@ -28,7 +28,7 @@ y = "0 m"
 """
 
 
-@pytest.mark.parametrize("robot", ["jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl"])
+@pytest.mark.parametrize("robot", ["jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"])
 def test_a_quick_turn_ends_where_it_should_and_goes_no_farther(tmp_path: Path, robot: str) -> None:
     for file, text in (("planners/missions/turn.xml", MISSION), ("scenarios/turn.toml", SCENARIO.format(robot=robot))):
         (tmp_path / file).parent.mkdir(parents=True)
@@ -43,4 +43,4 @@ def test_a_quick_turn_ends_where_it_should_and_goes_no_farther(tmp_path: Path, r
 
 def test_that_is_every_robot_with_a_model_of_its_own() -> None:
     robots = {entry.name for entry in Catalog().list("robot") if (entry.path.parent / "robot.xml").is_file()}
-    assert robots == {"jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl"}
+    assert robots == {"jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"}

@@ -1,0 +1,33 @@
+"""Check of devices with `driver = "ros2"`: message types and their fields, if the package rosbags is installed."""
+
+from __future__ import annotations
+
+import importlib.util
+from collections.abc import Iterator
+
+from ..catalog import RobotSpec
+from ..drivers import ROS2, Ros2Settings, read_parameters
+from ..drivers.ros2.forms import make_take
+from ..drivers.ros2.message_types import MessageTypes
+from ..drivers.ros2.parameters import Ros2SensorParameters
+from ..drivers.ros2.rclpy_transport import definition
+from ..errors import Fault, InputError
+
+
+def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
+    """Check the message types of a robot's sensors against its distribution of ROS 2; nothing is connected."""
+    sensors = [sensor for sensor in robot.sensors if sensor.driver == ROS2]
+    if not sensors or importlib.util.find_spec("rosbags") is None:
+        return
+    settings = robot.ros2 or Ros2Settings()
+    try:
+        types = MessageTypes(settings.distro, lambda name: settings.definition(name) or definition(name))
+    except InputError as error:  # an unknown distribution
+        yield from error.at(robot.file).faults
+        return
+    for sensor in sensors:
+        try:
+            given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
+            make_take(types, given)
+        except InputError as error:
+            yield from error.at(robot.file, sensor.line).faults
