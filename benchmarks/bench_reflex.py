@@ -90,20 +90,27 @@ class Burn(Behaviour):
         return Status.RUNNING
 
 
+Devices = Callable[[WallClock], tuple[Sonar, Wheels]]
+
+
 def measure(
-    burn: float, plan: float, crossings: int = CROSSINGS, share: Callable[[Knowledge], Sharing] | None = None
+    burn: float,
+    plan: float,
+    crossings: int = CROSSINGS,
+    share: Callable[[Knowledge], Sharing] | None = None,
+    devices: Devices = lambda clock: (Sonar(clock), Wheels(clock)),
 ) -> list[float]:
     """Latencies [ms], with a leaf that is busy for `burn` [s] per tick, a plan at `plan` [Hz], optional sharing."""
     clock, catalog = WallClock(running=False), Catalog()
-    sonar, wheels = Sonar(clock), Wheels(clock)
+    sonar, wheels = devices(clock)
 
     def build(mission: Mission) -> Behaviour:
         drive = mission.act("GoTo", goal="far")
         return Parallel("both", ParallelPolicy.SuccessOnAll(synchronise=False), [drive, Burn(burn)])
 
-    def prepare(devices: MockDevices) -> None:
-        devices.sensors["sonar"] = sonar
-        devices.actuators["wheels"].wrap(lambda device: wheels)
+    def prepare(mock: MockDevices) -> None:
+        mock.sensors["sonar"] = sonar
+        mock.actuators["wheels"].wrap(lambda device: wheels)
 
     rules = [catalog.find("rules", "avoid_collision").path]
     controller = Controller(build, rules=rules, places=[PlaceSpec("far", "goal", Pose2(9.0, 0.0), 0.1, ("R1",))])

@@ -1,0 +1,70 @@
+"""Emergency stop and go by topics."""
+
+from __future__ import annotations
+
+import pytest
+
+from rocs_bt.clock import SimulatedClock
+from rocs_bt.drivers.ros2.message_types import MessageTypes
+from rocs_bt.drivers.ros2.node import RosNode
+from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.drivers.ros2.stop_topics import StopTopics
+
+from .network import Network
+
+BOOL = "std_msgs/msg/Bool"
+
+
+class Listener:
+    """A host that writes down what is reported."""
+
+    def __init__(self):
+        self.heard: list[str] = []
+
+    def emergency_stop(self, reason, source):
+        self.heard.append(f"stop by {source}")
+
+    def emergency_released(self, source):
+        self.heard.append(f"released by {source}")
+
+    def go(self, by):
+        self.heard.append(f"go by {by}")
+
+
+@pytest.fixture
+def network():
+    return Network(MessageTypes())
+
+
+@pytest.fixture
+def host():
+    return Listener()
+
+
+@pytest.fixture
+def topics(network, host):
+    settings = Ros2Settings(namespace="r1", emergency_stop="emergency_stop", go="/go")
+    return StopTopics(RosNode(settings, SimulatedClock(0.05), transport=network), host)
+
+
+def test_a_press_between_two_looks_is_not_missed(network, host, topics):
+    network.send("/r1/emergency_stop", BOOL, age=0.04, data=True)
+    network.send("/r1/emergency_stop", BOOL, age=0.02, data=False)
+    topics.poll()
+    assert host.heard == ["stop by /r1/emergency_stop", "released by /r1/emergency_stop"]
+    topics.poll()
+    assert len(host.heard) == 2
+
+
+def test_only_true_is_a_go(network, host, topics):
+    network.send("/go", BOOL, data=False)
+    network.send("/go", BOOL, data=True)
+    topics.poll()
+    assert host.heard == ["go by topic /go"]
+
+
+def test_malformed_messages_stop_and_never_let_go(network, host, topics):
+    network.send_raw("/r1/emergency_stop", b"\0\1\0\0")
+    network.send_raw("/go", b"\0\1\0\0")
+    topics.poll()
+    assert host.heard == ["stop by /r1/emergency_stop"]
