@@ -27,6 +27,12 @@ MOVED = 0.05
 """Displacement of a place to look at that triggers new yaws [m]."""
 
 
+def looked_at(text: str) -> str:
+    """Node in the heading `look_at PLACE`; empty for any other text."""
+    words = text.split(maxsplit=1)
+    return words[1].strip() if len(words) == 2 and words[0] == LOOK_AT else ""
+
+
 class Heading:
     """Yaw of a robot on its path: along the path, the yaw at the start, a fixed angle, or toward a place.
 
@@ -43,15 +49,14 @@ class Heading:
 
     def __init__(self, text: str) -> None:
         self.kept: float | None = None
-        self.place = ""
         self._looked: Pose2 | None = None
         self._angle: float | None = None
-        words = text.split(maxsplit=1)
+        self.place = looked_at(text)
         self._kind: Literal["along", "fixed", "look_at"] = "fixed"
         if text == ALONG:
             self._kind = "along"
-        elif len(words) == 2 and words[0] == LOOK_AT:
-            self._kind, self.place = "look_at", words[1].strip()
+        elif self.place:
+            self._kind = "look_at"
         elif text != "keep":
             self.kept = self._angle = _angle(text)
 

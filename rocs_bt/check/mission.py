@@ -11,12 +11,13 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import ACTIONS, action_table
+from ..actions.heading import looked_at
 from ..agent import Agent, Controller
 from ..catalog import Catalog, Entry, functions_in
 from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault
 from ..expression import Environment, compile_expression
-from ..plan import LOOK_AT, check_mission, mission_actions, mission_parameters
+from ..plan import check_mission, mission_actions, mission_parameters
 from ..trees.examine import blocking_faults
 from .stub_agent import idle, stub_agent
 from .xml_mission import MissionOptions, check_xml, dialect_of
@@ -116,7 +117,7 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
                 found.update(_texts(text))
                 goals.update(_goals(text))
             else:
-                found.update(value.removeprefix(LOOK_AT) for value in re.findall(r"""=\s*["']([^"']*)["']""", text))
+                found.update(looked_at(value) or value for value in re.findall(r"""=\s*["']([^"']*)["']""", text))
                 goals.update(_xml_goals(text))
         except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
@@ -128,7 +129,7 @@ def _xml_goals(text: str) -> list[str]:
     tags = re.findall(r"<(\w+)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*)>", text)
     going = [attributes for tag, attributes in tags if tag == "SubTree" or tag in ACTIONS]
     given = [pair for each in going for pair in re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", each)]
-    return [value.removeprefix(LOOK_AT) for name, value in given if name in _GOALS]
+    return [looked_at(value) or value for name, value in given if name in _GOALS]
 
 
 def _goals(python: str) -> list[str]:
@@ -137,10 +138,10 @@ def _goals(python: str) -> list[str]:
     calls = [call for call in found if isinstance(call.func, ast.Attribute) and call.func.attr in ("act", "tree")]
     values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
     texts = [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    return [text.removeprefix(LOOK_AT) for text in texts]
+    return [looked_at(text) or text for text in texts]
 
 
 def _texts(python: str) -> list[str]:
     """String constants in a Python file."""
     found = [node.value for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Constant)]
-    return [value.removeprefix(LOOK_AT) for value in found if isinstance(value, str)]
+    return [looked_at(value) or value for value in found if isinstance(value, str)]

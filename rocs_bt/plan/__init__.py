@@ -8,7 +8,7 @@ from .act import Act
 from .action_node import ActionNode, action_nodes
 from .context import Content, MissionContext, SignalCondition, mission_of
 from .leaves import Condition, Wait
-from .mission import LOOK_AT, Mission
+from .mission import Mission
 from .mission_check import check_mission
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
@@ -19,7 +19,6 @@ from .vehicle import Vehicle
 from .xml_mission import mission_nodes, shipped_nodes, xml_mission
 
 __all__ = [
-    "LOOK_AT",
     "Act",
     "ActionNode",
     "Condition",

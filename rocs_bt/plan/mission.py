@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from py_trees.behaviour import Behaviour
 
 from ..action import make_action, parameters_of, refuse_misfits
+from ..actions.heading import looked_at
 from ..errors import Fault, InputError, unknown
 from ..knowledge import WorldModel
 from ..raised import CodeLocation, called_at
@@ -20,9 +21,6 @@ from .action_node import action_nodes
 from .context import MissionContext, SignalCondition
 from .leaves import Condition, Enter, Wait
 from .xml_mission import embedded, shipped_nodes
-
-LOOK_AT = "look_at "
-"""Beginning of a heading toward a place."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +53,7 @@ def named_place(parameter: str, value: object) -> str:
     if not isinstance(value, str):
         return ""
     if parameter == "heading":
-        return value.removeprefix(LOOK_AT).strip() if value.startswith(LOOK_AT) else ""
+        return looked_at(value)
     return value if parameter == "goal" else ""
 
 
