@@ -70,7 +70,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         )
         refuse_requirements(spec, header.agents)
         preflight = _preflight(agents, robots, clock, spec.rate.control_rate.period, options)
-        permission = MotionPermission(list(devices.stops.values()), options.go)
+        permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
         ready = preflight.run(lambda: end.signals.reason, permission.poll)
         header = msgspec.structs.replace(header, start=clock.now())
         command = options.command or drive_command(spec.name, options)

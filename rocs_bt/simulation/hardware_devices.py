@@ -18,6 +18,7 @@ from ..drivers.ros2.dry_link import DryLink
 from ..drivers.ros2.link import NodeLink
 from ..drivers.ros2.settings import Ros2Settings
 from ..drivers.ros2.sim_clock import SimTimeClock
+from ..drivers.ros2.stop_topics import StopTopics
 from ..errors import Fault, InputError
 from ..event import EventSink
 from ..ros_link import RosLink
@@ -64,6 +65,7 @@ class HardwareDevices:
         motion: Safety gates of the locomotion, by agent.
         links: Isolated actuators, which run in separate processes, by agent.
         stops: Emergency stops, by agent.
+        stop_topics: Topics that stop a robot or let it go, of all robots.
     """
 
     def __init__(
@@ -78,6 +80,7 @@ class HardwareDevices:
         self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
         self.stops: dict[str, EmergencyStop] = {}
+        self.stop_topics: list[StopTopics] = []
 
     def open(
         self,
@@ -107,6 +110,8 @@ class HardwareDevices:
         stop.attach(list(gates.values()))
         self.robots[name] = RobotDevices(robot, sensors, gates, rates, self._ros_link(robot, host, shared))
         self.motion[name] = gates[robot.locomotion.actuator]
+        if robot.ros2 is not None and (robot.ros2.emergency_stop or robot.ros2.go):
+            self.stop_topics.append(StopTopics(shared_node(robot.ros2, host), host))
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
 
     def _ros_link(self, robot: RobotSpec, host: Host, shared: ExitStack) -> RosLink | None:
