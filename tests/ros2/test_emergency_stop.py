@@ -17,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("awake")
 
 def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):
     robot = counterpart(*OPTIONS, *start_of(1), distribution="jazzy")
-    catalog = write_project(tmp_path, transport="dds", emergency_stop="emergency_stop")
+    catalog = write_project(tmp_path, transport="dds")
     sink, go, found = ListSink(), threading.Event(), list[RunResult]()
 
     def said() -> bool:
