@@ -6,7 +6,6 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
 
 import msgspec
 
@@ -14,13 +13,14 @@ from ..agent import Agent
 from ..catalog import RobotSpec, SensorSpec
 from ..clock import WallClock
 from ..device import Sensor
+from ..drivers import ROS2
 from ..errors import DeviceError, interrupts
 from ..raised import Raised
 from ..words import counted
 from .judge_panel import wait_until
 
 OBSERVED = 0.5
-"""Minimum duration of the preflight check, in which the rates are measured [s]."""
+"""Minimum time from the first samples to the start, in which the rates are measured [s]."""
 
 _SAMPLES = 40  # number of newest samples over which a rate is measured
 _SOURCES = ("topic", "topics", "address", "port", "device")  # keys of a driver that say where the values come from
@@ -34,7 +34,7 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
         agent: Name of the agent.
         sensor: Name of the sensor.
         driver: Driver, as in robot.toml.
-        source: Topic, address or port from which the driver reads; empty if robot.toml has none.
+        source: Full topic, address or port from which the driver reads; empty if robot.toml has none.
         rate: Measured rate of new samples [Hz]; None before the second sample.
         declared_rate: Rate at which the sensor will be read [Hz].
         age: Age of the newest sample [s]; None without a sample.
@@ -90,17 +90,27 @@ class PreflightSensor:
         agent: Name of the agent.
         spec: Table of the sensor in robot.toml.
         sensor: Device.
+        source: Topic, address or port of the values; may be empty.
         rate: Rate at which the sensor will be read [Hz].
         max_age: Age up to which a sample is fresh [s].
         needed_for: Uses of the sensor's signals.
     """
 
     def __init__(
-        self, agent: str, spec: SensorSpec, sensor: Sensor, *, rate: float, max_age: float, needed_for: tuple[str, ...]
+        self,
+        agent: str,
+        spec: SensorSpec,
+        sensor: Sensor,
+        *,
+        source: str,
+        rate: float,
+        max_age: float,
+        needed_for: tuple[str, ...],
     ) -> None:
         self._agent = agent
         self._spec = spec
         self._sensor = sensor
+        self._source = source
         self._rate = rate
         self._max_age = max_age
         self._needed_for = needed_for
@@ -119,7 +129,7 @@ class PreflightSensor:
             agent=self._agent,
             sensor=self._spec.name,
             driver=self._spec.driver,
-            source=_source(self._spec.parameters),
+            source=self._source,
             rate=(len(stamps) - 1) / span if span > 0.0 else None,
             declared_rate=self._rate,
             age=age,
@@ -191,10 +201,13 @@ class Preflight:
             DeviceError: A needed sensor was not fresh for the whole time `wait`; names all such sensors and reasons.
         """
         begun = fresh = self._clock.now()
+        complete = math.inf  # [s] time at which all needed sensors were fresh for the first time
         never = threading.Event()
         while not ended():
             states, now = tuple(sensor.state(self._clock.now) for sensor in self._sensors), self._clock.now()
-            fit = now - begun >= OBSERVED and not any(state.blocks for state in states)
+            present = not any(state.blocks for state in states)
+            complete = min(complete, now) if present else complete
+            fit = present and now - complete >= OBSERVED
             report = PreflightReport(t=now - begun, sensors=states, paused=paused(fit))
             if not report.missing:
                 fresh = now
@@ -205,7 +218,7 @@ class Preflight:
                 self._show(msgspec.structs.replace(report, over=True))
                 raise DeviceError(_refusal(report.missing, self._wait))
             self._show(report)
-            wait_until(self._clock, now + self._period, never, ended)
+            wait_until(self._clock, now + 0.5 * self._period, never, ended)  # twice the rate, to count all samples
         return False
 
 
@@ -220,6 +233,7 @@ def preflight_sensors(agent: Agent, robot: RobotSpec) -> list[PreflightSensor]:
                 agent.name,
                 spec,
                 monitored.sensor,
+                source=_source(spec, robot),
                 rate=monitored.rate.hz,
                 max_age=monitor.max_age,
                 needed_for=tuple(uses.get(monitor.name, ())),
@@ -250,9 +264,13 @@ def _indices(values: slice) -> set[int]:
     return set(range(values.start, values.stop))
 
 
-def _source(parameters: Mapping[str, Any]) -> str:
-    found = next((parameters[key] for key in _SOURCES if key in parameters), "")
-    return ", ".join(map(str, found)) if isinstance(found, (list, tuple)) else str(found)
+def _source(spec: SensorSpec, robot: RobotSpec) -> str:
+    """Text of where a sensor's values come from: the first of the keys `_SOURCES`; topics with their full names."""
+    found = next((spec.parameters[key] for key in _SOURCES if spec.parameters.get(key)), "")
+    names = [str(name) for name in (found if isinstance(found, (list, tuple)) else [found])]
+    if robot.ros2 is not None and spec.driver == ROS2:
+        names = [robot.ros2.topic(name) for name in names]
+    return ", ".join(names)
 
 
 def _refusal(missing: Sequence[SensorState], wait: float) -> str:

@@ -151,6 +151,21 @@ def test_the_clock_of_stuck_stops_in_between_and_its_reason_names_the_rule_that_
     assert "held by r/B for 6.0 s" in judge.verdict().reason
 
 
+@pytest.mark.parametrize("paused", [False, True])
+def test_the_clock_of_stuck_stops_while_the_robot_is_held_in_neutral(paused: bool) -> None:
+    judge, mind = Judge(GOAL), Mind(reflex="r/Halt", held=True)
+    for i in range(400):
+        judge.update(0.05 * i, Pose2(0.0, 0.0), mind, commanded=True, paused=paused)
+    assert judge.decided is not paused
+
+
+def test_the_time_to_the_goal_counts_from_the_start() -> None:
+    judge = Judge(start=3.0)
+    judge.update(3.5, Pose2(0.0, 0.0), Mind(), commanded=False)
+    judge.update(7.0, Pose2(0.0, 0.0), Mind(status="SUCCESS"), commanded=False)
+    assert judge.verdict().time_to_goal == 4.0
+
+
 def test_slow_progress_is_progress() -> None:
     judge = Judge(GOAL)
     for i in range(1200):
