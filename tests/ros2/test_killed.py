@@ -14,15 +14,15 @@ def robots(counterpart, request):
     return partial(driven, counterpart, transport="dds", real_time=request.config.getoption("--real-time"))
 
 
-@pytest.mark.parametrize("fault", [killed, paused])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_zero_is_published_in_time(robots, tmp_path, fault, seed):
+def test_zero_is_published_in_time(robots, tmp_path, seed):
+    """Two random moments: the agent is stopped and goes on, and is killed."""
+    first, second = moments(seed, 2)
     with robots(tmp_path) as robot:
-        robot.drive(moments(seed, 1)[0] / 3.0)
-        _, awake = fault(robot)
-        assert awake <= SOON
-        if fault is paused:
-            robot.drive(0.0)  # it drives on
+        for moment, fault in ((first, paused), (second, killed)):
+            robot.drive(moment / 3.0)
+            _, awake = fault(robot)
+            assert awake <= SOON
 
 
 def test_without_agent_and_publisher_the_robot_stops_by_its_own_timeout(robots, tmp_path):
