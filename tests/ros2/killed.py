@@ -47,7 +47,7 @@ class DrivenRobot:
     def drive(self, duration: float) -> None:
         """Wait until the robot is commanded to move, and then for a time [s]."""
         begun = time.time()
-        self.robot.follow(lambda lines: lines[-1].t > begun and sum(each.moves for each in lines[-5:]) == 5)
+        self.robot.follow(lambda lines: sum(line.moves and line.t > begun for line in lines) >= 5)
         time.sleep(duration)
 
     def stopped(self, since: float) -> tuple[float, float]:
