@@ -25,7 +25,7 @@ COMMANDS = {
     "run": "Run a scenario to its outcome and write a report.",
     "drive": "Run a scenario on its real robots, after a check of their sensors.",
     "sim": "Simulate the robots of a scenario as ROS 2 robots.",
-    "replay": "Re-run agents on recorded sensor data and compare their decisions; or explain one moment.",
+    "replay": "Re-run agents on recorded sensor data, explain a moment, or evaluate rules on a ROS bag.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
     "export": "Write a run as a ROS 2 bag, for rviz, PlotJuggler and Foxglove.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",

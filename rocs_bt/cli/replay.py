@@ -1,26 +1,71 @@
-"""`rocs-bt replay`: re-run agents on recorded sensor data, or explain one moment of a run."""
+"""`rocs-bt replay`: re-run agents on recorded sensor data, explain one moment of a run, or evaluate rules on a bag."""
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import click
 
 from ..catalog import Catalog
+from ..errors import InputError
+from ..words import counted
 from .terminal import echo
 
 
 @click.command()
-@click.argument("run", type=click.Path(path_type=Path))
+@click.argument("run", type=click.Path(path_type=Path), required=False)
 @click.option("--why", metavar="SECONDS", type=float, help="Explain the decision at this time.")
 @click.option("--agent", help="Name of the agent; by default all.")
 @click.option("--changed-content", is_flag=True, help="Compare although robots, rules or other files have changed.")
-def command(run: Path, why: float | None, agent: str | None, changed_content: bool) -> int:
+@click.option("--bag", type=click.Path(path_type=Path), help="ROS bag to replay in place of a run.")
+@click.option("--robot", metavar="NAME", help="With --bag: robot with sensors that read its topics.")
+@click.option("--rules", metavar="FILE|NAME", multiple=True, help="With --bag: rule file to evaluate; may be repeated.")
+@click.option(
+    "--out",
+    type=click.Path(path_type=Path, file_okay=False),
+    help="With --bag: output folder; by default runs/<name of the bag>.",
+)
+@click.option("--from", "begin", metavar="SECONDS", type=float, help="With --bag: begin at this time in the bag.")
+@click.option("--for", "duration", metavar="SECONDS", type=float, help="With --bag: end after this time.")
+@click.option("--rate", metavar="HZ", type=float, help="With --bag: control rate; by default 20 Hz.")
+def command(
+    run: Path | None,
+    why: float | None,
+    agent: str | None,
+    changed_content: bool,
+    bag: Path | None,
+    robot: str | None,
+    rules: tuple[str, ...],
+    out: Path | None,
+    begin: float | None,
+    duration: float | None,
+    rate: float | None,
+) -> int:
     """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.
 
     Exits with 0 if all events are equal, with 1 at the first difference. With --why, the recording is only queried.
     With --changed-content, the agents have the present content: it shows whether a change alters their decisions.
+
+    With --bag, the sensors of --robot read a ROS bag: when would the reflexes of --rules have fired? Prints the tables
+    of `rocs-bt rules replay`, and writes a recording for it and for `rules tune`, `plot` and `report`.
     """
+    given = {"robot": robot, "rules": rules, "out": out, "begin": begin, "duration": duration, "rate": rate}
+    if bag is not None:
+        if run is not None or why is not None or agent is not None or changed_content:
+            raise click.UsageError("--bag excludes RUN, --why, --agent and --changed-content.")
+        if robot is None:
+            raise click.UsageError("--bag needs --robot, a robot with sensors that read topics of ROS 2.")
+        _replay_bag(bag, robot, rules, out, begin or 0.0, duration, 20.0 if rate is None else rate)
+        return 0
+    if run is None:
+        raise click.UsageError("Missing argument 'RUN', or --bag.")
+    if any(given.values()):
+        raise click.UsageError("--robot, --rules, --out, --from, --for and --rate need --bag.")
+    return _replay_run(run, why, agent, changed_content)
+
+
+def _replay_run(run: Path, why: float | None, agent: str | None, changed_content: bool) -> int:
     from ..record import Recording
 
     recording = Recording.open(run)
@@ -38,3 +83,33 @@ def command(run: Path, why: float | None, agent: str | None, changed_content: bo
         return 0
     echo(str(difference))
     return 1
+
+
+def _replay_bag(
+    bag: Path,
+    robot: str,
+    rules: tuple[str, ...],
+    out: Path | None,
+    begin: float,
+    duration: float | None,
+    rate: float,
+) -> None:
+    from ..simulation.bag_replay import replay_bag
+    from .play_scenario import catalog_for
+    from .rules import replay_rules_on
+
+    limit = math.inf if duration is None else duration
+    if not (0.0 <= begin < math.inf and limit > 0.0):
+        raise InputError(f"--from must be 0 or more seconds and --for positive, found {begin:g} and {limit:g}.")
+    catalog = catalog_for(robot)
+    files = [catalog_for(file).find("rules", file).path for file in rules]
+    folder = out or Path("runs") / bag.resolve().stem
+    found = replay_bag(bag, catalog.load_robot(robot), catalog, folder, start=begin, duration=limit, control=rate)
+    for sensor, topics in found.topics.items():
+        named = topics if len(topics) < 4 else (topics[0], "...", topics[-1])
+        count = counted(sum(found.counts[topic] for topic in topics), "message")
+        echo(f"  {sensor}: {', '.join(named)} ({count})" if topics else f"  {sensor}: not in the bag, so it is invalid")
+    for file in files:
+        replay_rules_on(found.recording, file, catalog, folder / "rules")
+    echo(f"Recording: {found.recording.path}")
+    echo(f"Try next: rocs-bt rules tune FILE {folder} --rule RULE --threshold NAME   or   rocs-bt plot {folder}")

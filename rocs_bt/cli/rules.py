@@ -74,12 +74,34 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
     RUN is a run's folder or its run.mcap. Nothing is simulated: the actions of the rules have no effect.
     """
     from ..record import Recording
+
+    catalog, recording = catalog_for(file), Recording.open(run)
+    folder = out or (run if run.is_dir() else run.parent) / "rules"
+    replay_rules_on(recording, catalog.find("rules", file).path, catalog, folder, agent=agent, wanted=wanted)
+
+
+def replay_rules_on(
+    recording: Recording,
+    path: Path,
+    catalog: Catalog,
+    folder: Path,
+    *,
+    agent: str | None = None,
+    wanted: Sequence[str] = (),
+) -> None:
+    """Evaluate a rule file on the signals of a recording, print its firings and draw them.
+
+    Args:
+        recording: The recording.
+        path: Path of the rule file.
+        catalog: Source of the robots.
+        folder: Folder of the pictures.
+        agent: Name of the agent; None for all agents that use the file.
+        wanted: Rules with drawn signals; by default those that latch.
+    """
     from ..record.figures.rules import draw_rules, write_picture
     from ..simulation.rule_replay import reflex_input, replay_rules, rule_index
 
-    catalog, recording = catalog_for(file), Recording.open(run)
-    path = catalog.find("rules", file).path
-    folder = out or (run if run.is_dir() else run.parent) / "rules"
     for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
         _print_inactive(rules, info.robot)
         found = replay_rules(rules, reflex_input(recording, info))

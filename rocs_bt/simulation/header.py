@@ -104,12 +104,14 @@ def without_world(
     header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec], *, command: str
 ) -> RunHeader:
     """Header of a run on hardware: robots as boxes and the scenario's places; the world is unknown."""
-    bodies = []
-    for name, robot in robots.items():
-        x, y = robot.length / 2.0, robot.width / 2.0
-        hull = ((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ()
-        bodies.append(BodyInfo(name=name, hull=hull))
-    return msgspec.structs.replace(header, command=command, bodies=tuple(bodies), places=_places(scenario))
+    bodies = tuple(box_body(name, robot) for name, robot in robots.items())
+    return msgspec.structs.replace(header, command=command, bodies=bodies, places=_places(scenario))
+
+
+def box_body(name: str, robot: RobotSpec) -> BodyInfo:
+    """Body of a robot as a box of its length and width; without outline if these are unknown."""
+    x, y = robot.length / 2.0, robot.width / 2.0
+    return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
 
 
 def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:

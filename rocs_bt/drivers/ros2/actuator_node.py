@@ -15,6 +15,7 @@ from ..host import Host
 from .node import RosNode
 from .parameters import ARRAY, TWIST_STAMPED, Ros2ActuatorParameters
 from .settings import Ros2Settings
+from .transport import Transport
 
 NEUTRAL_REPEATS = 3
 """Number of neutral commands before the publisher is closed, because the last message may be lost."""
@@ -110,6 +111,12 @@ class ActuatorNodeMaker:
         return ActuatorNode(self.name, shared_node(self.settings, host), self.parameters, self.locomotion)
 
 
-def shared_node(settings: Ros2Settings, host: Host) -> RosNode:
-    """Connection of a robot, which all its devices in one process share."""
-    return host.share(("ros2", settings), lambda: RosNode(settings, host.clock))
+def shared_node(settings: Ros2Settings, host: Host, transport: Transport | None = None) -> RosNode:
+    """Connection of a robot, which all its devices in one process share.
+
+    Args:
+        settings: The `[ros2]` table.
+        host: Host of the devices.
+        transport: Opened transport, in the first call; None to open one by the settings.
+    """
+    return host.share(("ros2", settings), lambda: RosNode(settings, host.clock, transport=transport))
