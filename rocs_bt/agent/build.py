@@ -131,7 +131,7 @@ def build_agent(
         rng=runtime.rng,
         privileged=controller.privileged,
         ros=devices.ros,
-        ros_types=installed_types,
+        ros_types=partial(installed_types, robot.ros2),
     )
     plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

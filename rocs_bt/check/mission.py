@@ -7,6 +7,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from ..actions.heading import looked_at
 from ..agent import Agent, Controller
 from ..catalog import Catalog, Entry, functions_in
 from ..drivers.ros2.known_types import installed_types
+from ..drivers.ros2.settings import Ros2Settings
 from ..errors import Fault
 from ..expression import Environment, compile_expression
 from ..plan import check_mission, mission_actions, mission_parameters
@@ -64,6 +66,7 @@ def built_faults(
     later: Collection[str] | None = None,
     *,
     fit: bool = True,
+    ros2: Ros2Settings | None = None,
 ) -> list[Fault]:
     """Faults of a mission built for an agent.
 
@@ -73,6 +76,7 @@ def built_faults(
         parameters: Mission parameters, in SI units.
         later: Nodes that may become known during the run; None if any node may.
         fit: Whether the mission is meant for the agent's robot; False if the robot is an arbitrary one.
+        ros2: Settings of the robot's ROS connection, with the types that the mission may use; None for the defaults.
     """
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
@@ -84,7 +88,7 @@ def built_faults(
         compile_guard=lambda text: compile_expression(text, environment),
         fit=fit,
         later=later,
-        ros_types=installed_types,
+        ros_types=partial(installed_types, ros2),
     )
 
 

@@ -127,7 +127,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     except InputError as error:
         yield from error.at(scenario.file, line).faults
         return
-    for fault in built_faults(build, built, parameters, _later(scenario, agent, robot, catalog)):
+    for fault in built_faults(build, built, parameters, _later(scenario, agent, robot, catalog), ros2=robot.ros2):
         yield fault.at(scenario.file, line)
 
 

@@ -299,6 +299,7 @@ class TestRelay:
         self.begun(mind, grow, link)
         self.drive(mind, link, **how)
         assert mind.rig.pose.x == 0.0
+        assert self.tree.root.status is RUNNING
 
     def test_a_twist_without_header(self, mind, grow, link):
         self.begun(mind, grow, link, 'cmd_vel_type="geometry_msgs/msg/Twist"')

@@ -11,6 +11,7 @@ from ...errors import InputError, unknown
 from ...ros_link import RosField
 from .message_types import MessageTypes
 from .plain import rosbags_fields, rosidl_fields
+from .settings import Ros2Settings
 
 
 class KnownTypes:
@@ -62,13 +63,14 @@ _KINDS = {"msg": "message", "srv": "service", "action": "action"}
 
 
 @cache
-def installed_types(distro: str = "jazzy") -> KnownTypes:
+def installed_types(settings: Ros2Settings | None = None) -> KnownTypes:
     """Types that are installed here, for checks without a connection.
 
     Args:
-        distro: Distribution of ROS 2.
+        settings: Settings with the distribution and the folder of own message types; None for the defaults.
     """
+    given = Ros2Settings() if settings is None else settings
     try:
-        return KnownTypes(MessageTypes(distro))
+        return KnownTypes(MessageTypes(given.distro, given.definition))
     except InputError:  # rosbags is not installed
         return KnownTypes(None)

@@ -7,14 +7,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from py_trees.behaviour import Behaviour
-
 from ...action import Failure, Reason
 from ...errors import DeviceError, Fault, InputError
 from ...ros_link import NO_LINK, FieldPath, RosLink, RosMessage, RosTypes, index_path
-from ...trees.board import Board
 from ...trees.error import TreeError
-from ...trees.nodes import FAILURE, Node, Outcome, Runtime
+from ...trees.nodes import FAILURE, Node, Outcome
 from ...trees.nodes.tree import fault_at
 from ..context import MissionContext
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs, inputs_of, parse_outputs
@@ -72,15 +69,6 @@ class UsesRos(Node, Generic[E]):
     def link(self) -> RosLink | None:
         """ROS connection of the robot; None without one."""
         return None if self.mission is None else self.mission.ros
-
-    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
-        below = super().bind(board, runtime)
-        for name, port in self.ports.items():
-            given = self.given.get(name)
-            if isinstance(given, str) and self.key(name) is None:
-                for use in port.keys_in(given):
-                    board.declare(use.key)
-        return below
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
         types = None if self.mission is None else self.mission.ros_types

@@ -237,6 +237,16 @@ class TestActionServer:
         response, _ = client.result(tree, first)
         assert response.status == 5, "cancelled"
 
+    def test_of_two_goals_between_two_ticks_one_is_accepted(self, client, at_work):
+        tree = at_work(SERVER)
+        client.until(tree, client.client.server_is_ready)
+        tree.tick()
+        futures = [client.client.send_goal_async(Fibonacci.Goal(order=2)) for _ in range(2)]
+        while not all(future.done() for future in futures):
+            client.executor.spin_once(timeout_sec=PATIENCE)
+        (accepted,) = [future.result() for future in futures if future.result().accepted]
+        assert client.result(tree, accepted)[0].status == 4
+
     def test_a_halt_aborts_and_no_goal_is_accepted_any_more(self, client, at_work):
         tree = at_work(SERVER)
         handle = client.send(tree, 10)
