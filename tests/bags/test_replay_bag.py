@@ -52,12 +52,19 @@ def test_rules_fire_on_an_exported_run_as_in_the_run(project, exp1, exp1_bag, ro
     assert [b for _, b, _ in found] == pytest.approx(phases["released"], abs=0.051)
 
 
+def test_the_shipped_pioneer_reads_the_export_of_its_run(project, exp1, exp1_bag, rocs_bt):
+    told = replay(rocs_bt, exp1_bag, robot="pioneer_p3dx_ros2", rules="avoid_collision")
+    latched = [e.t for e in exp1.events() if isinstance(e, RuleChanged) and e.phase == "latched"]
+    assert [begin for begin, _, _ in firings(told.out)] == pytest.approx(latched, abs=0.051)
+
+
 def test_signals_are_those_of_the_run(project, exp1, exp1_bag, rocs_bt):
     pioneer(project)
     assert replay(rocs_bt, exp1_bag, robot="pioneer", rules="").code == 0
     again = signal_table(Recording.open("runs/exp1"), "pioneer")
     again = again[again["time"] < 13.0]  # then the mission drops its goal
     first = signal_table(exp1, "R2")[: len(again)]
+    np.testing.assert_allclose(again["time"], first["time"], atol=1e-9)
     for name in ("front", "left_gap", "pose", "speed", "turn_rate", "stop_distance", "goal_distance"):
         np.testing.assert_allclose(again[name], first[name], atol=1e-6, err_msg=name)
 
