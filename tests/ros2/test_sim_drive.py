@@ -8,52 +8,17 @@ import time
 
 import pytest
 
-import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2.sim_clock import SimTimeClock
 from rocs_bt.errors import InputError
 from rocs_bt.simulation.hardware_devices import hardware_clock
 
 PATIENCE = 120.0  # [s]
+PAUSE = 1.5  # [s] far longer than a sensor may be silent
 ROBOT = """
 format = "robot/3"
-base = "pioneer_p3dx"
-
-[ros2]
-use_sim_time = true
-
-[[sensor]]
-name = "sonar"
-driver = "ros2"
-type = "sensor_msgs/msg/Range"
-topics = [{topics}]
-
-[[sensor]]
-name = "position"
-driver = "ros2"
-topic = "odom"
-type = "nav_msgs/msg/Odometry"
-
-[[sensor]]
-name = "orientation"
-driver = "ros2"
-topic = "odom"
-type = "nav_msgs/msg/Odometry"
-take = "orientation"
-
-[[sensor]]
-name = "encoders"
-driver = "ros2"
-topic = "joint_states"
-type = "sensor_msgs/msg/JointState"
-joints = ["left_wheel", "right_wheel"]
-wheel_radius = "0.0975 m"
-
-[[actuator]]
-name = "wheels"
-driver = "ros2"
-topic = "cmd_vel"
-isolated = true
+base = "pioneer_p3dx_ros2"
+ros2 = { use_sim_time = true }
 """
 SCENARIO = """
 format = "scenario/2"
@@ -64,46 +29,22 @@ doc = "EXP1 with the robot in a simulator."
 name = "R2"
 robot = "simulated_p3dx"
 """
-ALONE = """
-format = "scenario/2"
-doc = "EXP1 without R1, whose course depends on when the mission begins."
-world = "arena_box"
-duration = "60 s"
-[[place]]
-name = "goal"
-kind = "goal"
-x = "0 m"
-y = "0 m"
-tolerance = "0.1 m"
-[[agent]]
-name = "R2"
-robot = "pioneer_p3dx"
-mission = "go_to"
-rules = ["avoid_collision"]
-x = "-1.0 m"
-y = "2.0 m"
-yaw = "-63 deg"
-success = { goal = "goal" }
-parameters = { goal = "goal", cruise = "0.5 m/s" }
-"""
 
 
 @pytest.fixture
 def project(tmp_path):
     for folder in ("planners", "rules", "robots/simulated_p3dx", "scenarios"):
         (tmp_path / folder).mkdir(parents=True)
-    topics = ", ".join(f'"range/sonar{i}"' for i in range(16))
-    (tmp_path / "robots/simulated_p3dx/robot.toml").write_text(ROBOT.format(topics=topics))
-    (tmp_path / "scenarios/alone.toml").write_text(ALONE)
-    (tmp_path / "scenarios/exp1_ros2.toml").write_text(SCENARIO)
+    (tmp_path / "robots/simulated_p3dx/robot.toml").write_text(ROBOT)
+    (tmp_path / "scenarios/exp1_sim.toml").write_text(SCENARIO)
     return tmp_path
 
 
 class Drive:
     """`rocs-bt drive` as a process."""
 
-    def __init__(self, project, environment, *options):
-        command = [sys.executable, "-m", "rocs_bt.cli", "drive", "exp1_ros2", "--out", "run", "--no-report", *options]
+    def __init__(self, project, environment, *options, scenario="exp1_sim"):
+        command = [sys.executable, "-m", "rocs_bt.cli", "drive", scenario, "--out", "run", "--no-report", *options]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=project, env=environment, stdout=pipe, stderr=pipe, text=True)
         self.summary = project / "run/summary.json"
@@ -125,24 +66,34 @@ def commands_of(simulator):
     return int(simulator.text.rpartition("R2: ")[2].split()[0])
 
 
-def test_exp1_over_the_simulator_is_that_in_process_even_with_a_pause(simulator, project, ros_environment):
-    process = simulator("alone", "--rate", "2")
+def test_a_mission_follows_the_simulators_clock_at_twice_real_time_and_through_a_pause(
+    simulator, project, ros_environment
+):
+    process = simulator("exp1", "--rate", "2")
     drive = Drive(project, ros_environment)
     drive.wait_for_start()
+    began = time.monotonic()
     time.sleep(1.0)
     process.process.send_signal(signal.SIGSTOP)
-    time.sleep(1.5)
+    time.sleep(PAUSE)
     process.process.send_signal(signal.SIGCONT)
-    code, over_ros, text = drive.end()
-    assert (code, over_ros["outcome"]) == (0, "success"), text
-    assert over_ros["collisions"] is None
+    code, agent, text = drive.end()
+    wall = time.monotonic() - began - PAUSE - 2.0  # without the end of the process
+    assert (code, agent["outcome"]) == (0, "success"), text
+    assert agent["time_to_goal"] > 1.5 * wall
+    assert agent["collisions"] is None
     process.end()
     assert "collision" not in process.errors
     assert commands_of(process) > 100
-    in_process = rocs_bt.run("alone", Catalog.here(project)).summary.agents["R2"]
-    assert over_ros["time_to_goal"] == pytest.approx(in_process.time_to_goal, rel=0.25)
-    assert over_ros["path_length"] == pytest.approx(in_process.path_length, rel=0.25)
-    assert over_ros["rules"] == list(in_process.rules)
+
+
+@pytest.mark.soak
+def test_the_shipped_scenarios_run_together(simulator, project, ros_environment):
+    process = simulator("exp1")
+    code, agent, text = Drive(project, ros_environment, scenario="exp1_ros2").end()
+    assert (code, agent["outcome"]) == (0, "success"), text
+    process.end()
+    assert "collision" not in process.errors
 
 
 @pytest.mark.soak

@@ -10,6 +10,7 @@ import dataclasses
 import pytest
 
 import rocs_bt
+from rocs_bt.simulation.reuse import diff
 
 from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
 
@@ -62,6 +63,14 @@ def test_only_the_tables_of_drivers_differ(catalog):
             fields = [name for name in fields if name != "line"]
             assert [getattr(one, name) for name in fields] == [getattr(other, name) for name in fields]
     assert {device.driver for device in (*ros.sensors, *ros.actuators)} == {"ros2"}
+
+
+def test_the_diff_shows_only_other_drivers(catalog):
+    found = diff(*(catalog.load_scenario(name) for name in ("simulated", "real")), catalog)
+    assert [share.kind for share in found.content if not share.same] == ["scenario", "robot"]
+    assert [share.kind for share in found.code if not share.same] == ["drivers"]
+    assert {setting.what for setting in found.settings if not setting.same} == set()
+    assert [robot.differing() for robot in found.robots] == [("robot",), ()]
 
 
 def test_the_mission_succeeds_in_process_and_on_the_simulator(catalog, simulator, tmp_path):

@@ -16,6 +16,7 @@ _TYPE = "rosgraph_msgs/msg/Clock"
 _QOS = QoS("best_effort", "volatile", 10)  # matches every publisher
 _LOOK = 0.002  # [s] wall time between two looks for messages
 _WINDOW = 0.5  # [s] wall time over which the speed is measured
+_GAP = 0.25  # [s] wall time between messages after which the clock counts as stopped in between
 _LEAST, _MOST = 0.001, 0.02  # [s] minimum and maximum wall time of one sleep
 _BACK = 0.5  # [s] jump back after which the simulator counts as restarted
 
@@ -40,7 +41,7 @@ class SimTimeClock(WallClock):
         self._lock = threading.Lock()
         self._looked = -math.inf  # [s] wall time of the last look for messages
         self._message = math.nan  # [s] newest simulated time received
-        self._received = 0.0  # [s] wall time at which it was received
+        self._received = -math.inf  # [s] wall time at which it was received
         self._interval = 0.0  # [s] simulated time between messages
         self._speed = 1.0  # simulated per wall time
         self._base = (math.nan, 0.0)  # simulated and wall time [s] at the begin of the speed's window
@@ -123,10 +124,10 @@ class SimTimeClock(WallClock):
             if now > self._message:
                 self._interval = now - self._message
             if not now <= self._message:  # also the first one
+                if wall - self._received > _GAP:
+                    self._base = now, wall
                 self._message, self._received = now, wall
         since, at = self._base
-        if math.isnan(since) or self._received - at > 4.0 * _WINDOW:  # the clock had stopped
-            self._base = self._message, self._received
-        elif self._received - at >= _WINDOW:
+        if self._received - at >= _WINDOW:
             self._speed = max((self._message - since) / (self._received - at), 1e-3)
             self._base = self._message, self._received
