@@ -72,15 +72,14 @@ def test_a_mission_follows_the_simulators_clock_at_twice_real_time_and_through_a
     process = simulator("exp1", "--rate", "2")
     drive = Drive(project, ros_environment)
     drive.wait_for_start()
-    began = time.monotonic()
     time.sleep(1.0)
     process.process.send_signal(signal.SIGSTOP)
     time.sleep(PAUSE)
     process.process.send_signal(signal.SIGCONT)
     code, agent, text = drive.end()
-    wall = time.monotonic() - began - PAUSE - 2.0  # without the end of the process
     assert (code, agent["outcome"]) == (0, "success"), text
-    assert agent["time_to_goal"] > 1.5 * wall
+    mean_speed = agent["path_length"] / agent["time_to_goal"]
+    assert 0.1 < mean_speed < 0.4  # [m/s] 0.26 in process; by the wall clock it would be twice as much
     assert agent["collisions"] is None
     process.end()
     assert "collision" not in process.errors

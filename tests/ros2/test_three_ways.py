@@ -10,11 +10,13 @@ import dataclasses
 import pytest
 
 import rocs_bt
+from rocs_bt.drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 from rocs_bt.simulation.reuse import diff
 
 from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
 
-KEYS = ("driver", "topic", "type", "take", "reliability", "joints", "wheel_radius", "isolated")  # of ROS 2
+OF_ROS = {f.name for cls in (Ros2SensorParameters, Ros2ActuatorParameters) for f in dataclasses.fields(cls)}
+KEYS = {"driver", "isolated", *OF_ROS} - {"rays", "span"}  # those also belong to a simulated scanner
 DRIVERS = {
     "lidar": 'driver = "lidar"\nsite = "lidar"\nrange = ["0.05 m", "8 m"]\n',
     "position": 'driver = "position"\n',
