@@ -16,9 +16,10 @@ from dataclasses import dataclass
 import click
 
 from ..catalog import Catalog
-from ..errors import RocsError
+from ..errors import Fault, InputError, RocsError
 from ..reactive import kernel_missing
 from .docs import find_manual
+from .doctor_ros2 import examine_ros2
 from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -43,9 +44,40 @@ class _Finding:
 
 
 @click.command()
+@click.argument("robot", required=False)
+@click.option("--ros2", is_flag=True, help="Examine the topics of ROBOT, or without ROBOT list all topics.")
+@click.option(
+    "--for",
+    "duration",
+    metavar="SECONDS",
+    type=click.FloatRange(0.1, 600.0),
+    default=3.0,
+    show_default=True,
+    help="With --ros2: duration of the measurement.",
+)
+@click.option(
+    "--network",
+    type=click.Choice(["loopback", "lan"]),
+    default="loopback",
+    show_default=True,
+    help="With --ros2 and without ROBOT.",
+)
 @click.pass_context
-def command(ctx: click.Context) -> None:
-    """Check the installation and optional tools, and print what to install for missing ones."""
+def command(ctx: click.Context, robot: str | None, ros2: bool, duration: float, network: str) -> None:
+    """Check the installation and optional tools, and print what to install for missing ones.
+
+    With --ros2: join the ROS 2 network for some seconds and publish nothing. For each topic of ROBOT it shows nodes,
+    rate, age by both clocks (age), time from the stamp of the message to its publication (header), number of values,
+    and mismatches of type and quality of service.
+
+    Exits with 0 if all is well, 1 if a topic that is not optional has a problem, 2 if the input is invalid or a package
+    is missing, 3 if a required part of the installation is missing.
+    """
+    if ros2:
+        ctx.exit(examine_ros2(robot, network, duration))
+    if robot is not None:
+        hint = f"Write: rocs-bt doctor --ros2 {robot}."
+        raise InputError(Fault("a robot is examined only with --ros2.", hint=hint))
     broken = False
     for finding in _findings():
         mark = styled("yes", fg="green") if finding.works else styled("no ", fg="red")

@@ -1,0 +1,119 @@
+"""`rocs-bt doctor --ros2` beside a plain publisher process, over DDS."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.cli.main import call
+
+pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
+
+ROBOT = """\
+format = "robot/3"
+base = "pioneer_p3dx"
+doc = "A robot for the doctor."
+[ros2]
+transport = "dds"
+[[sensor]]
+name = "sonar"
+driver = "ros2"
+topics = ["range", "nothing"]
+type = "sensor_msgs/msg/Range"
+[[sensor]]
+name = "position"
+driver = "ros2"
+topic = "odom"
+type = "nav_msgs/msg/Odometry"
+[[sensor]]
+name = "orientation"
+driver = "ros2"
+topic = "odom"
+type = "nav_msgs/msg/Odometry"
+reliability = "reliable"
+[[sensor]]
+name = "encoders"
+driver = "ros2"
+optional = true
+topic = "wheels"
+type = "sensor_msgs/msg/JointState"
+joints = ["left", "right"]
+[[actuator]]
+name = "wheels"
+driver = "ros2"
+topic = "cmd_vel"
+type = "geometry_msgs/msg/TwistStamped"
+"""
+
+
+@pytest.fixture
+def publisher(ros_environment: dict[str, str]) -> Iterator[None]:
+    command = [sys.executable, str(Path(__file__).with_name("plain_publisher.py")), "0.2"]
+    with subprocess.Popen(command, env=ros_environment, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield
+        process.kill()
+
+
+@pytest.fixture
+def robot(tmp_path: Path) -> Path:
+    file = tmp_path / "robots" / "mine" / "robot.toml"
+    file.parent.mkdir(parents=True)
+    file.write_text(ROBOT)
+    return file
+
+
+@pytest.mark.usefixtures("publisher")
+def test_each_topic_is_described_and_each_mismatch_told_with_both_sides(
+    robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    assert call(["doctor", "--ros2", str(robot), "--for", "2"]) == 1
+    out, err = capsys.readouterr()
+    rows = {tuple(cells[:2]): cells[2:] for line in out.splitlines() if len(cells := re.split(r"\s{2,}", line)) > 6}
+    node, rate, age, header, values, good = rows["sonar", "/range"]
+    assert (node, values, good) == ("/plain", "1", "good")
+    assert float(rate) == pytest.approx(50.0, rel=0.5)
+    assert 0.0 <= float(age) < 100.0
+    assert float(header) == pytest.approx(200.0, abs=50.0)
+    assert rows["position", "/odom"][4:] == ["3", "good"]
+    assert rows["encoders", "/wheels"][-1] == "optional"
+    assert [row[-1] for row in rows.values()].count("problem") == 3
+    assert "nothing is published on '/nothing'" in err
+    assert "does not match in reliability (offered best_effort, requested reliable)" in err
+    assert "expects geometry_msgs/msg/Twist, robot.toml has geometry_msgs/msg/TwistStamped" in err
+    assert "it offers best_effort, volatile, depth 5, robot.toml requests reliable, volatile, depth 5" in err
+
+
+@pytest.mark.usefixtures("publisher")
+def test_without_a_robot_every_topic_is_listed(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], domain: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    assert call(["doctor", "--ros2", "--for", "1"]) == 0
+    out = capsys.readouterr().out
+    assert f"ROS domain {domain}, loopback" in out
+    assert re.search(r"^/range +sensor_msgs/msg/Range +/plain +publishes +best_effort", out, re.MULTILINE)
+    assert re.search(r"^/cmd_vel +geometry_msgs/msg/Twist +/plain +reads +reliable", out, re.MULTILINE)
+
+
+@pytest.mark.usefixtures("ros_environment")
+def test_an_empty_network_is_told_with_what_to_compare(
+    domain: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 100))  # no publisher of a former test is remembered there
+    assert call(["doctor", "--ros2", "--for", "0.3"]) == 1
+    assert "compare ROS_DOMAIN_ID" in capsys.readouterr().err
+
+
+def test_a_robot_without_ros_2_and_a_robot_without_the_option_are_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert call(["doctor", "--ros2", "pioneer_p3dx"]) == 2
+    assert "has no [ros2] table" in capsys.readouterr().err
+    assert call(["doctor", "pioneer_p3dx"]) == 2
+    assert "rocs-bt doctor --ros2 pioneer_p3dx" in capsys.readouterr().err
