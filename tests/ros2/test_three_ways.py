@@ -17,6 +17,7 @@ from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
 
 OF_ROS = {f.name for cls in (Ros2SensorParameters, Ros2ActuatorParameters) for f in dataclasses.fields(cls)}
 KEYS = {"driver", "isolated", *OF_ROS} - {"rays", "span"}  # those also belong to a simulated scanner
+CHANGES = {"transport": "dds", "lidar_stamp": "source"}  # the stamps of headers are simulated time
 DRIVERS = {
     "lidar": 'driver = "lidar"\nsite = "lidar"\nrange = ["0.05 m", "8 m"]\n',
     "position": 'driver = "position"\n',
@@ -43,7 +44,7 @@ def simulated():
 
 @pytest.fixture
 def catalog(tmp_path):
-    catalog = write_project(tmp_path, transport="dds")
+    catalog = write_project(tmp_path, **CHANGES)
     model = catalog.load_robot("pioneer_p3dx").model.read_text()
     (tmp_path / "robots/own_simulated").mkdir()
     (tmp_path / "robots/own_simulated/robot.toml").write_text(simulated())
@@ -78,7 +79,7 @@ def test_the_diff_shows_only_other_drivers(catalog):
 def test_the_mission_succeeds_in_process_and_on_the_simulator(catalog, simulator, tmp_path):
     in_process = rocs_bt.run("simulated", catalog).summary.agents["R2"]
     process = simulator("simulated", "--namespace", "r1")
-    over_ros = drive_exp1(tmp_path, transport="dds").summary.agents["R2"]
+    over_ros = drive_exp1(tmp_path, **CHANGES).summary.agents["R2"]
     process.end()
     assert (in_process.outcome, over_ros.outcome) == ("success", "success")
     assert (in_process.collisions, over_ros.collisions) == (0, None)
