@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,16 +11,11 @@ from ...control.locomotion import Locomotion
 from ...device import Actuator
 from ...errors import DeviceError
 from ..host import Host
+from ..last_neutral import repeat_neutral
 from .node import RosNode
 from .parameters import ARRAY, TWIST_STAMPED, Ros2ActuatorParameters
 from .settings import Ros2Settings
 from .transport import Transport
-
-NEUTRAL_REPEATS = 3
-"""Number of neutral commands before the publisher is closed, because the last message may be lost."""
-
-NEUTRAL_PAUSE = 0.02
-"""Pause after each of these commands [s], in which the message leaves the process."""
 
 
 class ActuatorNode(Actuator):
@@ -64,9 +58,7 @@ class ActuatorNode(Actuator):
 
     def close(self) -> None:
         """Publish neutral several times, then close the publisher."""
-        for _ in range(NEUTRAL_REPEATS):
-            self.neutral()
-            time.sleep(NEUTRAL_PAUSE)
+        repeat_neutral(self.neutral)
         self._writer.close()
 
     def _message(self, values: Sequence[float]) -> Any:
