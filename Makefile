@@ -70,7 +70,7 @@ bench: setup
 soak: setup $(JAZZY)/.set-up $(KILTED)/.set-up
 	$(BIN)/python -m pytest -m "soak or hypothesis" --hypothesis-profile=explore -n 2 -rP
 	@$(call IN_ROS,$(JAZZY),-m soak -rP)
-	@$(call IN_ROS,$(KILTED),-m "soak or not soak" -rP)
+	@export ROS_DISTRO=kilted; $(call IN_ROS,$(KILTED),-m "soak or not soak" -rP)
 	$(BIN)/python -m pytest --real-time tests/agent tests/faults tests/simulation/test_hardware.py tests/simulation/test_isolated.py tests/experiments/test_exp3.py
 
 wheel: setup

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 import time
 from collections.abc import Callable
@@ -14,6 +15,7 @@ from rocs_bt.drivers.ros2.qos import QoS, mismatch
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.errors import DeviceError, InputError
 
+DISTRO = os.environ.get("ROS_DISTRO", "jazzy")
 PATIENCE = 30.0  # [s]
 SCAN = "sensor_msgs/msg/LaserScan"
 TEXT = "std_msgs/msg/String"
@@ -50,8 +52,8 @@ class TransportContract:
 
     @pytest.fixture
     def pair(self, ros_environment):
-        sender = open_transport(Ros2Settings(transport=self.sends), "sender")
-        receiver = open_transport(Ros2Settings(transport=self.receives), "receiver")
+        sender = open_transport(Ros2Settings(transport=self.sends, distro=DISTRO), "sender")
+        receiver = open_transport(Ros2Settings(transport=self.receives, distro=DISTRO), "receiver")
         yield sender, receiver
         sender.close()
         receiver.close()
@@ -95,7 +97,7 @@ class TransportContract:
 
     def test_a_namespace_is_part_of_the_name_of_the_node(self, pair, ros_environment):
         _, receiver = pair
-        named = open_transport(Ros2Settings(transport=self.sends, namespace="r7"), "base")
+        named = open_transport(Ros2Settings(transport=self.sends, distro=DISTRO, namespace="r7"), "base")
         named.writer("/r7/text", TEXT, QoS.COMMAND)
         until(lambda: any(e.node == "/r7/base" for e in receiver.endpoints()))
         named.close()
