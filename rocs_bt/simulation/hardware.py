@@ -69,7 +69,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
             spec, agents, seed=options.seed, mode="threaded", digest=catalog.digest(spec), simulated=False
         )
         refuse_requirements(spec, header.agents)
-        preflight = _preflight(agents, robots, clock, spec.rate.control_rate.period, options)
+        preflight = _preflight(agents, robots, devices, spec.rate.control_rate.period, options)
         permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
         ready = preflight.run(lambda: end.signals.reason, permission.poll)
         header = msgspec.structs.replace(header, start=clock.now())
@@ -136,12 +136,16 @@ def _agents(
 
 
 def _preflight(
-    agents: Sequence[Agent], robots: Mapping[str, RobotSpec], clock: WallClock, period: float, options: RunOptions
+    agents: Sequence[Agent],
+    robots: Mapping[str, RobotSpec],
+    devices: HardwareDevices,
+    period: float,
+    options: RunOptions,
 ) -> Preflight:
-    """Preflight check of all sensors; starts the clock."""
-    clock.start()
+    """Preflight check of all sensors, and of the receivers of commands; starts the clock."""
+    devices.clock.start()
     sensors = [sensor for agent in agents for sensor in preflight_sensors(agent, robots[agent.name])]
-    return Preflight(sensors, clock, period, wait=options.wait, show=options.preflight)
+    return Preflight([*sensors, *devices.receivers], devices.clock, period, wait=options.wait, show=options.preflight)
 
 
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:

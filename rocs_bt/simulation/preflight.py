@@ -10,10 +10,12 @@ from collections.abc import Callable, Mapping, Sequence
 import msgspec
 
 from ..agent import Agent
-from ..catalog import RobotSpec, SensorSpec
+from ..catalog import ActuatorSpec, RobotSpec, SensorSpec
 from ..clock import WallClock
 from ..device import Sensor
-from ..drivers import ROS2
+from ..drivers import ROS2, read_parameters
+from ..drivers.ros2.node import RosNode
+from ..drivers.ros2.parameters import Ros2ActuatorParameters
 from ..errors import DeviceError, interrupts
 from ..raised import Raised
 from ..words import counted
@@ -22,26 +24,30 @@ from .judge_panel import wait_until
 OBSERVED = 0.5
 """Minimum time from the first samples to the start, in which the rates are measured [s]."""
 
+LOOK = 0.2
+"""Interval at which receivers of commands are looked for [s]."""
+
 _SAMPLES = 40  # number of newest samples over which a rate is measured
 _SOURCES = ("topic", "topics", "address", "port", "device")  # keys of a driver that say where the values come from
 _STILL_FRESH = 5e-7  # [s] rounding tolerance, as in Monitor
 
 
 class SensorState(msgspec.Struct, frozen=True, kw_only=True):
-    """State of a sensor before the start.
+    """State of a sensor, or of the receiver of an actuator's commands, before the start.
 
     Attributes:
         agent: Name of the agent.
-        sensor: Name of the sensor.
+        sensor: Name of the sensor or actuator.
         driver: Driver, as in robot.toml.
         source: Full topic, address or port from which the driver reads; empty if robot.toml has none.
         rate: Measured rate of new samples [Hz]; None before the second sample.
         declared_rate: Rate at which the sensor will be read [Hz].
         age: Age of the newest sample [s]; None without a sample.
-        size: Number of values of the newest sample.
+        size: Number of values of the newest sample; for an actuator, of its receivers.
         problem: Reason why the values are not usable, such as `no sample: ...`; empty if they are fresh.
         needed_for: Uses of the sensor's signals, such as `pose` and the rule files; empty if the engine knows of none.
-        optional: Whether robot.toml declares that the robot may start without the sensor.
+        optional: Whether the robot may start without it.
+        receives: Whether it is the receiver of an actuator's commands.
     """
 
     agent: str
@@ -55,6 +61,7 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
     problem: str
     needed_for: tuple[str, ...]
     optional: bool
+    receives: bool = False
 
     @property
     def blocks(self) -> bool:
@@ -160,11 +167,50 @@ class PreflightSensor:
         return age, len(values), problem
 
 
+class PreflightReceiver:
+    """Receiver of an actuator's commands on a topic of ROS 2.
+
+    Args:
+        agent: Name of the agent.
+        spec: Table of the actuator in robot.toml.
+        node: Connection of the robot.
+        needed: Whether the robot must not start without a receiver.
+    """
+
+    def __init__(self, agent: str, spec: ActuatorSpec, node: RosNode, *, needed: bool) -> None:
+        given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
+        self._node = node
+        self._topic = (given.topic, given.type, given.qos)
+        self._found = SensorState(
+            agent=agent,
+            sensor=spec.name,
+            driver=spec.driver,
+            source=node.settings.topic(given.topic),
+            rate=None,
+            declared_rate=0.0,
+            age=None,
+            size=0,
+            problem="",
+            needed_for=("commands",),
+            optional=not needed,
+            receives=True,
+        )
+        self._looked = -math.inf
+
+    def state(self, now: Callable[[], float]) -> SensorState:
+        """Look for receivers, at most once per `LOOK`; see `PreflightSensor.state`."""
+        if (present := now()) - self._looked >= LOOK:
+            self._looked = present
+            size, problem = self._node.listeners(*self._topic)
+            self._found = msgspec.structs.replace(self._found, size=size, problem=problem)
+        return self._found
+
+
 class Preflight:
     """Check of all sensors before the robots may move.
 
     Args:
-        sensors: Sensors of all robots.
+        sensors: Sensors of all robots, and receivers of their commands.
         clock: Clock of the sensors' stamps, running.
         period: Interval between two checks [s].
         wait: Time for which needed sensors may be missing [s].
@@ -173,7 +219,7 @@ class Preflight:
 
     def __init__(
         self,
-        sensors: Sequence[PreflightSensor],
+        sensors: Sequence[PreflightSensor | PreflightReceiver],
         clock: WallClock,
         period: float,
         *,
@@ -275,6 +321,8 @@ def _source(spec: SensorSpec, robot: RobotSpec) -> str:
 
 def _refusal(missing: Sequence[SensorState], wait: float) -> str:
     reasons = "".join(f"\n  {state.agent}/{state.sensor}: {state.problem}" for state in missing)
+    if all(state.receives for state in missing):
+        return f"the robots were not started: nothing has received commands for {wait:g} s.{reasons}"
     those = "it" if len(missing) == 1 else "all"
     return (
         f"the robots were not started: {counted(len(missing), 'needed sensor')} without fresh values for {wait:g} s."

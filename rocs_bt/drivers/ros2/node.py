@@ -125,6 +125,31 @@ class RosNode:
                 return f"{wanted}: the quality of service of {_named(each)} does not match in {why}: {sides}"
         return f"{wanted}: {_named(found[0])} has published nothing yet"
 
+    def listeners(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
+        """Discovered subscriptions that match a publisher.
+
+        Args:
+            topic: Full or relative name of the topic.
+            type: Message type.
+            qos: Offered quality of service.
+
+        Returns:
+            Number of subscriptions that match; and for 0 the reason, as far as the discovered ones tell.
+        """
+        full = self.settings.topic(topic)
+        found = [e for e in self.transport.endpoints() if e.topic == full and not e.publishes]
+        fit = [e for e in found if e.type == type and not mismatch(qos, e.qos)]
+        if fit:
+            return len(fit), ""
+        if not found:
+            return 0, f"nobody subscribes to '{full}'"
+        first = found[0]
+        if first.type != type:
+            return 0, f"'{full}': {_named(first)} subscribes to {first.type}, robot.toml has {type}"
+        sides = f"it requests {first.qos}, robot.toml offers {qos}"
+        why = f"the quality of service of {_named(first)} does not match in {mismatch(qos, first.qos)}"
+        return 0, f"'{full}': {why}: {sides}"
+
     def close(self) -> None:
         """Close all endpoints, and leave the network."""
         self.transport.close()
