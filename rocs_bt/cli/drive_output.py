@@ -91,6 +91,6 @@ def _row(state: SensorState, several: bool) -> tuple[str, ...]:
         state.source,
         rate,
         age,
-        state.problem.partition(":")[0] or f"{state.size} {'subscribed' if state.receives else 'fresh'}",
+        state.problem.partition(":")[0] or f"{state.size} {'matched' if state.matched else 'fresh'}",
         "optional" if state.optional else needed,
     )

@@ -142,10 +142,10 @@ def _preflight(
     period: float,
     options: RunOptions,
 ) -> Preflight:
-    """Preflight check of all sensors, and of the receivers of commands; starts the clock."""
+    """Preflight check of all sensors, and of topics that need a node; starts the clock."""
     devices.clock.start()
     sensors = [sensor for agent in agents for sensor in preflight_sensors(agent, robots[agent.name])]
-    return Preflight([*sensors, *devices.receivers], devices.clock, period, wait=options.wait, show=options.preflight)
+    return Preflight([*sensors, *devices.topics], devices.clock, period, wait=options.wait, show=options.preflight)
 
 
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:

@@ -9,7 +9,6 @@ from ..agent import RobotDevices
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, command_size
 from ..clock import Rate, WallClock
 from ..device import Actuator
-from ..drivers import ROS2
 from ..drivers.emergency_stop import EmergencyStop
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
@@ -25,7 +24,7 @@ from ..event import EventSink
 from ..ros_link import RosLink
 from ..safety import SafetyGate
 from .devices import hardware_driver, make_hardware, make_isolated
-from .preflight import PreflightReceiver
+from .preflight import PreflightTopic, preflight_topics
 
 
 def hardware_clock(robots: Sequence[RobotSpec], stack: ExitStack, wait: float, ended: Callable[[], str]) -> WallClock:
@@ -67,7 +66,7 @@ class HardwareDevices:
         motion: Safety gates of the locomotion, by agent.
         links: Isolated actuators, which run in separate processes, by agent.
         stops: Emergency stops, by agent.
-        receivers: Receivers of commands on topics of ROS 2, of all robots.
+        topics: Topics of ROS 2 that need a node at the other side, of all robots.
         stop_topics: Topics that stop a robot or let it go, of all robots.
     """
 
@@ -83,7 +82,7 @@ class HardwareDevices:
         self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
         self.stops: dict[str, EmergencyStop] = {}
-        self.receivers: list[PreflightReceiver] = []
+        self.topics: list[PreflightTopic] = []
         self.stop_topics: list[StopTopics] = []
 
     def open(
@@ -114,10 +113,9 @@ class HardwareDevices:
         stop.attach(list(gates.values()))
         self.robots[name] = RobotDevices(robot, sensors, gates, rates, self._ros_link(robot, host, shared))
         self.motion[name] = gates[robot.locomotion.actuator]
-        for actuator in robot.actuators:
-            if robot.ros2 is not None and actuator.driver == ROS2:
-                node = shared_node(robot.ros2, host)
-                self.receivers.append(PreflightReceiver(name, actuator, node, needed=not self._dry_run))
+        if robot.ros2 is not None:
+            node = shared_node(robot.ros2, host)
+            self.topics += preflight_topics(name, robot, node, dry_run=self._dry_run)
         if robot.ros2 is not None and (robot.ros2.emergency_stop or robot.ros2.go):
             self.stop_topics.append(StopTopics(shared_node(robot.ros2, host), host))
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]

@@ -6,16 +6,18 @@ import math
 import threading
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import msgspec
 
 from ..agent import Agent
-from ..catalog import ActuatorSpec, RobotSpec, SensorSpec
+from ..catalog import RobotSpec, SensorSpec
 from ..clock import WallClock
 from ..device import Sensor
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2.node import RosNode
 from ..drivers.ros2.parameters import Ros2ActuatorParameters
+from ..drivers.ros2.stop_topics import STOP_QOS, STOP_TYPE
 from ..errors import DeviceError, interrupts
 from ..raised import Raised
 from ..words import counted
@@ -25,7 +27,7 @@ OBSERVED = 0.5
 """Minimum time from the first samples to the start, in which the rates are measured [s]."""
 
 LOOK = 0.2
-"""Interval at which receivers of commands are looked for [s]."""
+"""Interval at which the nodes at the other side are looked for [s]."""
 
 _SAMPLES = 40  # number of newest samples over which a rate is measured
 _SOURCES = ("topic", "topics", "address", "port", "device")  # keys of a driver that say where the values come from
@@ -33,21 +35,21 @@ _STILL_FRESH = 5e-7  # [s] rounding tolerance, as in Monitor
 
 
 class SensorState(msgspec.Struct, frozen=True, kw_only=True):
-    """State of a sensor, or of the receiver of an actuator's commands, before the start.
+    """State of a sensor, or of a topic that needs a node at the other side, before the start.
 
     Attributes:
         agent: Name of the agent.
-        sensor: Name of the sensor or actuator.
+        sensor: Name of the sensor or actuator, or key of the `[ros2]` table.
         driver: Driver, as in robot.toml.
         source: Full topic, address or port from which the driver reads; empty if robot.toml has none.
         rate: Measured rate of new samples [Hz]; None before the second sample.
         declared_rate: Rate at which the sensor will be read [Hz].
         age: Age of the newest sample [s]; None without a sample.
-        size: Number of values of the newest sample; for an actuator, of its receivers.
+        size: Number of values of the newest sample; for a topic, of matching nodes.
         problem: Reason why the values are not usable, such as `no sample: ...`; empty if they are fresh.
         needed_for: Uses of the sensor's signals, such as `pose` and the rule files; empty if the engine knows of none.
         optional: Whether the robot may start without it.
-        receives: Whether it is the receiver of an actuator's commands.
+        matched: Whether it is a topic with a number of matching nodes.
     """
 
     agent: str
@@ -61,7 +63,7 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
     problem: str
     needed_for: tuple[str, ...]
     optional: bool
-    receives: bool = False
+    matched: bool = False
 
     @property
     def blocks(self) -> bool:
@@ -167,50 +169,75 @@ class PreflightSensor:
         return age, len(values), problem
 
 
-class PreflightReceiver:
-    """Receiver of an actuator's commands on a topic of ROS 2.
+class PreflightTopic:
+    """Topic of ROS 2 that needs a node at the other side: one for commands, or of an emergency stop.
 
     Args:
         agent: Name of the agent.
-        spec: Table of the actuator in robot.toml.
-        node: Connection of the robot.
-        needed: Whether the robot must not start without a receiver.
+        name: Name of the actuator, or key of the `[ros2]` table.
+        topic: Full name of the topic.
+        look: Function that returns the number of matching nodes, and for 0 the reason.
+        use: Use of the topic.
+        needed: Whether the robot must not start without such a node.
     """
 
-    def __init__(self, agent: str, spec: ActuatorSpec, node: RosNode, *, needed: bool) -> None:
-        given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
-        self._node = node
-        self._topic = (given.topic, given.type, given.qos)
+    def __init__(
+        self, agent: str, name: str, topic: str, look: Callable[[], tuple[int, str]], *, use: str, needed: bool
+    ) -> None:
+        self._look = look
         self._found = SensorState(
             agent=agent,
-            sensor=spec.name,
-            driver=spec.driver,
-            source=node.settings.topic(given.topic),
+            sensor=name,
+            driver=ROS2,
+            source=topic,
             rate=None,
             declared_rate=0.0,
             age=None,
             size=0,
             problem="",
-            needed_for=("commands",),
+            needed_for=(use,),
             optional=not needed,
-            receives=True,
+            matched=True,
         )
         self._looked = -math.inf
 
     def state(self, now: Callable[[], float]) -> SensorState:
-        """Look for receivers, at most once per `LOOK`; see `PreflightSensor.state`."""
+        """Look for the nodes, at most once per `LOOK`; see `PreflightSensor.state`."""
         if (present := now()) - self._looked >= LOOK:
             self._looked = present
-            size, problem = self._node.listeners(*self._topic)
+            size, problem = self._look()
             self._found = msgspec.structs.replace(self._found, size=size, problem=problem)
         return self._found
+
+
+def preflight_topics(agent: str, robot: RobotSpec, node: RosNode, *, dry_run: bool) -> list[PreflightTopic]:
+    """Topics of a robot that need a node at the other side: those of its commands and of its emergency stop.
+
+    Args:
+        agent: Name of the agent.
+        robot: The robot.
+        node: Connection of the robot.
+        dry_run: Whether nothing is sent, so that nothing is needed.
+    """
+    found, stop = [], node.settings.emergency_stop
+    for spec in robot.actuators:
+        if spec.driver == ROS2:
+            given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
+            look = partial(node.listeners, given.topic, given.type, given.qos)
+            topic = node.settings.topic(given.topic)
+            found.append(PreflightTopic(agent, spec.name, topic, look, use="commands", needed=not dry_run))
+    if stop:
+        look = partial(node.publishers, stop, STOP_TYPE, STOP_QOS)
+        topic = node.settings.topic(stop)
+        found.append(PreflightTopic(agent, "emergency_stop", topic, look, use="emergency stop", needed=not dry_run))
+    return found
 
 
 class Preflight:
     """Check of all sensors before the robots may move.
 
     Args:
-        sensors: Sensors of all robots, and receivers of their commands.
+        sensors: Sensors of all robots, and topics that need a node at the other side.
         clock: Clock of the sensors' stamps, running.
         period: Interval between two checks [s].
         wait: Time for which needed sensors may be missing [s].
@@ -219,7 +246,7 @@ class Preflight:
 
     def __init__(
         self,
-        sensors: Sequence[PreflightSensor | PreflightReceiver],
+        sensors: Sequence[PreflightSensor | PreflightTopic],
         clock: WallClock,
         period: float,
         *,
@@ -321,8 +348,8 @@ def _source(spec: SensorSpec, robot: RobotSpec) -> str:
 
 def _refusal(missing: Sequence[SensorState], wait: float) -> str:
     reasons = "".join(f"\n  {state.agent}/{state.sensor}: {state.problem}" for state in missing)
-    if all(state.receives for state in missing):
-        return f"the robots were not started: nothing has received commands for {wait:g} s.{reasons}"
+    if all(state.matched for state in missing):
+        return f"the robots were not started: topics without a matching node for {wait:g} s.{reasons}"
     those = "it" if len(missing) == 1 else "all"
     return (
         f"the robots were not started: {counted(len(missing), 'needed sensor')} without fresh values for {wait:g} s."

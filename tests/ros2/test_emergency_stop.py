@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
 from rocs_bt import ListSink, RunResult, drive
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import DeviceError
 from rocs_bt.event import MotionHeld, MotionReleased
 
 from .exp1 import OPTIONS, start_of, write_project
@@ -15,9 +18,24 @@ from .exp1 import OPTIONS, start_of, write_project
 pytestmark = pytest.mark.usefixtures("awake")
 
 
+def with_stop(folder: Path, topic: str) -> Catalog:
+    """The project, with a topic of an emergency stop."""
+    catalog = write_project(folder, transport="dds")
+    file = folder / "robots/own/robot.toml"
+    file.write_text(file.read_text().replace("[ros2]\n", f'[ros2]\nemergency_stop = "{topic}"\n'))
+    return catalog
+
+
+def test_a_robot_does_not_start_while_nothing_publishes_its_emergency_stop(counterpart, tmp_path):
+    counterpart(*OPTIONS, distribution="jazzy")
+    catalog = with_stop(tmp_path, "stop")
+    with pytest.raises(DeviceError, match=r"R2/emergency_stop: nothing is published on '/r1/stop'"):
+        drive("real", catalog, duration=1.0, wait=2.0)
+
+
 def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):
     robot = counterpart(*OPTIONS, *start_of(1), distribution="jazzy")
-    catalog = write_project(tmp_path, transport="dds")
+    catalog = with_stop(tmp_path, "emergency_stop")
     sink, go, found = ListSink(), threading.Event(), list[RunResult]()
 
     def said() -> bool:

@@ -98,8 +98,8 @@ def test_policies_and_types_that_do_not_match_are_reported(counterpart, tmp_path
         ({"wheels_topic": "cmd"}, "nobody subscribes to '/r1/cmd'"),
     ],
 )
-def test_commands_that_nothing_receives_are_reported_before_the_start(counterpart, tmp_path, changes, text):
+def test_commands_that_no_node_receives_are_reported_before_the_start(counterpart, tmp_path, changes, text):
     counterpart(*OPTIONS, distribution="jazzy")
     catalog = write_project(tmp_path, transport="dds", **changes)
-    with pytest.raises(DeviceError, match=rf"nothing has received commands for 2 s\.\n  R2/wheels: .*{text}"):
+    with pytest.raises(DeviceError, match=rf"topics without a matching node for 2 s\.\n  R2/wheels: .*{text}"):
         drive("real", catalog, duration=1.0, wait=2.0)

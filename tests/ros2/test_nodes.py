@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import threading
+import time
 
 import numpy as np
 import pytest
@@ -78,29 +80,50 @@ def test_silence_repeats_the_old_stamp(network, node):
 def test_before_the_first_message_the_reason_of_the_silence_is_told(network, node):
     scan = sensor(node, type=SCAN, topic="scan", rays=4, span=1.0, reliability="reliable")
 
-    def why():
-        network.time += 2.0
-        scan._asked = -math.inf
-        with pytest.raises(DeviceError) as error:
-            scan.read()
-        return str(error.value)
+    def told(end):
+        """The reason, once the publishers were looked up again."""
+        latest = time.monotonic() + 10.0
+        while True:
+            with pytest.raises(DeviceError) as error:
+                scan.read()
+            if str(error.value).endswith(end) or time.monotonic() > latest:
+                return str(error.value)
+            time.sleep(0.02)
 
-    assert why() == (
-        "nothing is published on '/r1/scan' (sensor_msgs/msg/LaserScan); no topic of this type was discovered in the "
-        "ROS domain 0 (loopback)"
-    )
-    network.peers = [Endpoint("/scan", SCAN, "/lidar", True, QoS.SENSOR)]
-    assert why().endswith("topics of this type: /scan")
-    network.peers = [Endpoint("/r1/scan", "std_msgs/msg/String", "/lidar", True, QoS.SENSOR)]
-    assert why().endswith("the node '/lidar' publishes std_msgs/msg/String, which is another type")
-    network.peers = [Endpoint("/r1/scan", SCAN, "/lidar", True, QoS.SENSOR)]
-    assert why() == (
-        "'/r1/scan' (sensor_msgs/msg/LaserScan): the quality of service of the node '/lidar' does not match in "
-        "reliability (offered best_effort, requested reliable): it offers best_effort, volatile, depth 5, robot.toml "
-        "requests reliable, volatile, depth 5"
-    )
-    network.peers = [Endpoint("/r1/scan", SCAN, "/lidar", True, QoS())]
-    assert why().endswith("the node '/lidar' has published nothing yet")
+    domain = "no topic of this type was discovered in the ROS domain 0 (loopback)"
+    assert told(domain) == f"nothing is published on '/r1/scan' (sensor_msgs/msg/LaserScan); {domain}"
+    for endpoint, end in [
+        (Endpoint("/scan", SCAN, "/lidar", True, QoS.SENSOR), "topics of this type: /scan"),
+        (
+            Endpoint("/r1/scan", "std_msgs/msg/String", "/lidar", True, QoS.SENSOR),
+            "the node '/lidar' publishes std_msgs/msg/String, which is another type",
+        ),
+        (
+            Endpoint("/r1/scan", SCAN, "/lidar", True, QoS.SENSOR),
+            "'/r1/scan' (sensor_msgs/msg/LaserScan): the quality of service of the node '/lidar' does not match in "
+            "reliability (offered best_effort, requested reliable): it offers best_effort, volatile, depth 5, "
+            "robot.toml requests reliable, volatile, depth 5",
+        ),
+        (Endpoint("/r1/scan", SCAN, "/lidar", True, QoS()), "the node '/lidar' has published nothing yet"),
+    ]:
+        network.peers = [endpoint]
+        assert told(end).endswith(end)
+
+
+def test_a_slow_look_up_of_publishers_does_not_delay_the_period(network, node, monkeypatch):
+    asked = threading.Event()
+
+    def endpoints():
+        asked.wait(10.0)
+        return []
+
+    monkeypatch.setattr(network, "endpoints", endpoints)
+    scan = sensor(node, type=SCAN, topic="scan", rays=4, span=1.0)
+    for _ in range(3):
+        with pytest.raises(DeviceError, match="nothing was received on '/r1/scan'"):
+            scan.read()
+    asked.set()
+    node.close()
 
 
 def test_faulty_messages_are_counted_and_keep_the_old_reading(network, node):
@@ -137,7 +160,7 @@ def test_values_of_several_topics_have_the_oldest_stamp(network, node):
     both = sensor(node, type=kind, topics=("left", "right"))
     network.time = 10.0
     network.send("/r1/left", kind, age=1.0, range=0.5, max_range=4.0)
-    with pytest.raises(DeviceError, match="nothing is published on '/r1/right'"):
+    with pytest.raises(DeviceError, match="nothing was received on '/r1/right'"):
         both.read()
     network.send("/r1/right", kind, range=0.7, max_range=4.0)
     reading = both.read()
@@ -189,6 +212,47 @@ def test_poses_through_transforms_agree_with_scipy(network, node):
     assert list(place.read().values) == pytest.approx(at)
     assert list(yaw.read().values) == pytest.approx([whole.as_euler("xyz")[2]])
     assert place.read().stamp == pytest.approx(102.0)  # of the oldest moving transform
+
+
+def test_transforms_that_are_dated_ahead_count_as_of_now(network, node):
+    place = sensor(node, type=TF, topic="/tf", frame="map", child="base_link", stamp="header")
+    network.time = 4.0
+    ahead = transform("map", "base_link", (np.ones(3), Rotation.identity()))
+    ahead["header"]["stamp"] = {"sec": int(START) + 5}
+    send_tf(network, "/tf", ahead)
+    reading = place.read()
+    assert (list(reading.values), reading.stamp) == ([1.0, 1.0, 1.0], pytest.approx(104.0))
+
+
+def test_one_faulty_message_with_transforms_does_not_hide_the_others(network, node):
+    place = sensor(node, type=TF, topic="/tf", frame="map", child="base_link")
+    network.send_raw("/tf", b"\0\1\0\0a")
+    send_tf(network, "/tf", transform("map", "base_link", (np.ones(3), Rotation.identity())))
+    assert list(place.read().values) == [1.0, 1.0, 1.0]
+    assert node.faults == {"/tf": {"malformed": 1}}
+
+
+def test_joints_of_another_device_on_the_same_topic_are_ignored(network, node):
+    kind = "sensor_msgs/msg/JointState"
+    wheels = sensor(node, type=kind, topic="joint_states", joints=("left", "right"))
+    network.send("/r1/joint_states", kind, name=["elbow"], velocity=[9.0])
+    with pytest.raises(DeviceError, match="no message so far is about left, right"):
+        wheels.read()
+    network.send("/r1/joint_states", kind, name=["left", "right"], velocity=[1.0, 2.0])
+    network.send("/r1/joint_states", kind, name=["elbow"], velocity=[9.0])
+    assert list(wheels.read().values) == [1.0, 2.0]
+    assert node.faults == {}
+
+
+def test_diagnostics_of_several_nodes_count_together_and_become_stale(network, node):
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
+    level = sensor(node, type=kind, topic="/diagnostics")
+    for name, value, sec in (("motor", 2, 10), ("battery", 0, 11), ("battery", 0, 16)):
+        status = TYPES.make("diagnostic_msgs/msg/DiagnosticStatus", name=name, level=value)
+        network.send("/diagnostics", kind, header={"stamp": {"sec": sec}}, status=[status])
+        if sec == 11:
+            assert list(level.read().values) == [2.0]
+    assert list(level.read().values) == [3.0]
 
 
 WHEELS = make_locomotion("differential", wheel_separation=0.4, max_wheel_speed=1.0, max_wheel_acceleration=1.0)

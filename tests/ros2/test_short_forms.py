@@ -54,14 +54,16 @@ def test_a_ray_has_the_smallest_valid_range_of_the_beams_nearest_to_it(case):
         bearing = ray * spacing - 0.5 * span
         off = [abs(beam - bearing) for beam in beams]
         near = [r for r, o in zip(ranges, off, strict=True) if o < 0.5 * spacing - 1e-5]
-        wide = [r for r, o in zip(ranges, off, strict=True) if o < max(0.5 * spacing, abs(step)) + 1e-5]
+        inside = [r for r, o in zip(ranges, off, strict=True) if o < max(0.5 * spacing, abs(step)) + 1e-5]
         valid = [r for r in near if not math.isnan(r)]
-        if valid:  # no echo of the sector may be lost
+        if valid and math.isfinite(min(valid)):  # no echo of the sector may be lost
             assert value <= min(valid) + 1e-5
-        if math.isnan(value):
-            assert all(map(math.isnan, near))
+        if math.isnan(value):  # an invalid beam, and no echo
+            assert any(map(math.isnan, inside))
+            assert not any(map(math.isfinite, near))
         else:
-            assert any(abs(value - r) < 1e-5 or value == r for r in wide)
+            assert any(abs(value - r) < 1e-5 or value == r for r in inside)
+            assert math.isfinite(value) or not any(map(math.isnan, near))
 
 
 def test_a_scan_from_0_to_360_degrees_is_turned_to_the_rays_around_the_robot():
@@ -77,6 +79,12 @@ def test_ranges_outside_of_the_limits():
     assert scan([0.05, 0.0, 11.0, math.inf, math.nan], -0.2, 0.1, 5, 0.4) == pytest.approx(
         [0.1, 0.1, math.inf, math.inf, math.nan], nan_ok=True
     )
+
+
+@pytest.mark.parametrize(("zero", "value"), [("minimum", 0.1), ("no_echo", math.inf), ("invalid", math.nan)])
+def test_a_range_of_0_means_what_robot_toml_says(zero, value):
+    fields = {"angle_min": -0.1, "angle_increment": 0.1, "ranges": [0.0] * 3, "range_min": 0.1, "range_max": 5.0}
+    assert take(SCAN, fields, rays=3, span=0.2, zero=zero) == pytest.approx([value] * 3, nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -161,7 +169,7 @@ def test_values(type, fields, keys, values):
     ("type", "fields", "keys", "text"),
     [
         ("nav_msgs/msg/Odometry", {}, {}, "no unit quaternion"),
-        ("sensor_msgs/msg/JointState", {"name": ["a"]}, {"joints": ("b",)}, "no joint 'b', but a"),
+        ("sensor_msgs/msg/JointState", {"name": ["a", "c"]}, {"joints": ("a", "b")}, "no joint 'b', but a, c"),
         ("sensor_msgs/msg/JointState", {"name": ["a"]}, {"joints": ("a",)}, "velocity has 0 values for 1 joints"),
         ("sensor_msgs/msg/Imu", {"orientation_covariance": [-1.0] + [0.0] * 8}, {"take": "attitude"}, "does not estim"),
         ("geometry_msgs/msg/Polygon", {"points": []}, {"values": ("points[1].x",)}, "the array has 0 elements"),

@@ -56,6 +56,30 @@ def test_a_press_between_two_looks_is_not_missed(network, host, topics):
     assert len(host.heard) == 2
 
 
+def test_a_press_with_an_old_stamp_is_not_missed(network, host, topics):
+    network.send("/r1/emergency_stop", BOOL, data=False)
+    topics.poll()
+    network.send("/r1/emergency_stop", BOOL, age=2.0, data=True)  # a pendant with another clock
+    topics.poll()
+    assert host.heard == ["released by /r1/emergency_stop", "stop by /r1/emergency_stop"]
+
+
+def test_a_go_that_is_published_again_and_again_is_no_act_of_a_person(network, host, topics):
+    for time, data in [(0.0, True), (0.5, True), (1.0, True), (2.5, True), (2.6, False), (2.7, True)]:
+        network.time = time
+        network.send("/go", BOOL, data=data)
+        topics.poll()
+    assert len(host.heard) == 3
+
+
+def test_a_go_together_with_a_message_of_the_emergency_stop_does_not_count(network, host, topics):
+    network.send("/go", BOOL, age=0.04, data=True)
+    network.send("/r1/emergency_stop", BOOL, age=0.03, data=True)
+    network.send("/r1/emergency_stop", BOOL, age=0.01, data=False)
+    topics.poll()
+    assert [each for each in host.heard if each.startswith("go")] == []
+
+
 def test_only_true_is_a_go(network, host, topics):
     network.send("/go", BOOL, data=False)
     network.send("/go", BOOL, data=True)

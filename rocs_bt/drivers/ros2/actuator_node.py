@@ -72,7 +72,8 @@ class ActuatorNode(Actuator):
         }
         if given.type != TWIST_STAMPED:
             return types.make(given.type, **content)
-        fraction, whole = math.modf(self._node.now())
+        now = self._node.now()  # NaN before the first message of `/clock`
+        fraction, whole = math.modf(now if math.isfinite(now) else 0.0)
         header = {"stamp": {"sec": int(whole), "nanosec": int(1e9 * fraction)}, "frame_id": given.frame}
         return types.make(given.type, header=header, twist=content)
 

@@ -103,7 +103,7 @@ class DdsTransport:
         return self._participant
 
     def _opened(self, endpoint: E) -> E:
-        self._endpoints.append(endpoint)
+        self._endpoints = [*(each for each in self._endpoints if each.is_open), endpoint]
         self._announce()
         return endpoint
 
@@ -137,7 +137,8 @@ class DdsTransport:
     def _found(self, source: Any, publishes: bool) -> list[Endpoint]:
         found = []
         for each in source.read(N=_MOST):
-            topic, kind = getattr(each, "topic_name", ""), getattr(each, "type_name", "")
+            # An endpoint that was closed has no names.
+            topic, kind = getattr(each, "topic_name", None) or "", getattr(each, "type_name", None) or ""
             if topic.startswith("rt/") and "::dds_::" in kind:
                 name = kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
                 node = self._nodes.get(each.key.bytes, "")
@@ -158,6 +159,11 @@ class _Endpoint:
         self.gid: bytes = entity.guid.bytes
         self._entity = entity
         self._lock = threading.Lock()
+
+    @property
+    def is_open(self) -> bool:
+        """Whether the endpoint was not closed."""
+        return self._entity is not None
 
     def close(self) -> None:
         """Close the endpoint."""

@@ -13,10 +13,13 @@ from ...errors import DeviceError
 from ...geometry import Pose3
 from .field_path import FieldPath
 from .message_types import MessageTypes
-from .parameters import JOINTS, SCAN, STRING, Ros2SensorParameters
+from .parameters import DIAGNOSTICS, JOINTS, SCAN, STRING, Ros2SensorParameters
 
 Take = Callable[[Any], Sequence[float]]
-"""Function from a message to the values of a reading; raises DeviceError for a faulty message."""
+"""Function from a message to the values of a reading; none if the message is not about them.
+
+It raises DeviceError for a faulty message.
+"""
 
 Array = npt.NDArray[np.float64]
 
@@ -38,12 +41,12 @@ def make_take(types: MessageTypes, given: Ros2SensorParameters) -> Take:
             path.check(types, given.type)
         return lambda message: [value for path in paths for value in path.numbers(message)]
     if given.type == SCAN:
-        return ScanReducer(given.rays, given.span)
+        return ScanReducer(given.rays, given.span, given.zero)
     if given.type == JOINTS:
         return lambda message: _joints(message, given)
     if given.type == STRING:
         return lambda message: [_index(message.data, given.words)]
-    if given.type == "diagnostic_msgs/msg/DiagnosticArray":
+    if given.type == DIAGNOSTICS:
         return WorstLevel(given.status)
     return _TAKES[given.type, given.taken]
 
@@ -52,14 +55,17 @@ class ScanReducer:
     """Reduces laser scans to a fixed number of rays, each with the smallest range of its sector.
 
     A range without an echo is +inf, one below the scanner's minimum is the minimum, and an invalid one is NaN. An
-    invalid range does not hide a valid one of its sector. A scan in which a sector has no beam is faulty.
+    invalid range does not hide an echo in its sector, but a sector without an echo is invalid if one of its beams is. A
+    scan in which a sector has no beam is faulty.
 
     Args:
         rays: Number of rays.
         span: Angle from the first to the last ray, centred ahead [rad].
+        zero: Meaning of the range 0: `minimum`, `no_echo` or `invalid`.
     """
 
-    def __init__(self, rays: int, span: float) -> None:
+    def __init__(self, rays: int, span: float, zero: str = "minimum") -> None:
+        self._zero = {"minimum": 0.0, "no_echo": math.inf, "invalid": math.nan}[zero]
         self._rays = rays
         self._span = span
         self._known: tuple[float, float, int] = (math.nan, math.nan, 0)
@@ -77,8 +83,12 @@ class ScanReducer:
         if geometry != self._known:
             self._assign(*geometry)
         low, high = float(message.range_min), float(message.range_max)
+        ranges = np.where(ranges == 0.0, self._zero, ranges)
         ranges = np.where(ranges > high, math.inf, np.where(ranges < low, low, ranges)) if high > low else ranges
-        found: list[float] = np.fmin.reduceat(ranges[self._order], self._starts).tolist()
+        ordered = ranges[self._order]
+        least = np.fmin.reduceat(ordered, self._starts)  # NaN only if all are
+        unsure = np.isinf(least) & np.isnan(np.minimum.reduceat(ordered, self._starts))
+        found: list[float] = np.where(unsure, math.nan, least).tolist()
         return found
 
     def _assign(self, first: float, step: float, count: int) -> None:
@@ -113,8 +123,14 @@ class ScanReducer:
         self._known = (first, step, count)
 
 
+STALE = 5.0
+"""Age at which a status of the diagnostics counts as stale [s]; they are usually published at 1 Hz."""
+
+
 class WorstLevel:
     """Worst level of the diagnostics: 0 for OK, 1 for a warning, 2 for an error, 3 for stale.
+
+    A status that its node does not publish any more is stale, by the stamps in the headers.
 
     Args:
         status: Part of the names of the statuses that count; all if empty.
@@ -122,19 +138,22 @@ class WorstLevel:
 
     def __init__(self, status: str) -> None:
         self._status = status
-        self._levels: dict[str, int] = {}
+        self._levels: dict[str, tuple[int, float]] = {}  # levels and stamps [s]
 
     def __call__(self, message: Any) -> list[float]:
         """Worst of the newest levels of all statuses."""
+        now = message.header.stamp.sec + 1e-9 * message.header.stamp.nanosec
         for each in message.status:
             if self._status in each.name:
-                level = each.level
-                self._levels[each.name] = level[0] if isinstance(level, bytes) else int(level)
-        return [float(max(self._levels.values(), default=0))]
+                level = each.level[0] if isinstance(each.level, bytes) else int(each.level)
+                self._levels[each.name] = (level, now)
+        return [float(max((3 if now - at > STALE else level for level, at in self._levels.values()), default=0))]
 
 
 def _joints(message: Any, given: Ros2SensorParameters) -> list[float]:
     values, names = getattr(message, given.taken), list(message.name)
+    if names and not set(names) & set(given.joints):
+        return []  # of other joints: an arm may publish on the same topic
     if missing := [joint for joint in given.joints if joint not in names]:
         raise DeviceError(f"the message has no joint '{missing[0]}', but {', '.join(names) or 'none'}")
     if len(values) != len(names):

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import threading
+import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...clock import Clock
@@ -14,6 +16,9 @@ from .qos import QoS, mismatch
 from .settings import Ros2Settings
 from .sim_clock import SimTimeClock
 from .transport import Endpoint, Reader, Transport, Writer
+
+LOOK_AGAIN = 0.5
+"""Time after which the publishers of silent topics are looked up again [s]."""
 
 MAX_AHEAD = 0.5
 """Time by which a stamp may be in the future before the message counts as faulty [s]."""
@@ -48,7 +53,11 @@ class RosNode:
         self.types = self.transport.types
         self._clock = clock
         self._faults: dict[str, Counter[str]] = {}
-        self._lock = threading.Lock()
+        self._lock = threading.Lock()  # protects the rest
+        self._silent: dict[str, tuple[Reader, QoS]] = {}
+        self._reasons: dict[str, str] = {}
+        self._looked = -math.inf  # [s]
+        self._looking = threading.Thread()
 
     @property
     def faults(self) -> Mapping[str, Mapping[str, int]]:
@@ -108,14 +117,40 @@ class RosNode:
     def why_silent(self, reader: Reader, qos: QoS) -> str:
         """Reason why a subscription has received nothing, as far as the discovered publishers tell.
 
+        This never waits: a thread looks the publishers up, and the reason is that of its last look.
+
         Args:
             reader: The subscription.
             qos: Its requested quality of service.
         """
-        found = [e for e in self.transport.endpoints() if e.topic == reader.topic and e.publishes]
+        with self._lock:
+            self._silent[reader.topic] = (reader, qos)
+            if time.monotonic() - self._looked > LOOK_AGAIN and not self._looking.is_alive():
+                self._looking = threading.Thread(target=self._look, name="ros2 look", daemon=True)
+                self._looking.start()
+            return self._reasons.get(reader.topic, f"nothing was received on '{reader.topic}' ({reader.type}) yet")
+
+    def _look(self) -> None:
+        """Look up the publishers of all silent topics."""
+        with self._lock:
+            silent = dict(self._silent)
+            self._silent.clear()
+        endpoints = self.transport.endpoints()
+        reasons = {topic: self._reason(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
+        with self._lock:
+            self._reasons |= reasons
+            self._looked = time.monotonic()
+
+    def _reason(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
+        """Reason for the silence of a topic among the discovered endpoints."""
+        found = [e for e in endpoints if e.topic == reader.topic and e.publishes]
         wanted = f"'{reader.topic}' ({reader.type})"
         if not found:
-            return f"nothing is published on {wanted}{self._similar(reader)}"
+            same = sorted({e.topic for e in endpoints if e.publishes and e.type == reader.type})
+            if same:
+                return f"nothing is published on {wanted}; topics of this type: {', '.join(same[:8])}"
+            where = f"the ROS domain {self.settings.domain_id} ({self.settings.network})"
+            return f"nothing is published on {wanted}; no topic of this type was discovered in {where}"
         others = [e for e in found if e.type != reader.type]
         if len(others) == len(found):
             return f"{wanted}: {_named(others[0])} publishes {others[0].type}, which is another type"
@@ -124,6 +159,17 @@ class RosNode:
                 sides = f"it offers {each.qos}, robot.toml requests {qos}"
                 return f"{wanted}: the quality of service of {_named(each)} does not match in {why}: {sides}"
         return f"{wanted}: {_named(found[0])} has published nothing yet"
+
+    def publishers(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
+        """Discovered publishers that match a subscription; arguments and result as of `listeners`."""
+        full = self.settings.topic(topic)
+        found = [e for e in self.transport.endpoints() if e.topic == full and e.publishes]
+        fit = [e for e in found if e.type == type and not mismatch(e.qos, qos)]
+        if fit:
+            return len(fit), ""
+        if not found:
+            return 0, f"nothing is published on '{full}' ({type})"
+        return 0, f"'{full}': {_named(found[0])} publishes {found[0].type}, {found[0].qos}; wanted are {type}, {qos}"
 
     def listeners(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
         """Discovered subscriptions that match a publisher.
@@ -152,15 +198,11 @@ class RosNode:
 
     def close(self) -> None:
         """Close all endpoints, and leave the network."""
+        with self._lock:
+            looking = self._looking
+        if looking.is_alive():
+            looking.join(2.0)
         self.transport.close()
-
-    def _similar(self, reader: Reader) -> str:
-        """Text with the topics of the same type that are published."""
-        same = sorted({e.topic for e in self.transport.endpoints() if e.publishes and e.type == reader.type})
-        if same:
-            return f"; topics of this type: {', '.join(same[:8])}"
-        domain = self.settings.domain_id
-        return f"; no topic of this type was discovered in the ROS domain {domain} ({self.settings.network})"
 
 
 def _named(endpoint: Endpoint) -> str:

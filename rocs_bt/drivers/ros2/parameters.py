@@ -15,6 +15,7 @@ from .settings import name_faults
 SCAN = "sensor_msgs/msg/LaserScan"
 JOINTS = "sensor_msgs/msg/JointState"
 STRING = "std_msgs/msg/String"
+DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
 TWIST = "geometry_msgs/msg/Twist"
 TWIST_STAMPED = "geometry_msgs/msg/TwistStamped"
@@ -31,7 +32,7 @@ TAKES: Mapping[str, Mapping[str, int | None]] = {
     "geometry_msgs/msg/PoseWithCovarianceStamped": {**_POSE, "spread": 1},
     "geometry_msgs/msg/PoseStamped": _POSE,
     "sensor_msgs/msg/BatteryState": {"percentage": 1, "voltage": 1, "current": 1},
-    "diagnostic_msgs/msg/DiagnosticArray": {"level": 1},
+    DIAGNOSTICS: {"level": 1},
     "std_msgs/msg/Bool": {"data": 1},
     "std_msgs/msg/Float64": {"data": 1},
     STRING: {"word": 1},
@@ -46,6 +47,7 @@ ACTUATOR_TYPES = (TWIST, TWIST_STAMPED, ARRAY)
 """Message types of actuators."""
 
 STAMPS = ("source", "header")
+ZEROS = ("minimum", "no_echo", "invalid")
 
 MAX_RAYS = 4000
 """Maximum number of rays that are taken from a scan."""
@@ -68,6 +70,7 @@ class Ros2SensorParameters:
             or `header` (the stamp in the message, by the same clock).
         rays: Number of rays that a scan is reduced to; each has the smallest range of its sector.
         span: Angle from the first to the last of these rays, centred ahead [rad].
+        zero: Meaning of the range 0 in a scan: `minimum` (an obstacle at the minimum range), `no_echo` or `invalid`.
         joints: Names of the joints, in the order of the values.
         wheel_radius: Factor of joint values, so that wheels have linear speeds [m].
         words: Texts, of which a String has one: the value is the index; another text is NaN.
@@ -87,6 +90,7 @@ class Ros2SensorParameters:
     stamp: str = "source"
     rays: int = 0
     span: Radians = 0.0
+    zero: str = "minimum"
     joints: tuple[str, ...] = ()
     wheel_radius: Metres = 1.0
     words: tuple[str, ...] = ()
@@ -101,6 +105,8 @@ class Ros2SensorParameters:
         faults += self._take_faults()
         if self.stamp not in STAMPS:
             faults.append(unknown("stamp", self.stamp, STAMPS))
+        if self.zero not in ZEROS:
+            faults.append(unknown("meaning of zero", self.zero, ZEROS))
         try:
             self.qos  # noqa: B018 - checks the policies
             for path in self.values:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from typing import Any, Protocol
 
 from ...device import Reading, Sensor
@@ -12,11 +11,11 @@ from ...geometry import Pose3
 from .forms import POSE_TAKES, make_take
 from .frames import Frames
 from .node import RosNode, header_stamp
-from .parameters import TRANSFORMS, Ros2SensorParameters
+from .parameters import DIAGNOSTICS, JOINTS, TRANSFORMS, Ros2SensorParameters
 from .qos import QoS
 from .transport import Reader, Sample
 
-_ASK_AGAIN = 1.0  # [s] after which the publishers of a silent topic are looked up again
+_PARTIAL = (JOINTS, DIAGNOSTICS)  # several nodes publish parts of the whole on one topic
 
 
 class SensorNode(Sensor):
@@ -43,7 +42,6 @@ class SensorNode(Sensor):
         self._sources: list[_Source] = [source(node, topic, parameters, scale) for topic in parameters.all_topics]
         self._newest: list[Reading | None] = [None] * len(self._sources)
         self._qos = parameters.qos
-        self._asked, self._why = -math.inf, ""
 
     @property
     def topics(self) -> list[str]:
@@ -61,7 +59,7 @@ class SensorNode(Sensor):
             raise fault
         readings = [reading for reading in self._newest if reading is not None]
         if len(readings) < len(self._sources):
-            raise DeviceError(self._silent(self._sources[self._newest.index(None)].reader))
+            raise DeviceError(self._node.why_silent(self._sources[self._newest.index(None)].reader, self._qos))
         if len(readings) == 1:
             return readings[0]
         return Reading(min(r.stamp for r in readings), [value for r in readings for value in r.values])
@@ -69,12 +67,6 @@ class SensorNode(Sensor):
     def close(self) -> None:
         for source in self._sources:
             source.close()
-
-    def _silent(self, reader: Reader) -> str:
-        """Reason why nothing was received, which is looked up at most once a second."""
-        if (now := time.monotonic()) - self._asked > _ASK_AGAIN:
-            self._asked, self._why = now, self._node.why_silent(reader, self._qos)
-        return self._why
 
 
 class _Source(Protocol):
@@ -107,18 +99,31 @@ class _Topic:
         self._given = given
         self._scale = scale
         self._take = make_take(node.types, given)
+        self._silent = True  # whether no message was about the sensor's values
+        self._every = given.type in _PARTIAL and not given.values
         self._size: int | None = None if given.size is None else given.size // len(given.all_topics)
         self.reader = node.reader(topic, given.type, given.qos)
 
     def newest(self) -> Reading | None:
-        sample = self.reader.take()
-        if sample is None:
-            return None
+        newest = self.reader.take_all() if self._every else [self.reader.take()]
+        found: Reading | None = None
+        for sample in newest:
+            found = (None if sample is None else self._reading(sample)) or found
+        self._silent = self._silent and found is None
+        if self._silent and newest and self._every:
+            joints = ", ".join(self._given.joints)
+            raise DeviceError(f"{self.reader.topic}: no message so far is about {joints}")
+        return found
+
+    def _reading(self, sample: Sample) -> Reading | None:
+        """Reading of a message; None if the message is not about the sensor's values."""
         message = _message(self._node, self.reader, sample)
         try:
             values = self._take(message)
         except DeviceError as error:
             raise self._node.fault(self.reader.topic, "values", error) from error
+        if not values and self._every:
+            return None
         if self._size is None:
             self._size = len(values)
         if len(values) != self._size:
@@ -149,10 +154,15 @@ class _Transforms:
     def newest(self) -> Reading | None:
         for sample in self._static.take_all():
             self._add(self._static, sample, math.inf)
-        newest = None
+        newest, fault = None, None
         for sample in self.reader.take_all():
-            newest = self._add(self.reader, sample)
+            try:
+                newest = self._add(self.reader, sample)
+            except DeviceError as error:  # the other messages count
+                fault = error
         if newest is None:
+            if fault is not None:
+                raise fault
             return None
         try:
             place, rotation, stamp = self._frames.pose(self._given.frame, self._given.child)
@@ -168,13 +178,26 @@ class _Transforms:
         """Add the transforms of a message; returns their stamp [s], by default that of the message."""
         message = _message(self._node, reader, sample)
         if stamp is None:
-            simulated = self._node.settings.use_sim_time and message.transforms
-            stamp = self._node.stamp(header_stamp(message.transforms[-1]) if simulated else sample.stamp)
+            stamp = self._stamp(message, sample)
         try:
             self._frames.add(message, stamp)
         except DeviceError as error:
             raise self._node.fault(reader.topic, "values", error) from error
         return stamp
+
+    def _stamp(self, message: Any, sample: Sample) -> float:
+        """Time of the transforms of a message on the clock of the run [s].
+
+        Localisations date transforms ahead, so a stamp in a header is at most the present time.
+        """
+        node = self._node
+        try:
+            if message.transforms and (node.settings.use_sim_time or self._given.stamp == "header"):
+                oldest = min(header_stamp(each) for each in message.transforms)
+                return node.stamp(min(oldest, node.now()))
+            return node.stamp(sample.stamp)
+        except DeviceError as error:
+            raise node.fault(self.reader.topic, "stamp", error) from error
 
 
 def _message(node: RosNode, reader: Reader, sample: Sample) -> Any:
