@@ -188,7 +188,7 @@ class RosNode:
         if fit:
             return len(fit), ""
         if not found:
-            return 0, f"nobody subscribes to '{full}'"
+            return 0, f"no node subscribes to '{full}'"
         first = found[0]
         if first.type != type:
             return 0, f"'{full}': {_named(first)} subscribes to {first.type}, robot.toml has {type}"
