@@ -93,7 +93,7 @@ class Received:
 
     Attributes:
         message: The message.
-        age: Time since it was published [s].
+        age: Time since it was published, at least the time since it was received [s].
         count: Number of the message, counted from 1.
     """
 

@@ -7,12 +7,18 @@ from types import SimpleNamespace
 import pytest
 
 from rocs_bt.check import check_content
+from rocs_bt.clock import Clock
 from rocs_bt.drivers.ros2.dry_link import DryLink
 from rocs_bt.drivers.ros2.known_types import KnownTypes
+from rocs_bt.drivers.ros2.link import NodeLink
 from rocs_bt.drivers.ros2.message_types import MessageTypes
+from rocs_bt.drivers.ros2.node import RosNode
 from rocs_bt.drivers.ros2.plain import PlainMessage
+from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.ros_link import RosField
+
+from .network import Network
 
 MESSAGES = MessageTypes()
 TYPES = KnownTypes(MESSAGES)
@@ -79,6 +85,41 @@ def test_a_dry_run_receives_and_sends_nothing():
     server = dry.action_server("s", "t")
     server.open(True)
     assert server.goal() is None
+
+
+class TestAge:
+    TYPE = "std_msgs/msg/Float64"
+
+    @pytest.fixture(autouse=True)
+    def subscribe(self):
+        self.network = Network(MESSAGES)
+        clock = type("OfTheNetwork", (Clock,), {"now": lambda clock: self.network.time})()
+        self.node = RosNode(Ros2Settings(namespace="r1"), clock, transport=self.network)
+        self.subscription = NodeLink(lambda: self.node).subscription("speed", self.TYPE, "reliable")
+
+    def newest(self):
+        received = self.subscription.newest()
+        return received and (received.message.get(("data",)), pytest.approx(received.age), received.count)
+
+    def send(self, value, age):
+        self.network.send("/r1/speed", self.TYPE, age=age, data=value)
+
+    @pytest.mark.parametrize(("age", "ages"), [(0.3, (0.3, 0.9)), (0.0, (0.0, 0.6)), (-0.4, (0.0, 0.6))])
+    def test_it_grows_from_the_receipt_also_if_the_clock_of_the_publisher_is_ahead(self, age, ages):
+        self.send(1.0, age)
+        assert self.newest() == (1.0, ages[0], 1)
+        self.network.time = 0.6
+        assert self.newest() == (1.0, ages[1], 1)
+
+    def test_a_message_of_the_future_is_ignored_and_counted(self):
+        self.send(1.0, -30.0)
+        assert self.newest() is None
+        self.send(2.0, 0.0)
+        assert self.newest() == (2.0, 0.0, 1)
+        self.send(3.0, -30.0)
+        self.network.time = 1.0
+        assert self.newest() == (2.0, 1.0, 1)
+        assert self.node.faults == {"/r1/speed": {"stamp": 2}}
 
 
 MISSION = """<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>

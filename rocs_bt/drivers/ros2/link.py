@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from ...errors import DeviceError, Fault, InputError
 from ...ros_link import Received, RosActionClient, RosActionServer, RosPublisher, RosServiceClient, RosSubscription
 from .known_types import KnownTypes
-from .node import RosNode
+from .node import MAX_AHEAD, RosNode
 from .plain import PlainMessage
 from .qos import QoS
 from .rclpy_transport import RclpyTransport
-from .transport import Reader, Writer
+from .transport import Reader, Sample, Writer
 
 if TYPE_CHECKING:
     from .services import RosServices
@@ -115,7 +115,7 @@ class _Subscription:
     def __init__(self, node: RosNode, reader: Reader) -> None:
         self._node = node
         self._reader = reader
-        self._newest: tuple[PlainMessage, float] | None = None
+        self._newest: tuple[PlainMessage, float, float] | None = None  # message, stamp and time of the take [s]
         self._count = 0
 
     def newest(self) -> Received | None:
@@ -126,12 +126,22 @@ class _Subscription:
             except DeviceError as error:
                 self._node.fault(self._reader.topic, "malformed", error)
             else:
-                self._newest = PlainMessage(message), sample.stamp
-                self._count += 1
+                if self._in_time(sample):
+                    self._newest = PlainMessage(message), sample.stamp, self._node.received()
+                    self._count += 1
         if self._newest is None:
             return None
-        message, stamp = self._newest
-        return Received(message, max(transport.now() - stamp, 0.0), self._count)
+        message, stamp, taken = self._newest
+        age = max(transport.now() - stamp, self._node.received() - taken, 0.0)
+        return Received(message, age, self._count)
+
+    def _in_time(self, sample: Sample) -> bool:
+        """Whether the stamp of a message is not in the future; otherwise the message is counted as faulty."""
+        ahead = sample.stamp - self._node.transport.now()
+        if ahead > MAX_AHEAD:
+            why = f"its stamp is {ahead:.1f} s in the future: synchronise the clocks of both computers"
+            self._node.fault(self._reader.topic, "stamp", DeviceError(why))
+        return ahead <= MAX_AHEAD
 
     def close(self) -> None:
         self._reader.close()

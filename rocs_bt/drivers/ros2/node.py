@@ -78,7 +78,7 @@ class RosNode:
         return self._clock.ros_time() if isinstance(self._clock, SimTimeClock) else self.transport.now()
 
     def received(self) -> float:
-        """Time on the clock of the run of a message that has just arrived [s], if the message has no stamp."""
+        """Time on the clock of the run of a message that has just arrived [s]."""
         return self._clock.now()
 
     def stamp(self, published: float) -> float:
