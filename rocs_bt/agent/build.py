@@ -132,6 +132,7 @@ def build_agent(
         privileged=controller.privileged,
         ros=devices.ros,
         ros_types=partial(installed_types, robot.ros2),
+        motion_held=lambda: devices.actuators[robot.locomotion.actuator].held,
     )
     plan = _plan(controller, mission)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")

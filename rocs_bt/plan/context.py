@@ -111,6 +111,8 @@ class MissionContext:
         privileged: Information for oracle planners only, such as the map of a scene; None for all others.
         ros: ROS connection of the robot; None without one, as in simulation.
         ros_types: Function that returns the ROS types that are installed, for checks without a connection.
+        motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, or an empty
+            text.
 
     Attributes:
         leaves: Leaves created by `build`, in order.
@@ -123,6 +125,8 @@ class MissionContext:
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
         ros: ROS connection of the robot; None without one, as in simulation.
+        motion_held: Function that returns the reason for which the safety gate holds the robot in neutral, such as an
+            emergency stop; an empty text if commands pass.
     """
 
     def __init__(
@@ -139,6 +143,7 @@ class MissionContext:
         privileged: Mapping[str, Any] | None = None,
         ros: RosLink | None = None,
         ros_types: Callable[[], RosTypes | None] = lambda: None,
+        motion_held: Callable[[], str] = lambda: "",
     ) -> None:
         self.name = name
         self.knowledge = knowledge
@@ -156,6 +161,7 @@ class MissionContext:
         self.shared: dict[str, Any] = {}
         self.privileged: Mapping[str, Any] = privileged or {}
         self.ros = ros
+        self.motion_held = motion_held
         self._ros_types = ros_types
         self._compile = compile_guard
         self.check_options = check_options

@@ -18,6 +18,7 @@ class Mind:
             actions=rig.actions,
             compile_guard=lambda text: compile_expression(text, environment),
             rule_reading=lambda rule: "front = 0.21 m",
+            motion_held=lambda: rig.gate.held,
         )
         self.plan = None
 

@@ -205,6 +205,44 @@ def test_reflexes_have_priority_over_what_moves_the_robot(mind, grow, link, line
     assert link.goals[0].cancelled == cancelled
 
 
+@pytest.mark.parametrize("more", ["", 'cancel_on_reflex="0"', 'cmd_vel="cmd_vel_nav"'])
+def test_a_held_gate_cancels_what_moves_the_robot_until_its_release(mind, grow, link, more):
+    gate = mind.rig.gate
+    tree = grow(f"<Spin {more}/>")
+    tree.tick()
+    link.goals[0].state = GoalState.ACCEPTED
+    gate.hold("emergency stop")
+    assert tree.tick() is RUNNING
+    assert link.goals[0].cancelled == 1
+    link.goals[0].state = GoalState.CANCELED
+    for _ in range(2):
+        assert tree.tick() is RUNNING
+        assert tree.root.feedback_message == "'spin' waits: the robot is held (emergency stop)"
+    assert len(link.goals) == 1
+    gate.release()
+    assert tree.tick() is RUNNING
+    assert len(link.goals) == 2
+    assert link.goals[1].cancelled == 0
+
+
+def test_a_held_gate_leaves_the_other_servers_alone(mind, grow, link):
+    mind.rig.gate.hold("emergency stop")
+    grow("<Wait/>").tick()
+    assert link.goals[0].cancelled == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "warns"), [("<Spin/>", True), ('<Spin cmd_vel="cmd_vel_nav"/>', False), ("<Wait/>", False)]
+)
+def test_a_check_warns_of_commands_past_the_gate(mind, link, line, warns):
+    text = f'<root BTCPP_format="4"><BehaviorTree ID="M">\n{line}</BehaviorTree></root>'
+    build = xml_mission(text, dialect="nav2_servers")
+    rig = mind.rig
+    faults = check_mission(build, actions=rig.actions, knowledge=rig.knowledge, clock=rig.clock, later=())
+    found = [f for f in faults if "Nav2 commands the base past the safety gate" in f.message]
+    assert [(f.line, f.warning, "Give it cmd_vel" in f.hint) for f in found] == [(2, True, True)] * warns
+
+
 def test_any_heading_is_that_of_the_straight_line(mind, grow, link):
     mind.rig.run()
     grow('<NavigateToPose goal="{post}"/>', post=Pose2(0.0, 2.0, math.nan)).tick()
@@ -241,7 +279,7 @@ class TestDialect:
         build = xml_mission(
             self.MISSION.replace("<Nav", "\n<Nav").replace("/>", ' goal="dok"/>'), dialect="nav2_servers"
         )
-        (fault,) = check_mission(
+        (_, fault) = check_mission(
             build, actions=mind.rig.actions, knowledge=mind.rig.knowledge, clock=mind.rig.clock, later=()
         )
         assert "no place is named 'dok'" in fault.message

@@ -31,7 +31,7 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
     timeout = Input(float, FOREVER, "maximum duration of the goal [s]", dimension=TIME)
     feedback_timeout = Input(float, FOREVER, "maximum time between two feedback messages [s]", dimension=TIME)
     cancel_on_reflex = Input(
-        bool, False, "whether the goal is cancelled while a reflex is active, and sent again afterwards"
+        bool, False, "whether the goal is cancelled during a reflex or an emergency stop, and sent again afterwards"
     )
 
     _goal: RosGoal | None = None
@@ -82,10 +82,11 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         if now - self._heard >= self.feedback_timeout:
             evidence = f"no feedback of '{name}' for {self.feedback_timeout:g} s"
             return self.failed(Failure(Reason.UNHEARD, evidence))
-        if self._interrupted and not self._resending:
+        interrupted = bool(self.interruption)
+        if interrupted and not self._resending:
             self._resending, self._cancelled_at = True, now
             goal.cancel()
-        if self._resending and not self._interrupted and now - self._cancelled_at >= GRACE:
+        if self._resending and not interrupted and now - self._cancelled_at >= GRACE:
             self._resending = False  # the server has not cancelled the goal, so it is still pursued
         self.feedback_message = f"'{name}': {state.value}"
         return RUNNING
@@ -101,14 +102,22 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         return self._goal is not None and not self._resending
 
     @property
-    def _interrupted(self) -> bool:
-        """Whether a reflex is active that interrupts the goal."""
-        return bool(self.mission is not None and self.mission.pipeline.held and self.cancel_on_reflex)
+    def interruption(self) -> str:
+        """Reason for which the goal must not be pursued now: a reflex or a held safety gate; empty if none."""
+        if self.mission is None or not self.cancel_on_reflex:
+            return ""
+        return "waits for a reflex" if self.mission.pipeline.held else self.held()
+
+    def held(self) -> str:
+        """Reason for which the safety gate holds the robot, such as an emergency stop; empty if it does not."""
+        reason = "" if self.mission is None else self.mission.motion_held()
+        return f"waits: the robot is held ({reason})" if reason else ""
 
     def _send(self, client: RosActionClient) -> Outcome:
         now, name = self.runtime.now(), self.names()[0]
-        if self._interrupted:
-            self.feedback_message = f"'{name}' waits for a reflex"
+        if why := self.interruption:
+            self._begun = now
+            self.feedback_message = f"'{name}' {why}"
             return RUNNING
         if not client.ready():
             if now - self._begun >= self.wait:
@@ -136,7 +145,7 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         name = self.names()[0]
         if self._resending and state in (GoalState.CANCELED, GoalState.ABORTED):
             self._goal, self._begun = None, self.runtime.now()
-            self.feedback_message = f"'{name}' waits for a reflex"
+            self.feedback_message = f"'{name}' {self.interruption or 'is sent again'}"
             return RUNNING
         missing = missing or self.on_result(goal)
         if state is GoalState.SUCCEEDED:

@@ -7,7 +7,7 @@ names but need no ROS: they use the planners and actions of rocs_bt.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, ClassVar, Final
 
@@ -126,17 +126,29 @@ class Nav2Motion(Nav2Action):
     """Base of nodes with which Nav2 moves the robot. Reflexes of the robot have priority: they cancel the goal.
 
     With `cmd_vel`, Nav2's commands pass the agent's safety gate: an action of the agent passes on the twists of that
-    topic while the goal is pursued, and a reflex pre-empts that action like any other.
+    topic while the goal is pursued, and a reflex pre-empts that action like any other. While the safety gate holds the
+    robot, as in an emergency stop, the goal is always cancelled, and sent again after the release.
     """
 
     cmd_vel = Input(str, "", "topic with Nav2's commands, for the agent to pass on; none if empty", parse=_parse_topic)
     cmd_vel_type = Input(str, "geometry_msgs/msg/TwistStamped", "type of that topic", parse=_parse_twist)
-    cancel_on_reflex = Input(
-        bool, True, "whether the goal is cancelled while a reflex is active, and sent again afterwards"
-    )
+    cancel_on_reflex = Input(bool, True, "whether the goal is cancelled during a reflex, and sent again afterwards")
 
     _commands: RosSubscription | None = None
     _relay: Ticket | None = None
+
+    @property
+    def interruption(self) -> str:
+        return super().interruption or self.held()
+
+    def bound_faults(self) -> Iterator[tuple[str, Fault]]:
+        yield from super().bound_faults()
+        if self.key("cmd_vel") is None and not self.cmd_vel:
+            hint = (
+                "Give it cmd_vel, the topic with Nav2's commands: if the agent is killed, Nav2 drives on "
+                "(docs/ros2-missions.md)."
+            )
+            yield "", Fault("Nav2 commands the base past the safety gate.", hint=hint, warning=True)
 
     def connect(self, link: RosLink, name: str, type: str) -> RosActionClient:
         if self.cmd_vel and self._commands is None:
