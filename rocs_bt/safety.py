@@ -296,9 +296,27 @@ class SafetyGate(Actuator):
         Args:
             reason: Reason of the hold, not empty. A device that is held already gets the new reason.
         """
-        if reason == self._held:
-            return
-        self._held = reason  # first, so that a command that is sent now detects the stop
+        if self.mark_held(reason):
+            self.begin_hold(reason)
+
+    def mark_held(self, reason: str) -> bool:
+        """Answer every command by neutral until `release`, without a command to the device: first part of `hold`.
+
+        Args:
+            reason: Reason of the hold, not empty.
+
+        Returns:
+            Whether the reason is new, so that `begin_hold` is due.
+        """
+        changed, self._held = reason != self._held, reason
+        return changed
+
+    def begin_hold(self, reason: str) -> None:
+        """Send the device to neutral, after `mark_held`: a command that is sent at the same time detects the stop.
+
+        Args:
+            reason: Reason of the hold.
+        """
         try:
             self.neutral()
         except ActuatorError:

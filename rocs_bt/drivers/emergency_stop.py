@@ -89,5 +89,12 @@ class EmergencyStop:
         return f"emergency stop: {', '.join(reasons)}" if self._sources else self._waiting
 
     def _hold(self) -> None:
-        for gate in self._gates:
-            gate.hold(self._reason)
+        """Hold all gates, whatever one of them raises; then raise the first exception."""
+        reason, first = self._reason, None
+        for gate in [gate for gate in self._gates if gate.mark_held(reason)]:
+            try:
+                gate.begin_hold(reason)
+            except BaseException as error:  # noqa: BLE001 - raised below, after the other gates are held
+                first = first or error
+        if first is not None:
+            raise first

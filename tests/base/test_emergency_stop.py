@@ -10,7 +10,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.device import Actuator
 from rocs_bt.drivers.emergency_stop import EmergencyStop
 from rocs_bt.drivers.host import Host
-from rocs_bt.errors import DeviceError
+from rocs_bt.errors import ActuatorError, DeviceError
 from rocs_bt.event import ListSink, MotionHeld, MotionReleased
 from rocs_bt.safety import Limits, SafetyGate
 
@@ -119,6 +119,27 @@ def test_with_confirm_it_waits_from_the_beginning_and_only_while_ready(gate):
     stop.ready = True
     assert stop.go()
     assert stop.reason == ""
+
+
+@pytest.mark.parametrize("error", [OSError("no network"), KeyboardInterrupt()], ids=["driver", "signal"])
+def test_a_gate_that_raises_does_not_keep_the_others_from_the_hold(gate, error):
+    def fail():
+        assert gate.held  # marked before the first neutral
+        raise error
+
+    broken = Wheels()
+    broken.neutral = fail
+    gates = [
+        SafetyGate(broken, SimulatedClock(0.05), Limits((-1.2,), (1.2,), together=True), period=0.05, max_age=0.2),
+        gate,
+    ]
+    stop = EmergencyStop()
+    stop.attach(gates)
+    gate.give([0.5, 0.5])
+    with pytest.raises((ActuatorError, KeyboardInterrupt)):
+        stop.stop("the button")
+    assert [each.held for each in gates] == ["emergency stop: the button"] * 2
+    assert gate.log == [[0.5, 0.5], "neutral"]
 
 
 def test_a_stop_before_the_gates_are_known_holds_them(gate, sink):
