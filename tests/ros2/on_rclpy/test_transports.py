@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import pytest
+
 from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 
-from ..transport_contract import TransportContract
+from ..transport_contract import DISTRO, TransportContract
 
 
 class TestRclpy(TransportContract):
@@ -18,6 +20,11 @@ class TestRclpyToDds(TransportContract):
 
 class TestDdsToRclpy(TransportContract):
     sends, receives = "dds", "rclpy"
+
+    @pytest.fixture(autouse=True)
+    def _named(self, request):
+        if DISTRO == "kilted" and ("endpoints" in request.node.name or "namespace" in request.node.name):
+            pytest.skip("Kilted knows the node of DDS without rmw, but does not assign its endpoints to it")
 
 
 def test_auto_is_rclpy_where_it_can_be_imported(ros_environment):
