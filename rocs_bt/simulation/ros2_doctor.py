@@ -171,7 +171,7 @@ class _Heard:
         found = [e for e in endpoints if e.publishes and e.topic == self._reader.topic and e.type == self._reader.type]
         span = max(self._stamps, default=0.0) - min(self._stamps, default=0.0)
         age = min(self._ages, default=None, key=abs)
-        header, size, problem = self._content()
+        header, size, problem = self._content(endpoints)
         if not problem and age is not None and abs(age) > MAX_OFFSET:
             problem = f"its stamps are {_shift(age)} this computer's clock: synchronise the clocks of both computers"
         return TopicState(
@@ -189,10 +189,10 @@ class _Heard:
             optional=self._optional,
         )
 
-    def _content(self) -> tuple[float | None, int | None, str]:
+    def _content(self, endpoints: Sequence[Endpoint]) -> tuple[float | None, int | None, str]:
         """Header offset [s] and number of values of the newest message, and the problem."""
         if self._newest is None:
-            why = self._node.why_silent(self._reader, self._qos)
+            why = self._node.silence(self._reader, self._qos, endpoints)
             return None, None, "" if self._seldom and why.endswith("published nothing yet") else why
         header = None
         try:

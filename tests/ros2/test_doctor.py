@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -69,19 +69,36 @@ def robot(tmp_path: Path) -> Path:
     return file
 
 
+def examined(
+    capsys: pytest.CaptureFixture[str], *robot: str, whole: Callable[[str, str], bool]
+) -> tuple[int, str, str]:
+    """Exit code, output and errors of the doctor; for a longer time, until the whole network was discovered."""
+    for duration in (2, 4, 8, 16):
+        code = call(["doctor", "--ros2", *robot, "--for", str(duration)])
+        out, err = capsys.readouterr()
+        if whole(out, err):
+            break
+    return code, out, err
+
+
+def discovered(out: str, err: str) -> bool:
+    """Whether the doctor has seen all endpoints of the publisher."""
+    return out.count("good") == 2 and "robot.toml requests" in err and "robot.toml has" in err
+
+
 @pytest.mark.usefixtures("publisher")
 def test_each_topic_is_described_and_each_mismatch_told_with_both_sides(
     robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("COLUMNS", "160")
-    assert call(["doctor", "--ros2", str(robot), "--for", "2"]) == 1
-    out, err = capsys.readouterr()
+    code, out, err = examined(capsys, str(robot), whole=discovered)
+    assert code == 1
     rows = {tuple(cells[:2]): cells[2:] for line in out.splitlines() if len(cells := re.split(r"\s{2,}", line)) > 6}
     node, rate, age, header, values, good = rows["sonar", "/range"]
     assert (node, values, good) == ("/plain", "1", "good")
-    assert float(rate) == pytest.approx(50.0, rel=0.5)
+    assert 1.0 < float(rate) < 51.0  # it publishes at most at 50 Hz
     assert 0.0 <= float(age) < 100.0
-    assert float(header) == pytest.approx(200.0, abs=50.0)
+    assert 200.0 <= float(header) < 1000.0
     assert rows["position", "/odom"][4:] == ["3", "good"]
     assert rows["encoders", "/wheels"][-1] == "optional"
     assert [row[-1] for row in rows.values()].count("problem") == 3
@@ -96,8 +113,8 @@ def test_without_a_robot_every_topic_is_listed(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], domain: int
 ) -> None:
     monkeypatch.setenv("COLUMNS", "160")
-    assert call(["doctor", "--ros2", "--for", "1"]) == 0
-    out = capsys.readouterr().out
+    code, out, _ = examined(capsys, whole=lambda out, _: out.count("/plain") == 3)
+    assert code == 0
     assert f"ROS domain {domain}, loopback" in out
     assert re.search(r"^/range +sensor_msgs/msg/Range +/plain +publishes +best_effort", out, re.MULTILINE)
     assert re.search(r"^/cmd_vel +geometry_msgs/msg/Twist +/plain +reads +reliable", out, re.MULTILINE)

@@ -136,13 +136,19 @@ class RosNode:
             silent = dict(self._silent)
             self._silent.clear()
         endpoints = self.transport.endpoints()
-        reasons = {topic: self._reason(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
+        reasons = {topic: self.silence(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
         with self._lock:
             self._reasons |= reasons
             self._looked = time.monotonic()
 
-    def _reason(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
-        """Reason for the silence of a topic among the discovered endpoints."""
+    def silence(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
+        """Reason why a subscription has received nothing.
+
+        Args:
+            reader: The subscription.
+            qos: Its requested quality of service.
+            endpoints: Discovered endpoints.
+        """
         found = [e for e in endpoints if e.topic == reader.topic and e.publishes]
         wanted = f"'{reader.topic}' ({reader.type})"
         if not found:
