@@ -2,7 +2,8 @@
 
 It prints a line of JSON for each thing that happens to it. The goals of `fibonacci`: an order below 0 is rejected, one
 of 40 or more is aborted, and any other is computed at 20 numbers a second, with feedback, until it is done or cancelled
-(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does. `lamp`
+(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does; a goal of
+NAVIGATE begins when that topic has a subscription, because it may be discovered later than the action. `lamp`
 (SetBool) answers; `deaf` (SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and, latched, on
 `last`; `beat` (best effort) counts at 20 Hz.
 """
@@ -28,6 +29,7 @@ from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
 
 PRINTING = threading.Lock()
+NAVIGATE = 39
 
 
 def happened(what: str, value: Any = None) -> None:
@@ -45,8 +47,10 @@ def cancel(handle: Any) -> CancelResponse:
     return CancelResponse.REJECT if handle.request.order >= 30 else CancelResponse.ACCEPT
 
 
-def execute(handle: Any, drive: Callable[[], None]) -> Fibonacci.Result:
+def execute(handle: Any, drive: Callable[[], None], heard: Callable[[], int]) -> Fibonacci.Result:
     order, sequence = handle.request.order, [0, 1]
+    while order == NAVIGATE and not heard():
+        time.sleep(0.05)
     while len(sequence) <= order and order < 40:
         if handle.is_cancel_requested:
             handle.canceled()
@@ -88,7 +92,9 @@ def main() -> None:
         twists.publish(message)
 
     callbacks = {"goal_callback": asked, "cancel_callback": cancel, "callback_group": group}
-    ActionServer(node, Fibonacci, "fibonacci", lambda handle: execute(handle, drive), **callbacks)
+    ActionServer(
+        node, Fibonacci, "fibonacci", lambda handle: execute(handle, drive, twists.get_subscription_count), **callbacks
+    )
     node.create_service(SetBool, "lamp", lamp, callback_group=group)
     node.create_service(SetBool, "deaf", deaf, callback_group=group)
     latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

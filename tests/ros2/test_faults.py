@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
@@ -79,15 +80,25 @@ MISMATCHES = {
 }
 
 
+def refusal(catalog, complete):
+    """Text of a refused start; after a longer wait, until all nodes were discovered and the text is complete."""
+    for wait in (5.0, 10.0, 20.0):
+        with pytest.raises(DeviceError) as caught:
+            drive("real", catalog, duration=1.0, wait=wait)
+        if complete(str(caught.value)):
+            break
+    return str(caught.value)
+
+
 @pytest.mark.parametrize("what", MISMATCHES)
 def test_policies_and_types_that_do_not_match_are_reported(counterpart, tmp_path, what):
     changes, options, words = MISMATCHES[what]
     counterpart(*OPTIONS, *options, distribution="jazzy")
     catalog = write_project(tmp_path, transport="dds", **changes)
-    with pytest.raises(DeviceError, match=r"R2/lidar: no sample: '/r1/scan' \(sensor_msgs/msg/LaserScan\)") as caught:
-        drive("real", catalog, duration=1.0, wait=5.0)
-    assert not [word for word in ["'/r1/robot'", *words] if word not in str(caught.value)]
-    assert str(caught.value).count("no sample") == 1  # all others match
+    words = ["R2/lidar: no sample: '/r1/scan' (sensor_msgs/msg/LaserScan)", "'/r1/robot'", *words]
+    text = refusal(catalog, lambda text: text.count("no sample") == 1 and all(word in text for word in words))
+    assert not [word for word in words if word not in text]
+    assert text.count("no sample") == 1  # all others match
 
 
 @pytest.mark.parametrize(
@@ -101,5 +112,5 @@ def test_policies_and_types_that_do_not_match_are_reported(counterpart, tmp_path
 def test_commands_that_no_node_receives_are_reported_before_the_start(counterpart, tmp_path, changes, text):
     counterpart(*OPTIONS, distribution="jazzy")
     catalog = write_project(tmp_path, transport="dds", **changes)
-    with pytest.raises(DeviceError, match=rf"topics without a matching node for 5 s\.\n  R2/wheels: .*{text}"):
-        drive("real", catalog, duration=1.0, wait=5.0)
+    pattern = rf"topics without a matching node for \d+ s\.\n  R2/wheels: .*{text}"
+    assert re.search(pattern, found := refusal(catalog, lambda found: re.search(pattern, found))), found

@@ -139,7 +139,9 @@ def test_a_wait_takes_simulated_time(rate):
     began = time.monotonic()
     assert clock.wait_until(0.4, threading.Event())
     assert clock.now() >= 0.4
-    assert time.monotonic() - began == pytest.approx(0.4 / rate, rel=0.5)
+    took = time.monotonic() - began
+    assert took > 0.2 / rate
+    assert took < 0.4 or rate < 1.0  # less than on wall time
 
 
 def test_a_wait_ends_by_its_event_and_by_its_patience_while_the_clock_stands_still():

@@ -30,7 +30,7 @@ class Navigate(Nav2Motion):
     type = "test_msgs/action/Fibonacci"
 
     def fields(self):
-        return {"order": 25, "of_a_later_distribution": 1}
+        return {"order": 39, "of_a_later_distribution": 1}
 
 
 def build(mission):
@@ -81,4 +81,7 @@ def test_commands_of_a_navigator_pass_the_gate_and_end_with_its_goal(counterpart
     robot.until("speeds == [0.0, 0.0]")
     ended = robot.end()["pose"]
     moved = ((ended[0] - begun[0]) ** 2 + (ended[1] - begun[1]) ** 2) ** 0.5
-    assert 0.05 < moved < 0.4
+    commands = [line for line in robot.lines() if line.what == "command"]
+    assert moved > 0.05
+    assert max(line.v for line in commands) == pytest.approx(0.15)
+    assert commands[-1].rests

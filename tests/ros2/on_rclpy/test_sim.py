@@ -65,13 +65,19 @@ def test_a_plain_node_follows_its_clock_and_drives_it(simulator, ros, transport,
     assert transport in process.text.splitlines()[0]
     driver = Driver(stamped=command == "TwistStamped")
     driver.until(lambda: len(driver.newest) == 4 and driver.now() > 0.0)
-    wall, simulated = time.monotonic(), driver.now()
-    driver.until(lambda: driver.now() > simulated + 1.0)
-    assert 0.4 < time.monotonic() - wall < 1.5  # twice real time
+    took, end = math.inf, time.monotonic() + PATIENCE
+    while not 0.4 < took < 0.8:  # twice real time; a loaded machine is late, and catches up
+        assert time.monotonic() < end, f"a simulated second takes {took:.2f} s"
+        wall, simulated = time.monotonic(), driver.now()
+        driver.until(lambda until=simulated + 1.0: driver.now() > until)
+        took = time.monotonic() - wall
     odom = driver.newest["odom"]
     clock = driver.node.get_clock()
-    age = clock.now() - Time.from_msg(odom.header.stamp, clock.clock_type)
-    assert abs(age.nanoseconds) < 0.3e9
+
+    def age():
+        return clock.now() - Time.from_msg(driver.newest["odom"].header.stamp, clock.clock_type)
+
+    driver.until(lambda: abs(age().nanoseconds) < 0.3e9)
     begin = odom.pose.pose.position
     driver.until(lambda: driver.newest["odom"].twist.twist.linear.x > 0.25, forward=0.3)
     driver.until(lambda: min(driver.newest["joint_states"].velocity) > 2.0, forward=0.3)  # [rad/s] of the wheels
