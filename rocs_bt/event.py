@@ -421,8 +421,12 @@ class Stuck(Event, frozen=True, kw_only=True):
 
 
 class OutcomeDecided(Event, frozen=True, kw_only=True):
-    """An agent got its outcome, with a reason; docs/architecture.md lists the outcomes."""
+    """An agent got its outcome, with a reason; docs/architecture.md lists the outcomes.
+
+    `fell` is True if the robot fell, also if an outcome of higher precedence hides the fall.
+    """
 
     outcome: str
     reason: str = ""
     time_to_goal: float | None = None  # [s]
+    fell: bool = False

@@ -26,7 +26,7 @@ from .statistics import (
 )
 from .verdict import Verdict, adjusted, judge
 
-_SPANS = {"success": 1.0, "collision": 1.0, "spl": 1.0, "reflex_share": 1.0} | {
+_SPANS = dict.fromkeys((*SHARES, "spl", "reflex_share"), 1.0) | {
     year: 1.0 / low for year, (low, _) in BARN_YEARS.items()
 }
 
@@ -144,14 +144,14 @@ class Comparison:
         return sample_size(self.sample(planner, of))
 
     def bounds(self, planner: str, of: str | Metric, level: float = LEVEL) -> tuple[float, float]:
-        """One-sided lower and upper confidence bounds of a planner's true success or collision rate.
+        """One-sided lower and upper confidence bounds of a planner's true success, collision, fall or clean rate.
 
         Raises:
             InputError: The metric is not a share.
         """
         if _metric(of).name not in SHARES:
             raise InputError(
-                f"{_metric(of).name} is not a share, and only shares have exact bounds: {' and '.join(SHARES)}."
+                f"{_metric(of).name} is not a share, and only shares have exact bounds: {', '.join(SHARES)}."
             )
         values = self.sample(planner, of)
         return lower_bound(values, level), upper_bound(values, level)

@@ -24,10 +24,10 @@ BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn20
 DEFAULT_METRICS = ("success", "collision", "time")
 """Metrics of verdicts and leaderboards by default."""
 
-SHARES = ("success", "collision")
+SHARES = ("success", "collision", "fell", "clean")
 """Metrics that are 0 or 1 in each episode, so that their mean is a rate between 0 and 1."""
 
-ZERO_ON_FAILURE = ("success", "spl", *BARN_YEARS)
+ZERO_ON_FAILURE = ("success", "clean", "spl", *BARN_YEARS)
 """Metrics that are 0 in every failed episode."""
 
 CVAR_SHARE = 0.05
@@ -189,6 +189,18 @@ def _reflex_share(m: EpisodeData) -> float:
     return reactive / (reactive + deliberative) if reactive + deliberative > 0.0 else 0.0
 
 
+def _collision(m: EpisodeData) -> float:
+    return float((m.agent.collisions or 0) > 0)
+
+
+def _fell(m: EpisodeData) -> float:
+    return float(bool(m.agent.fell))
+
+
+def _clean(m: EpisodeData) -> float:
+    return float(m.success and not _collision(m) and not _fell(m))
+
+
 def _exceptions(m: EpisodeData) -> float:
     return float(sum(m.agent.exceptions.values()))
 
@@ -214,8 +226,10 @@ METRICS: Mapping[str, Metric] = {
             "down",
             "counts",
             "1 if the robot hit something, else 0. Being struck while stationary is not a collision.",
-            lambda m: float((m.agent.collisions or 0) > 0),
+            _collision,
         ),
+        Metric("fell", "", "down", "counts", "1 if the robot fell, else 0, whatever the outcome.", _fell),
+        Metric("clean", "", "up", "counts", "1 if successful without a collision and without a fall, else 0.", _clean),
         Metric(
             "time",
             "s",

@@ -126,6 +126,7 @@ def _numbers(result: AgentResult) -> list[tuple[str, str]]:
         ("minimum clearance", result.min_clearance, "{:.3f} m"),
         ("collisions", result.collisions, "{}"),
         ("contacts while stationary", result.struck, "{}"),
+        ("falls", 1 if result.fell else None, "{}"),
         ("reflex activations", result.reflex_activations, "{}"),
         ("fired again while latched", result.reflex_refirings, "{}"),
         ("exceptions of content", sum(result.exceptions.values()) or None, "{}"),

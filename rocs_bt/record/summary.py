@@ -114,6 +114,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         collisions: Number of collisions.
         struck: Number of contacts that began while the robot was stationary.
         contacts: Number of contacts by kind and geom.
+        fell: Whether the robot fell, whatever the outcome.
         reflex_activations: Number of activations of rules.
         reflex_refirings: Number of re-firings of latched rules after the end of their actions.
         route_switches: Number of changes between the deliberative and the reactive route.
@@ -147,6 +148,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
     collisions: int | None = None
     struck: int | None = None
     contacts: Mapping[str, Mapping[str, int]] | None = None
+    fell: bool | None = None
     reflex_activations: int = 0
     reflex_refirings: int = 0
     route_switches: int = 0

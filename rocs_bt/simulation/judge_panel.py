@@ -119,6 +119,7 @@ class JudgePanel:
                     outcome=verdict.outcome,
                     reason=verdict.reason,
                     time_to_goal=verdict.time_to_goal,
+                    fell=verdict.fell,
                 )
             )
         return verdicts

@@ -161,6 +161,7 @@ class Metrics:
             collisions=tally.touches["collision"] if true else None,
             struck=tally.touches["struck"] if true else None,
             contacts=contacts if true else None,
+            fell=judged.fell if true else None,
             reflex_activations=tally.activations,
             reflex_refirings=tally.refirings,
             route_switches=tally.switches,

@@ -51,11 +51,13 @@ class Verdict:
         outcome: One of `OUTCOMES`.
         reason: Reason of the outcome; empty for `success`.
         time_to_goal: Time at which the goal was reached [s]; None if the goal was not reached.
+        fell: Whether the robot fell, also if `outcome` is one of higher precedence.
     """
 
     outcome: str
     reason: str
     time_to_goal: float | None
+    fell: bool = False
 
 
 class AgentState(Protocol):
@@ -217,7 +219,7 @@ class Judge:
         found = {**lasting, **self._found}
         for outcome in OUTCOMES:
             if outcome in found:
-                return Verdict(outcome, found[outcome], self.time_to_goal)
+                return Verdict(outcome, found[outcome], self.time_to_goal, "fell" in found)
         if self._at_end and self._at_goal and not self._after:
             return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)

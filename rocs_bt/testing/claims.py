@@ -92,13 +92,13 @@ class Claims:
         lower: float | None = None,
         level: float = LEVEL,
     ) -> None:
-        """Assert that a planner's true success or collision rate is at most `upper`, or that it is at least `lower`.
+        """Assert that a planner's true rate is at most `upper`, or that it is at least `lower`.
 
         The exact confidence bound of the rate decides; exactly one of the two limits must be given.
 
         Args:
             planner: Name of the planner.
-            metric: `success` or `collision`.
+            metric: `success`, `collision`, `fell` or `clean`.
             upper: Upper limit of the rate.
             lower: Lower limit of the rate.
             level: Confidence level of the bound, which is one-sided.

@@ -71,6 +71,22 @@ def test_a_failure_counts_and_never_flatters(outcome):
     assert found["path_length"] == 8.0
 
 
+@pytest.mark.parametrize(
+    ("outcome", "changed", "clean", "fell"),
+    [
+        ("success", {}, 1.0, 0.0),
+        ("success", {"collisions": 1}, 0.0, 0.0),
+        ("success", {"fell": True}, 0.0, 1.0),
+        ("success", {"collisions": None, "fell": None}, 1.0, 0.0),
+        ("timeout", {}, 0.0, 0.0),
+        ("collision", {"collisions": 1, "fell": True}, 0.0, 1.0),
+    ],
+)
+def test_clean_is_success_without_a_collision_and_without_a_fall(outcome, changed, clean, fell):
+    found = measure_all(measured(outcome, **changed))
+    assert (found["clean"], found["fell"]) == (clean, fell)
+
+
 def test_without_a_reference_way_nothing_is_claimed_of_it():
     found = measure_all(measured(length=0.0))
     assert (found["spl"], found["barn2022"], found["barn2024"]) == (None, None, None)

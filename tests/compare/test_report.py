@@ -70,6 +70,13 @@ def test_it_says_who_leads_and_by_what_right(comparison, page):
     assert "rocs-bt compare good middling" in page
 
 
+def test_falls_over_time_are_drawn_if_a_robot_fell(page):
+    falling = [episode("good", "field-0"), episode("good", "field-1", outcome="fell", clean=0.0, fell=1.0)]
+    fallen = render_comparison(Comparison(falling), sceneries=sceneries_of)
+    assert ("Falls over time" in page, "Falls over time" in fallen) == (False, True)
+    assert re.search(r"<td>50.0 % \(\S+ to \S+\)</td>", fallen.partition("fell")[2])
+
+
 def test_every_failure_and_disagreement_can_be_played_again(comparison, page):
     for record in comparison.records:
         if not record.success:

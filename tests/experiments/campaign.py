@@ -71,7 +71,7 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
     """One mind's figures.
 
     In EXP1 a success is one in less than 60 s of the run's own time; the other experiments end by their own clock. A
-    clean run is a success without a collision.
+    clean run is a success without a collision and without a fall.
     """
     mine = [{"seed": r["seed"], **r["agents"][name]} for r in runs]
     limit = LIMIT if experiment.partition("_")[0] == "exp1" else math.inf
@@ -82,7 +82,8 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
     spent = [(r["time_reactive"], r["time_deliberative"]) for r in mine]
     found = {
         "success": share(len(good), len(mine)),
-        "clean": share(sum(not r["collisions"] for r in good), len(mine)),
+        "clean": share(sum(not r["collisions"] and not r["fell"] for r in good), len(mine)),
+        "fell": share(sum(r["fell"] for r in mine), len(mine)),
         "collided": share(sum(r["collisions"] > 0 for r in mine), len(mine)),
         "struck": share(sum(r["struck"] > 0 for r in mine), len(mine)),
         "touches": dict(sorted(touches.items())),
@@ -134,7 +135,7 @@ def report(found: dict[str, Any]) -> str:
     played = f"{found['experiment']}{f' with {robot}' if (robot := found['robot']) else ''}"
     lines = [f"{played}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
     for name, mind in found["agents"].items():
-        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "clean", "collided", "struck")]
+        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "clean", "collided", "fell", "struck")]
         lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in mind['touches'].items()) or 'none'}")
         lines.append(
             f"  goals reached: {mind['goals']}; both routes in {mind['both_routes']}; median share of the reactive "

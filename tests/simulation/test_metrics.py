@@ -44,6 +44,7 @@ def test_nothing_happened() -> None:
         collisions=0,
         struck=0,
         contacts={},
+        fell=False,
     )
 
 
@@ -87,7 +88,7 @@ def test_everything_is_counted_for_its_own_agent() -> None:
         metrics.emit(
             FollowerStepped(t=0.0, agent="R2", cross_track=cross, heading_error=0.0, rung="solved", solve_time=solve)
         )
-    metrics.emit(OutcomeDecided(t=3.0, agent="R2", outcome="success", time_to_goal=3.0))
+    metrics.emit(OutcomeDecided(t=3.0, agent="R2", outcome="success", time_to_goal=3.0, fell=True))
     found = metrics.of(R2, 9.0)
     assert found.path_length == pytest.approx(0.6)
     assert found.min_clearance == 0.2
@@ -97,7 +98,7 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     assert found.actions == {"GoTo": {"CANCELLED": 1}}
     assert found.tracking_error == TrackingError(cross_rms=pytest.approx(math.sqrt(0.00125)), cross_max=0.04)
     assert found.solve_time == SolveTime(median=1e-4, p99=1e-4)
-    assert (found.outcome, found.time_to_goal) == ("success", 3.0)
+    assert (found.outcome, found.time_to_goal, found.fell) == ("success", 3.0, True)
     assert metrics.of(R3, 9.0) == Metrics(["R3"]).of(R3, 9.0)
 
 

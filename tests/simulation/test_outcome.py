@@ -59,6 +59,7 @@ def test_an_earlier_outcome_outranks_a_later_one(pair: tuple[str, str], order: t
     for k, i in enumerate(order):
         judged(judge, pair[i], 20.0 * k)
     assert judge.verdict().outcome == pair[0]
+    assert judge.verdict().fell == ("fell" in pair)
 
 
 def test_the_outcomes_are_documented_in_order_of_precedence() -> None:

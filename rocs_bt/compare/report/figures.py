@@ -54,8 +54,8 @@ def themed(name: str, svg: str) -> str:
     return text
 
 
-_SUCCESS, _COLLISION, _OTHER = 1, 2, 3
-_CAUSES = {"success": _SUCCESS, "collision": _COLLISION}
+_CAUSES = {"success": 1, "collision": 2, "fell": 3}
+_OTHER = 4  # any other cause
 _POINTS, _RESAMPLES, _BINS = 120, 400, 5
 _APART = 0.012  # offset between the error bars of two planners, as a share of the width
 _SCENES_FOR_BINS = 10

@@ -153,9 +153,12 @@ def _matrices(
 def _figures(comparison: Comparison) -> Iterator[tuple[str, str, str]]:
     """Draw the figures; yields name, title and SVG of each."""
     planners = len(comparison.planners)
+    over_time = [("success", "Success over time"), ("collision", "Collisions over time")]
+    if any(record.outcome == "fell" for record in comparison.records):
+        over_time.append(("fell", "Falls over time"))
     wanted: list[tuple[str, str, float, Callable[[Canvas], None]]] = [
         (f"{outcome}-over-time", title, _HEIGHT, partial(figures.incidence, comparison=comparison, outcome=outcome))
-        for outcome, title in (("success", "Success over time"), ("collision", "Collisions over time"))
+        for outcome, title in over_time
     ]
     rows: Callable[[Canvas], None] = partial(figures.intervals, comparison=comparison)
     wanted.append(("intervals", "Success rates with 95 % intervals", 1.1 + 0.32 * planners, rows))

@@ -219,7 +219,7 @@ _PRIOR_SCENES = 0.5  # [scenes] weight of the prior "all seeds of a scene are eq
 
 
 def rate(values: Floats, level: float = LEVEL) -> Estimate:
-    """Success or collision rate over scenes, with an interval that accounts for correlated seeds.
+    """Rate of an event, such as success, over scenes, with an interval that accounts for correlated seeds.
 
     The interval is Wilson's score interval (1927), computed with the effective number of episodes and Student's
     quantile for the number of scenes. Korn and Graubard (Survey Methodology 24, 1998) use the exact interval instead,
