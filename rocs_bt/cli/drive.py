@@ -8,7 +8,7 @@ import click
 
 from ..errors import DeviceError
 from ..event import EventSink
-from .drive_output import HoldOutput, PreflightOutput
+from .drive_output import HoldOutput, PreflightOutput, show_notice
 from .dry_run_output import DryRunOutput
 from .enter_key import EnterKey
 from .play_scenario import SharedOptions, play_scenario, scenario_options
@@ -51,7 +51,8 @@ def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
     """
     from .._run import drive
 
-    changes = {"wait": wait, "dry_run": dry_run, "confirm": confirm, "go": EnterKey(), "preflight": PreflightOutput()}
+    changes: dict[str, Any] = {"wait": wait, "dry_run": dry_run, "confirm": confirm, "go": EnterKey()}
+    changes |= {"preflight": PreflightOutput(), "notice": show_notice}
     unsent = DryRunOutput() if dry_run else None
     sinks: list[EventSink] = [HoldOutput(), *([] if unsent is None else [unsent])]
     progress = None if unsent is None else unsent.show

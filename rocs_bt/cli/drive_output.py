@@ -60,6 +60,12 @@ class HoldOutput:
             echo(f"{event.t:.2f} s: {event.agent} {f'held: {_prompt(reason)}' if reason else 'goes on'}", err=True)
 
 
+def show_notice(text: str) -> None:
+    """Print a notice about the clock of the run."""
+    with discard_if_closed():
+        echo(text, err=True)
+
+
 def show_sensors(sensors: tuple[SensorState, ...]) -> None:
     """Print the table of sensors."""
     several = len({state.agent for state in sensors}) > 1

@@ -11,6 +11,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, suppress
+from functools import partial
 
 import msgspec
 
@@ -18,10 +19,10 @@ from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
 from ..catalog import Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
 from ..drivers.last_neutral import repeat_neutral
-from ..drivers.ros2.sim_clock import SimTimeClock
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
 from .build_agents import build_agents
+from .clock_watch import ClockWatch
 from .go import MotionPermission
 from .hardware_devices import HardwareDevices, hardware_clock
 from .header import drive_command, plain_header, without_world
@@ -70,8 +71,8 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         )
         refuse_requirements(spec, header.agents)
         preflight = _preflight(agents, robots, devices, spec.rate.control_rate.period, options)
-        permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
-        ready = preflight.run(lambda: end.signals.reason, permission.poll)
+        poll = _poll(devices, robots, options)
+        ready = preflight.run(lambda: end.signals.reason, partial(poll, limit=options.wait))
         header = msgspec.structs.replace(header, start=clock.now())
         command = options.command or drive_command(spec.name, options)
         _begin(stack, end, without_world(header, spec, robots, command=command), agents, options)
@@ -81,9 +82,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
 
         def check(t: float) -> None:
             record.check()
-            if isinstance(clock, SimTimeClock):
-                clock.check()
-            permission.poll()
+            poll()
             if options.progress is not None:
                 options.progress(t - header.start)
 
@@ -97,6 +96,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
             sink=relay,
             ended=lambda: end.signals.reason,
             check=check,
+            meanwhile=poll,
         )
         files = [(agent.name, file) for agent in agents for file in agent.rule_files if options.watch_rules]
 
@@ -148,6 +148,19 @@ def _preflight(
     return Preflight([*sensors, *devices.topics], devices.clock, period, wait=options.wait, show=options.preflight)
 
 
+def _poll(devices: HardwareDevices, robots: Mapping[str, RobotSpec], options: RunOptions) -> Callable[..., str]:
+    """Function that checks the clock, and returns the reason why a robot must not move (`MotionPermission.poll`)."""
+    permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
+    watch = ClockWatch(devices.clock, options.notice)
+    watch.report_isolation(robots.values())
+
+    def poll(ready: bool = True, limit: float = math.inf) -> str:
+        watch.check(limit)
+        return permission.poll(ready)
+
+    return poll
+
+
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:
     """Begin the live page and the files of the run, if requested."""
     if options.live is not None:
@@ -169,6 +182,7 @@ class HardwareEpisode:
         sink: Sink for all events.
         ended: Returns the reason of a signal that ends the run, or an empty text.
         check: Called once per control period with the time [s]; an exception ends the run.
+        meanwhile: Called each 50 ms of wall time within a control period; an exception ends the run.
 
     Attributes:
         t: Time of the last control period [s].
@@ -186,6 +200,7 @@ class HardwareEpisode:
         sink: EventSink,
         ended: Callable[[], str],
         check: Callable[[float], None],
+        meanwhile: Callable[[], object],
     ) -> None:
         self.t = start
         self._agents = agents
@@ -198,6 +213,7 @@ class HardwareEpisode:
         self._sink = sink
         self._ended = ended
         self._check = check
+        self._meanwhile = meanwhile
         self._judges = {agent.name: Judge(end_on_stuck=False, start=start) for agent in agents}
         self._panel = JudgePanel(agents, self._judges, sink)
         self._stuck: set[str] = set()
@@ -210,7 +226,7 @@ class HardwareEpisode:
                 for agent in self._agents:
                     stack.enter_context(ThreadedRunner(agent, clock))
                 stack.callback(brake, self._agents)
-                while wait_until(clock, due, never, self._ended):
+                while wait_until(clock, due, never, self._ended, self._meanwhile):
                     self.t = clock.now()
                     self._check_all()
                     if why := self._ended():

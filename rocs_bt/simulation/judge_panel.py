@@ -131,7 +131,13 @@ def brake(agents: Sequence[EpisodeAgent]) -> None:
         agent.brake()
 
 
-def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: Callable[[], str]) -> bool:
+def wait_until(
+    clock: WallClock,
+    deadline: float,
+    stop: threading.Event,
+    ended: Callable[[], str],
+    meanwhile: Callable[[], object] = lambda: None,
+) -> bool:
     """Sleep until a deadline, or until a signal ends the run.
 
     Args:
@@ -139,6 +145,8 @@ def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: 
         deadline: Time to wake [s].
         stop: Event that ends the sleep.
         ended: Returns the reason of a signal that ends the run, or an empty text.
+        meanwhile: Called after each `SLICE` of wall time that does not reach the deadline, as a simulator's clock may
+            stop; an exception ends the sleep.
 
     Returns:
         False if `stop` was set.
@@ -146,4 +154,6 @@ def wait_until(clock: WallClock, deadline: float, stop: threading.Event, ended: 
     while not ended() and clock.now() < deadline:
         if not clock.wait_until(deadline, stop, SLICE):
             return False
+        if clock.now() < deadline:
+            meanwhile()
     return not stop.is_set()

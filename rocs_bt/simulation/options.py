@@ -34,7 +34,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     """Options of a run, in simulation with `run` or on hardware with `drive`.
 
     `drive` does not accept `prepare`, `view` and `video`, which need a simulated world. Its mode is always `threaded`.
-    `wait`, `dry_run`, `confirm`, `go` and `preflight` are for `drive` only.
+    `wait`, `dry_run`, `confirm`, `go`, `preflight` and `notice` are for `drive` only.
 
     Attributes:
         seed: Seed of the episode.
@@ -61,6 +61,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         confirm: Whether the robots of `drive` start only when a person says go: `go`, or a driver by `Host.go`.
         go: Function that `drive` calls once per control period; returns whether a person said go since the last call.
         preflight: Observer of the preflight check of `drive`, called at each check.
+        notice: Function that `drive` calls with each notice about the clock, such as that a simulator's time stopped.
     """
 
     seed: int = 1
@@ -85,6 +86,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     confirm: bool = False
     go: Callable[[], bool] | None = None
     preflight: Callable[[PreflightReport], None] | None = None
+    notice: Callable[[str], None] | None = None
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -138,3 +140,4 @@ class RunChanges(TypedDict, total=False):
     confirm: bool
     go: Callable[[], bool] | None
     preflight: Callable[[PreflightReport], None] | None
+    notice: Callable[[str], None] | None

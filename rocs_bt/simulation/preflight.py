@@ -265,13 +265,14 @@ class Preflight:
         Args:
             ended: Returns the reason of a signal that ends the run, or an empty text.
             paused: Returns the reason why the robots must not start yet, such as an emergency stop, or an empty text.
-                It is called at each check with whether all needed sensors are fresh.
+                It is called at each check with whether all needed sensors are fresh, and while the clock is stopped.
 
         Returns:
             Whether the robots may start; False if a signal ended the run.
 
         Raises:
             DeviceError: A needed sensor was not fresh for the whole time `wait`; names all such sensors and reasons.
+            Exception: An exception of `paused`.
         """
         begun = fresh = self._clock.now()
         complete = math.inf  # [s] time at which all needed sensors were fresh for the first time
@@ -291,7 +292,8 @@ class Preflight:
                 self._show(msgspec.structs.replace(report, over=True))
                 raise DeviceError(_refusal(report.missing, self._wait))
             self._show(report)
-            wait_until(self._clock, now + 0.5 * self._period, never, ended)  # twice the rate, to count all samples
+            due = now + 0.5 * self._period  # twice the rate, to count all samples
+            wait_until(self._clock, due, never, ended, partial(paused, fit))
         return False
 
 

@@ -65,9 +65,7 @@ class _Reader:
         return found[-1] if found else None
 
     def take_all(self) -> list[Sample]:
-        found = list(self._queue)
-        self._queue.clear()
-        return found
+        return [self._queue.popleft() for _ in range(len(self._queue))]  # a thread may send meanwhile
 
     def close(self) -> None:
         self._queue.clear()

@@ -76,6 +76,12 @@ class SimTimeClock(WallClock):
         if self._fault:
             raise DeviceError(self._fault)
 
+    @property
+    def stopped_for(self) -> float:
+        """Wall time since the simulator's time last advanced [s]."""
+        self.ros_time()  # polls for messages
+        return time.monotonic() - self._received
+
     def start(self) -> None:
         self._zero = self.ros_time()
 
@@ -119,7 +125,8 @@ class SimTimeClock(WallClock):
             now = stamp.sec + 1e-9 * stamp.nanosec
             if now < self._message - _BACK:
                 jump = f"/clock jumped back from {self._message:.3f} s to {now:.3f} s"
-                self._fault = f"{jump}: the simulator was restarted, or a second one runs in this ROS domain."
+                why = "the simulator was restarted, or a second one runs in this ROS domain."
+                self._fault = self._fault or f"{jump}: {why}"
                 return
             if now > self._message:
                 self._interval = now - self._message
