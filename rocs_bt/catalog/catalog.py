@@ -149,6 +149,16 @@ class Catalog:
             InputError: The scenario has faults; contains all of them, each with its line.
         """
         scenario = self.read_scenario(name)
+        self.check_robots(scenario)
+        self._allow(*(entry.path for entry in self.content_of(scenario)))
+        return scenario
+
+    def check_robots(self, scenario: ScenarioSpec) -> None:
+        """Check that the robots of a scenario exist and can do what it asks of them.
+
+        Raises:
+            InputError: A robot has faults, or does not fit the scenario; contains all faults, each with its line.
+        """
         faults: list[Fault] = []
         for each in scenario.robots:
             try:
@@ -162,8 +172,6 @@ class Catalog:
                 faults += _agent_faults(scenario, each, robot)
         if faults:
             raise InputError(*faults)
-        self._allow(*(entry.path for entry in self.content_of(scenario)))
-        return scenario
 
     def read_scenario(self, name: str) -> ScenarioSpec:
         """Read a scenario by name or path without checking its robots.
@@ -188,8 +196,7 @@ class Catalog:
         entries = [own, self.find("world", scenario.world)]
         entries += [self.find("scenario", path.stem) for path in scenario.bases]
         for name in scenario.robots:
-            entries += [self.find("robot", name)]
-            entries += [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
+            entries += self.content_of_robot(name)
         for agent in scenario.agents:
             entries += self.content_of_controller(agent)
         entries += self.list("schema")
@@ -201,11 +208,22 @@ class Catalog:
         Raises:
             InputError: Referenced content does not exist.
         """
+        if not controller.mission:
+            return ()
         rules = [self.find("rules", name) for name in controller.rules]
         included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
         mission = self.find("mission", controller.mission)
         python = self.python_of(mission, controller.parameters.values(), controller.nodes)
         return mission, *python, *rules, *included
+
+    def content_of_robot(self, name: str) -> tuple[Entry, ...]:
+        """Catalog entries of a robot and its bases.
+
+        Raises:
+            InputError: The robot or a base does not exist.
+        """
+        bases = [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
+        return self.find("robot", name), *bases
 
     def digest(self, scenario: ScenarioSpec) -> str:
         """`content_hash` of all entries that a scenario uses."""
@@ -227,11 +245,20 @@ class Catalog:
     def load_planner(self, name: str) -> PlannerSpec:
         """Load a planner by name or path, and check that its mission and rules exist.
 
+        Args:
+            name: Name or path; `PLANNER@ROBOT` is the planner on another robot than that of the scenario, and `@ROBOT`
+                the scenario's own mission and rules on it.
+
         Raises:
-            InputError: The file has faults; contains all of them, each with its line.
+            InputError: The file has faults; contains all of them, each with its line. Or the robot does not exist.
         """
-        file = self.find("planner", name).path
-        return read_planner(file, partial(self._missing, file))
+        name, at, robot = name.partition("@")
+        if name or not at:
+            file = self.find("planner", name).path
+            planner = read_planner(file, partial(self._missing, file))
+        else:
+            planner = PlannerSpec(name="", mission="", doc="The mission and the rules of the scenario.")
+        return planner.on(self.find("robot", robot).name) if at else planner
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         """Load the function `build` of a mission; for an XML mission, a function that makes its tree.

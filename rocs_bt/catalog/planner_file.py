@@ -19,15 +19,17 @@ Missing = Callable[[str, str], Fault | None]
 
 @dataclass(frozen=True, kw_only=True)
 class PlannerSpec:
-    """A planner: mission, rules and parameters of an agent, exchangeable on a given robot.
+    """A planner: mission, rules and parameters of an agent; with `robot`, also the robot that they control.
 
     Attributes:
         name: Name in results.
-        mission: Mission's name; or `file.py:Class` for a PythonPlanner, which has no tree.
+        mission: Mission's name; or `file.py:Class` for a PythonPlanner, which has no tree. Empty for the mission, rules
+            and parameters of the scenario itself.
         rules: Names of the rule files; empty for a planner without reflexes.
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, else `nav2` or `nav2_servers`.
+        robot: Robot that the planner controls; empty for the robot of the scenario.
         oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
         doc: One-sentence description.
         source: Book or paper of the method.
@@ -40,6 +42,7 @@ class PlannerSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     latency: float | None = 0.0
     nodes: str = ""
+    robot: str = ""
     oracle: bool = False
     doc: str = ""
     source: str = ""
@@ -57,7 +60,14 @@ class PlannerSpec:
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
         return replace(scenario, agents=tuple(agents))
 
+    def on(self, robot: str) -> PlannerSpec:
+        """This planner on a robot, named `PLANNER@ROBOT`."""
+        return replace(self, name=f"{self.name}@{robot}", robot=robot)
+
     def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any]) -> AgentSpec:
+        agent = replace(agent, robot=self.robot or agent.robot)
+        if not self.mission:
+            return agent
         return replace(
             agent,
             mission=self.mission,

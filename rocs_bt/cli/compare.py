@@ -1,4 +1,4 @@
-"""`rocs-bt compare`: compare planners over scenes and seeds, with statistical verdicts."""
+"""`rocs-bt compare`: compare planners or robots over scenes and seeds, with statistical verdicts."""
 
 from __future__ import annotations
 
@@ -32,7 +32,8 @@ _WIDE = 1000  # characters, wider than any table
 
 
 @click.command()
-@click.argument("planners", nargs=-1, required=True)
+@click.argument("planners", nargs=-1)
+@click.option("--robot", "robots", multiple=True, help="Play with this robot instead; may be repeated.")
 @click.option("--family", "families", multiple=True, help="Use scenes of this family; may be repeated.")
 @click.option(
     "--scenes",
@@ -82,6 +83,7 @@ _WIDE = 1000  # characters, wider than any table
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(
     planners: Sequence[str],
+    robots: Sequence[str],
     families: Sequence[str],
     count: int,
     first: int,
@@ -102,7 +104,10 @@ def command(
     as_json: bool,
     no_code: bool,
 ) -> int:
-    """Compare PLANNERS in the same scenes with the same seeds, with statistical verdicts.
+    """Compare PLANNERS, or robots, in the same scenes with the same seeds, with statistical verdicts.
+
+    With --robot, each planner is compared on each of the robots, as PLANNER@ROBOT; without PLANNERS, the robots are
+    compared in the mission and with the rules of the scenario itself. PLANNERS may also be such pairs.
 
     An interrupted comparison continues where it stopped when called again. Exits with 1 if an episode ended in an
     error or content raised an exception.
@@ -115,8 +120,13 @@ def command(
     judged = metrics or DEFAULT_METRICS
     for name in judged:
         metric(name)
+    if not planners and not robots:
+        raise InputError(Fault("nothing to compare.", hint="Name planners, or robots: --robot pioneer_p3dx."))
+    if robots:
+        planners = [f"{planner}@{robot}" for planner in planners or [""] for robot in robots]
     if early and len(planners) < 2:
-        raise InputError(Fault("--stop-early needs at least two planners.", hint="Give two, or remove --stop-early."))
+        hint = "Give two, or remove --stop-early."
+        raise InputError(Fault("--stop-early needs at least two planners or robots.", hint=hint))
     places = [*_of_families(families, range(first, first + count), given), *_by_name(scenario, agent, catalog)]
     if not places:
         raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))

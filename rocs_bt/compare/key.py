@@ -14,7 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from ..catalog import Catalog, Entry, PlannerSpec, content_hash
+from ..catalog import Catalog, PlannerSpec, content_hash
 from ..python_content import texts_in
 from ..simulation.header import versions
 from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
@@ -60,6 +60,8 @@ class Keys:
 
     def _planner(self, planner: PlannerSpec) -> str:
         content = self._catalog.content_of_controller(planner)
+        if planner.robot:
+            content += self._catalog.content_of_robot(planner.robot)
         python = [file for entry in content if entry.path.suffix == ".py" for file in entry.files()]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
@@ -89,11 +91,8 @@ class Keys:
         named = {text for file in entry.files() for text in texts_in(file)}
         named |= {value for value in family.parameters.values() if isinstance(value, str)}
         robots = [robot for robot in self._catalog.list("robot") if robot.name in named]
-        bases = [self._catalog.find("robot", path.parent.name) for r in robots for path in self._bases(r)]
+        bases = [base for robot in robots for base in self._catalog.content_of_robot(robot.name)[1:]]
         return _digest([family.name, family.parameters, content_hash([entry, *robots, *bases])])
-
-    def _bases(self, robot: Entry) -> tuple[Path, ...]:
-        return self._catalog.load_robot(robot.name).bases
 
 
 @cache

@@ -244,6 +244,8 @@ def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
 
     A worker does not know this file.
     """
+    if not planner.mission:
+        return
     try:
         mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
     except InputError as error:

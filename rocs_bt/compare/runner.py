@@ -55,8 +55,15 @@ class PreparedScene:
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
     def with_planner(self, planner: PlannerSpec) -> ScenarioSpec:
-        """The scenario with a planner assigned to the agent under test; oracles also get `privileged`."""
-        return planner.drives(self.scenario, self.agent, self.privileged)
+        """The scenario with a planner assigned to the agent under test; oracles also get `privileged`.
+
+        Raises:
+            InputError: The planner's robot does not fit the scenario.
+        """
+        scenario = planner.drives(self.scenario, self.agent, self.privileged)
+        if planner.robot:
+            self.catalog.check_robots(scenario)
+        return scenario
 
 
 class EpisodeRunner:
@@ -93,6 +100,7 @@ class EpisodeRunner:
         """
         prepared, planner = self.prepare(episode.scene), episode.planner
         scenario, agent = prepared.with_planner(planner), prepared.agent
+        latency = _agent(scenario, agent).latency
         if episode.require:
             extra = RequirementSpec(episode.require, episode.require, (agent,))
             scenario = replace(scenario, requirements=(*scenario.requirements, extra))
@@ -130,7 +138,7 @@ class EpisodeRunner:
             track=sink.track(),
             content=summary.content_hash,
             trajectory_hash=summary.trajectory_hash or "",
-            reproducible=planner.latency is not None,
+            reproducible=latency is not None,
         )
 
     def _prepare(self, ref: SceneRef) -> PreparedScene:

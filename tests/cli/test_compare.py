@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 
 SHORT = """format = "scenario/2"
@@ -14,6 +16,8 @@ duration = "0.5 s"
     ("arguments", "words"),
     [
         (["tree"], "no scenes given"),
+        (["--scenario", "exp1"], "Name planners, or robots"),
+        (["--robot", "pioner_p3dx", "--scenario", "exp1"], "Did you mean 'pioneer_p3dx'"),
         (["nonsense", "--scenario", "exp1"], "no planner is named 'nonsense'"),
         (["tree", "--family", "nonsense"], "no family is named 'nonsense'"),
         (["tree", "--scenario", "nonsense"], "'nonsense' is neither a scenario"),
@@ -51,6 +55,20 @@ def test_a_comparison_tells_estimates_outcomes_and_verdicts(rocs_bt, tmp_path):
     again = rocs_bt("compare", "tree", "none", "--scenario", "brief", "--seeds", 2, "--metric", "success")
     assert "0 played now, 4 before" in again.out
     assert (tmp_path / "runs" / "compare" / "episodes.sqlite").exists()
+
+
+@pytest.mark.parametrize(
+    ("planners", "names"),
+    [([], {"@pioneer_p3dx", "@robotino"}), (["tree"], {"tree@pioneer_p3dx", "tree@robotino"})],
+)
+def test_robots_are_compared_as_planners_are(rocs_bt, tmp_path, planners, names):
+    (tmp_path / "scenarios").mkdir()
+    (tmp_path / "scenarios" / "brief.toml").write_text(SHORT)
+    robots = ["--robot", "pioneer_p3dx", "--robot", "robotino"]
+    told = rocs_bt("compare", *planners, *robots, "--scenario", "brief", "--seeds", 1, "--metric", "time", "--json")
+    assert told.code == 0, told.err
+    assert {result["planner"] for result in json.loads(told.out)["results"]} == names
+    assert rocs_bt("episode", min(names), "brief").code == 1  # a timeout, as in the comparison
 
 
 def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path):

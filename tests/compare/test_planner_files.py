@@ -81,6 +81,28 @@ def test_a_planner_takes_the_place_of_mission_rules_parameters_and_latency_of_on
     assert (changed.file, changed.actors, changed.world) == (scenario.file, scenario.actors, scenario.world)
 
 
+def test_a_planner_on_a_robot_also_replaces_the_robot_of_the_agent(catalog):
+    scenario = catalog.load_scenario("exp1")
+    own, tree = (catalog.load_planner(name) for name in ("@robotino", "tree@robotino"))
+    assert (own.name, tree.name) == ("@robotino", "tree@robotino")
+    (before, after, other) = (spec.agents[0] for spec in (scenario, *(p.drives(scenario, "R2") for p in (own, tree))))
+    assert after == dataclasses.replace(before, robot="robotino")
+    assert (other.robot, other.mission, other.rules) == ("robotino", "go_to", ("avoid_collision",))
+
+
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [
+        ("@", "no robot is named ''"),
+        ("tree@pioner_p3dx", "Did you mean 'pioneer_p3dx'"),
+        ("tee@robotino", "no planner"),
+    ],
+)
+def test_the_planner_and_the_robot_of_a_pair_must_exist(catalog, name, fault):
+    with pytest.raises(InputError, match=fault):
+        catalog.load_planner(name)
+
+
 def test_a_python_planner_drives_and_says_when_it_has_arrived(project, catalog, planner):
     planner("told", "return None if observation.t >= 1.0 else (0.2, 0.2)")
     record = play(catalog.load_planner("told"), project)

@@ -76,6 +76,38 @@ def test_a_record_is_what_the_run_was(catalog, project):
     assert decode_record(encode_record(record)) == record
 
 
+def test_robots_are_compared_in_the_scenarios_own_mission(catalog, project):
+    """The episode of `@ROBOT` is the run of the same scenario with that robot."""
+    scenario = catalog.load_scenario("short")
+    scenario = replace(scenario, agents=(replace(scenario.agents[0], robot="robotino"), *scenario.agents[1:]))
+    record, usual = sweep(["@robotino", "tree@robotino"], ["short"], (4,), catalog=catalog, executor=Here()).records()
+    assert record.planner == "@robotino"
+    expected = run(scenario, catalog, seed=4).summary
+    assert record.trajectory_hash == usual.trajectory_hash == expected.trajectory_hash
+
+
+def test_a_changed_robot_has_another_key(catalog, project):
+    def key():
+        return Keys(Catalog(project)).of(Catalog(project).load_planner("@mine"), ScenarioScene("short"), 1)
+
+    (project / "robots" / "mine").mkdir(parents=True)
+    file = project / "robots" / "mine" / "robot.toml"
+    file.write_text('format = "robot/3"\nbase = "robotino"\n', "utf-8")
+    first = key()
+    file.write_text('format = "robot/3"\nbase = "robotino"\ndoc = "Another."\n', "utf-8")
+    assert key() != first
+
+
+def test_a_robot_that_does_not_fit_the_scenario_is_refused(catalog, project):
+    """Its sensors are too slow or too fast for the scenario's rates."""
+    (project / "robots" / "mine").mkdir(parents=True)
+    (project / "robots" / "mine" / "robot.toml").write_text(
+        'format = "robot/3"\nbase = "robotino"\n[[actuator]]\nname = "wheels"\nmax_command_age = "10 ms"\n', "utf-8"
+    )
+    with pytest.raises(InputError, match=r"goes to neutral 0\.01 s after a command"):
+        sweep(["@mine"], ["short"], (1,), catalog=catalog, executor=Here())
+
+
 def test_caches_change_nothing(project):
     """Whatever a bench has played before, an episode comes out as one of a fresh bench, and as one without a bench."""
     tree, none = (Catalog().load_planner(name) for name in ("tree", "none"))
