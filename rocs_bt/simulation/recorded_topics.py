@@ -13,11 +13,10 @@ from ..event import Event
 from ..geometry import Pose3, Twist3
 from ..record import BodyInfo, RunHeader
 from ..record.log_lines import log_line
-from .recorded_sensors import BASE, Names, Published, SensorTopics, ros_names
+from .bag_messages import BagMessages, Published, different_namespaces
+from .recorded_sensors import SensorTopics
 from .ros_markers import scene
-
-MAP, ODOM = "map", "odom"
-"""Frames of REP 105."""
+from .ros_names import BASE, MAP, ODOM
 
 _ORIGIN = Pose3(0.0, 0.0, 0.0)
 _TF = "tf2_msgs/msg/TFMessage"
@@ -46,15 +45,17 @@ class RecordedTopics:
     ) -> None:
         self._header = header
         self._start = start
-        names = ros_names([*(a.name for a in header.agents), *(b.name for b in header.bodies)])
-        spaces = names if len(header.agents) > 1 else {agent.name: "" for agent in header.agents}
+        names = different_namespaces([*(a.name for a in header.agents), *(b.name for b in header.bodies)])
+        spaces = _namespaces(header, robots, names)
+        self._period = 1.0 / header.rates.get("control", 20.0)
         bodies = {body.name: body for body in header.bodies}
         self._agents: dict[str, AgentTopics] = {}
         for info in header.agents:
             name, robot = info.name, robots.get(info.name)
             body = bodies.get(name) or BodyInfo(name=name, hull=())
-            own = Names(spaces[name], start)
-            self._agents[name] = AgentTopics(name, robot, SensorTopics(body, robot, joints.get(name, {}), own), own)
+            own = BagMessages(spaces[name], start)
+            sensors = SensorTopics(body, robot, joints.get(name, {}), own, self._period)
+            self._agents[name] = AgentTopics(name, robot, sensors, own)
         self._movers = {body.name: names[body.name] for body in header.bodies if body.name not in self._agents}
 
     def published(self, events: Iterable[Event]) -> Iterator[Published]:
@@ -64,31 +65,31 @@ class RecordedTopics:
             events: Events of the recording, in order.
         """
         yield from self._static()
-        period, count = 1.0 / self._header.rates.get("control", 20.0), 0
+        count = 0
         begin = now = self._header.start
         for event in events:
             if event.t > now:
-                yield from self._finished()
+                yield from self._finished(now)
                 now = event.t
-            while (tick := begin + count * period) <= now + 1e-9:
+            while (tick := begin + count * self._period) <= now + 1e-9:
                 at = self._start + tick
                 yield Published("/clock", at, "rosgraph_msgs/msg/Clock", messages.clock(at))
                 count += 1
             yield from self._of(event)
-        yield from self._finished()
+        yield from self._finished(now, over=True)
 
     def _static(self) -> Iterator[Published]:
         t, header = self._start + self._header.start, self._header
         frames = [messages.transform(t, *frame) for agent in self._agents.values() for frame in agent.frames()]
         yield Published("/tf_static", t, _TF, messages.transforms(frames), latched=True)
-        hulls = {self._movers.get(b.name) or self._agents[b.name].names.full(BASE): b for b in header.bodies if b.hull}
+        hulls = {self._movers.get(b.name) or self._agents[b.name].names.frame(BASE): b for b in header.bodies if b.hull}
         drawn = scene(t, MAP, header.outlines, header.places, hulls)
         yield Published("/scene", t, "visualization_msgs/msg/MarkerArray", drawn, latched=True)
 
-    def _finished(self) -> Iterator[Published]:
-        """Messages that are complete when the time advances."""
+    def _finished(self, t: float, *, over: bool = False) -> Iterator[Published]:
+        """Messages that are complete when the time advances after t [s], or the recording is over."""
         for agent in self._agents.values():
-            yield from agent.finished()
+            yield from agent.finished(t, over=over)
 
     def _of(self, event: Event) -> Iterator[Published]:
         if (line := log_line(event)) is not None:
@@ -108,7 +109,7 @@ class RecordedTopics:
         t, agent, frame = self._start + event.t, self._agents.get(event.body), self._movers.get(event.body)
         fields = messages.pose_stamped(t, MAP, pose)
         if agent is not None:
-            yield Published(f"/{agent.names.full('ground_truth')}", t, _POSE, fields)
+            yield Published(agent.names.topic("ground_truth"), t, _POSE, fields)
         elif frame is not None:
             yield Published("/tf", t, _TF, messages.transforms([messages.transform(t, MAP, frame, pose)]))
             yield Published(f"/{frame}/ground_truth", t, _POSE, fields)
@@ -124,10 +125,11 @@ class AgentTopics:
         names: Names and times of its messages.
     """
 
-    def __init__(self, name: str, robot: RobotSpec | None, sensors: SensorTopics, names: Names) -> None:
+    def __init__(self, name: str, robot: RobotSpec | None, sensors: SensorTopics, names: BagMessages) -> None:
         self.names = names
         self._name = name
         self._sensors = sensors
+        self._measured = sensors.ros2.names  # full names of topics
         self._motion = robot.locomotion.actuator if robot else ""
         self._locomotion = robot_locomotion(robot.locomotion) if robot else None
         self._signals: dict[str, list[float]] = {}
@@ -146,17 +148,25 @@ class AgentTopics:
 
     def frames(self) -> Iterator[tuple[str, str, Pose3]]:
         """Constant transforms: parent, child, and pose in the parent."""
-        yield MAP, self.names.full(ODOM), _ORIGIN
+        yield MAP, self.names.frame(ODOM), _ORIGIN
         for frame, pose in self._sensors.frames():
-            yield self.names.full(BASE), frame, pose
+            yield self.names.frame(BASE), frame, pose
 
     def take(self, event: Event) -> Iterable[Published]:
         """Messages about an event."""
         take = self._take.get(type(event))
         return () if take is None else take(event)
 
-    def finished(self) -> Iterator[Published]:
-        """Odometry, after all monitors of the period have written: the robot's estimate of its pose and motion."""
+    def finished(self, t: float, *, over: bool) -> Iterator[Published]:
+        """Messages that are complete when the time advances after t [s], or the recording is over."""
+        yield from self._sensors.ros2.finished(t, over=over)
+        yield from self._odometry()
+
+    def _odometry(self) -> Iterator[Published]:
+        """Odometry, after all monitors of the period have written: the robot's estimate of its pose and motion.
+
+        Not on a topic of the robot's own sensors.
+        """
         if self._estimated is None:
             return
         (t, stamp), self._estimated = self._estimated, None
@@ -166,10 +176,13 @@ class AgentTopics:
         if not _finite(pose):
             return
         twist = Twist3(*(one.get(name, 0.0) for name in ("speed", "lateral_speed", "climb", "turn_rate")))
-        at, odom, base = self.names.start + stamp, self.names.full(ODOM), self.names.full(BASE)
-        yield self.names.published("odom", t, "nav_msgs/msg/Odometry", messages.odometry(at, odom, base, pose, twist))
-        moved = messages.transforms([messages.transform(at, odom, base, pose)])
-        yield Published("/tf", self.names.start + t, _TF, moved)
+        at, odom, base = self.names.start + stamp, self.names.frame(ODOM), self.names.frame(BASE)
+        if self.names.topic("odom") not in self._measured:
+            fields = messages.odometry(at, odom, base, pose, twist)
+            yield self.names.published("odom", t, "nav_msgs/msg/Odometry", fields)
+        if "/tf" not in self._measured:
+            moved = messages.transforms([messages.transform(at, odom, base, pose)])
+            yield self.names.published("/tf", t, _TF, moved)
 
     def _written(self, event: ev.SignalsWritten) -> Iterator[Published]:
         for name, values in event.values.items():
@@ -191,7 +204,7 @@ class AgentTopics:
             yield self._twist(event.t, Twist3(0.0))
 
     def _twist(self, t: float, twist: Twist3) -> Published:
-        fields = messages.twist_stamped(self.names.start + t, self.names.full(BASE), twist)
+        fields = messages.twist_stamped(self.names.start + t, self.names.frame(BASE), twist)
         return self.names.published("cmd_vel", t, "geometry_msgs/msg/TwistStamped", fields)
 
     def _rule(self, event: ev.RuleChanged) -> Iterator[Published]:
@@ -223,6 +236,17 @@ class AgentTopics:
                 yield self.names.published(
                     "goal_pose", event.t, _POSE, messages.pose_stamped(self.names.start + event.t, MAP, pose)
                 )
+
+
+def _namespaces(header: RunHeader, robots: Mapping[str, RobotSpec], names: Mapping[str, str]) -> Mapping[str, str]:
+    """Namespace of each agent: on hardware that of its robot, if they differ; else none, or one for each of several."""
+    agents = [agent.name for agent in header.agents]
+    if not header.simulated:
+        settings = [robots[name].ros2 if name in robots else None for name in agents]
+        own = {name: each.namespace.strip("/") for name, each in zip(agents, settings, strict=True) if each is not None}
+        if len(own) == len(set(own.values())) == len(agents):
+            return own
+    return names if len(agents) > 1 else dict.fromkeys(agents, "")
 
 
 def _finite(values: Iterable[float]) -> bool:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-import re
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, TypeVar
 
@@ -29,8 +27,10 @@ from ..drivers.mujoco.sensors import (
 )
 from ..drivers.ros2 import messages
 from ..drivers.ros2.qos import QoS
-from ..drivers.ros2.transport import Transport
-from ..geometry import Pose2, Pose3, Twist3, along_arc
+from ..geometry import Pose3
+from .robot_publishers import RobotPublishers
+from .ros_names import BASE, MAP, ODOM
+from .wheel_odometry import Motion, WheelOdometry
 
 T = TypeVar("T")
 
@@ -39,71 +39,6 @@ STATE = QoS("reliable", "volatile", 10)
 
 TRANSFORMS = QoS("reliable", "volatile", 100)
 """Quality of service of `/tf`, as tf2 offers it."""
-
-MAP, ODOM, BASE = "map", "odom", "base_link"
-"""Frames of REP 105."""
-
-
-class Publisher:
-    """Publisher of one topic.
-
-    Args:
-        transport: Network.
-        topic: Full name of the topic.
-        type: Message type.
-        qos: Offered quality of service.
-        hz: Rate of its messages, for displays [Hz]; 0 if it has no fixed rate.
-    """
-
-    def __init__(self, transport: Transport, topic: str, type: str, qos: QoS, hz: float = 0.0) -> None:
-        self.topic = topic
-        self.hz = hz
-        self.type = type
-        self._types = transport.types
-        self._writer = transport.writer(topic, type, qos)
-
-    def send(self, fields: Mapping[str, Any]) -> None:
-        """Publish a message, given by its fields."""
-        self._writer.write(self._types.serialize(self._types.make(self.type, **fields)))
-
-
-@dataclass
-class Names:
-    """Names of a robot on the network.
-
-    Attributes:
-        robot: Name of the robot in the world.
-        namespace: Namespace of its topics, and prefix of its frames; empty for none.
-        transport: Network.
-        tf: Publisher of transforms, which all robots share; None without one.
-        statics: Constant transforms, which the outputs add.
-        publishers: Publishers of the robot.
-    """
-
-    robot: str
-    namespace: str
-    transport: Transport
-    tf: Publisher | None
-    statics: list[messages.Fields] = field(default_factory=list)
-    publishers: list[Publisher] = field(default_factory=list)
-
-    def topic(self, name: str) -> str:
-        """Full name of a topic."""
-        return "/" + "/".join(part for part in (self.namespace, name) if part)
-
-    def frame(self, name: str) -> str:
-        """Full name of a frame."""
-        return f"{self.namespace}/{name}" if self.namespace else name
-
-    def publisher(self, name: str, type: str, qos: QoS, rate: Rate) -> Publisher:
-        """Open a publisher of this robot."""
-        made = Publisher(self.transport, self.topic(name), type, qos, rate.hz)
-        self.publishers.append(made)
-        return made
-
-    def fix(self, frame: str, child: str, pose: Pose3) -> None:
-        """Add a constant transform between two full frame names."""
-        self.statics.append(messages.transform(0.0, frame, child, pose))
 
 
 class Output(ABC):
@@ -130,7 +65,7 @@ class Output(ABC):
 class _Scan(Output):
     """Scan of a lidar."""
 
-    def __init__(self, sensor: Lidar, topic: str, rate: Rate, names: Names) -> None:
+    def __init__(self, sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor, self._frame = sensor, names.frame(sensor.name)
         self._publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", QoS.SENSOR, rate)
@@ -156,12 +91,12 @@ class _Scan(Output):
 class _Ranges(Output):
     """Ranges of sensors with conical beams, one topic for each beam."""
 
-    def __init__(self, sensor: RangeCone, rate: Rate, names: Names) -> None:
+    def __init__(self, sensor: RangeCone, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor = sensor
         self._beams = []
         for site in sensor.parameters.sites:
-            publisher = names.publisher(f"range/{topic_name(site)}", "sensor_msgs/msg/Range", QoS.SENSOR, rate)
+            publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", QoS.SENSOR, rate)
             names.fix(names.frame(BASE), names.frame(site), _beam_pose(sensor.mount.world, names.robot, site))
             self._beams.append((publisher, names.frame(site)))
 
@@ -175,7 +110,7 @@ class _Ranges(Output):
 class _Imu(Output):
     """Turn rate of a gyro."""
 
-    def __init__(self, sensor: Gyro, topic: str, rate: Rate, names: Names) -> None:
+    def __init__(self, sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor, self._frame = sensor, names.frame(BASE)
         self._publisher = names.publisher(topic, "sensor_msgs/msg/Imu", QoS.SENSOR, rate)
@@ -188,7 +123,7 @@ class _Imu(Output):
 class _Joints(Output):
     """Angles and speeds of the motors that encoders measure."""
 
-    def __init__(self, sensor: WheelSpeed | WheelTravel, rate: Rate, names: Names) -> None:
+    def __init__(self, sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor, model = sensor, sensor.mount.world.model
         joints = (model.joint(int(model.dof_jntid[dof])).name for dof in sensor.motors.joints)
@@ -205,14 +140,10 @@ class _Joints(Output):
         self._publisher.send(messages.joint_state(reading.stamp, self._names, angles, speeds))
 
 
-Motion = tuple[float, Pose3, Twist3]
-"""Time [s], pose in the frame `odom`, and velocity of a body."""
-
-
 class _Odometry(Output):
     """Odometry, and its transform from `odom` to `base_link`."""
 
-    def __init__(self, read: Callable[[], Motion], rate: Rate, names: Names) -> None:
+    def __init__(self, read: Callable[[], Motion], rate: Rate, names: RobotPublishers) -> None:
         super().__init__("odom", rate)
         self._read = read
         self._publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
@@ -229,7 +160,7 @@ class _Odometry(Output):
 class _PoseFix(Output):
     """Noisy measurements of the pose in the map."""
 
-    def __init__(self, position: Position, orientation: Orientation, rate: Rate, names: Names) -> None:
+    def __init__(self, position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> None:
         super().__init__("pose", rate)
         self._position, self._orientation = position, orientation
         self._publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
@@ -245,59 +176,27 @@ class _PoseFix(Output):
 class _Values(Output):
     """Values of a sensor for which there is no standard message."""
 
-    def __init__(self, sensor: Sensor, rate: Rate, names: Names) -> None:
+    def __init__(self, sensor: Sensor, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor = sensor
-        self._publisher = names.publisher(topic_name(sensor.name), "std_msgs/msg/Float64MultiArray", QoS.SENSOR, rate)
+        self._publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", QoS.SENSOR, rate)
 
     def publish(self) -> None:
         self._publisher.send({"data": np.asarray(self._sensor.read().values, np.float64)})
 
 
-class WheelOdometry:
-    """Dead reckoning from wheel encoders, from the pose 0 at the start; it drifts by slip.
-
-    Args:
-        sensor: Encoders.
-        locomotion: Locomotion of the robot.
-        motors: Names of the motors in the order of the locomotion's wheels.
-    """
-
-    def __init__(self, sensor: WheelSpeed | WheelTravel, locomotion: Locomotion, motors: Sequence[str]) -> None:
-        self._sensor = sensor
-        self._locomotion = locomotion
-        self._order = [sensor.parameters.motors.index(motor) for motor in motors]
-        self._pose = Pose2(0.0, 0.0)
-        self._stamp = math.nan
-        self._travel: list[float] = []
-
-    def __call__(self) -> Motion:
-        reading = self._sensor.read()
-        values = [reading.values[i] for i in self._order]
-        passed = 0.0 if math.isnan(self._stamp) else reading.stamp - self._stamp
-        if isinstance(self._sensor, WheelTravel):
-            before, self._travel = self._travel or values, values
-            speeds = [(now - then) / passed if passed > 0.0 else 0.0 for now, then in zip(values, before, strict=True)]
-        else:
-            speeds = values
-        twist = self._locomotion.twist(np.array(speeds))
-        self._pose, self._stamp = along_arc(self._pose, twist, passed), reading.stamp
-        x, y, yaw = self._pose
-        return reading.stamp, Pose3(x, y, 0.0, yaw=yaw), Twist3(twist.forward, twist.left, 0.0, twist.turn)
-
-
-def robot_outputs(devices: RobotDevices, locomotion: Locomotion, names: Names) -> list[Output]:
+def robot_outputs(devices: RobotDevices, locomotion: Locomotion, names: RobotPublishers) -> list[Output]:
     """Outputs for all sensors of a robot; constant transforms are added to `names`.
 
     Args:
         devices: Devices of the robot, in MuJoCo.
         locomotion: Locomotion of the robot.
-        names: Names of the robot on the network.
+        names: RobotPublishers of the robot on the network.
     """
     return [*_pose_outputs(devices, locomotion, names), *_sensor_outputs(devices, names)]
 
 
-def _pose_outputs(devices: RobotDevices, locomotion: Locomotion, names: Names) -> Iterator[Output]:
+def _pose_outputs(devices: RobotDevices, locomotion: Locomotion, names: RobotPublishers) -> Iterator[Output]:
     """Odometry: ground truth if position and orientation are ideal sensors, else from the encoders."""
     rates, world = devices.sensor_rates, None
     position, orientation = _all(devices, Position), _all(devices, Orientation)
@@ -321,7 +220,7 @@ def _truth(world: DriverWorld, robot: str) -> Motion:
     return world.stamp, world.pose3(robot), world.twist3(robot)
 
 
-def _sensor_outputs(devices: RobotDevices, names: Names) -> Iterator[Output]:
+def _sensor_outputs(devices: RobotDevices, names: RobotPublishers) -> Iterator[Output]:
     """Outputs of all sensors except position and orientation; the only one of its kind has a standard topic."""
     covered: set[str] = set()  # motors with joint states
     for encoders in _encoders(devices):
@@ -335,7 +234,7 @@ def _sensor_outputs(devices: RobotDevices, names: Names) -> Iterator[Output]:
         for cls, topic, make in standard:
             if isinstance(sensor, cls):
                 alone = len(_all(devices, cls)) == 1
-                yield make(sensor, topic if alone else f"{topic}/{topic_name(sensor.name)}", rate, names)
+                yield make(sensor, topic if alone else f"{topic}/{sensor.name}", rate, names)
                 break
         else:
             if isinstance(sensor, RangeCone):
@@ -347,12 +246,6 @@ def _sensor_outputs(devices: RobotDevices, names: Names) -> Iterator[Output]:
 def _encoders(devices: RobotDevices) -> list[WheelSpeed | WheelTravel]:
     """Encoders of a robot, those of the wheels' travel first, because they lose nothing between readings."""
     return [*_all(devices, WheelTravel), *_all(devices, WheelSpeed)]
-
-
-def topic_name(name: str) -> str:
-    """Name that ROS accepts for a name of a robot or device."""
-    plain = re.sub(r"\W+|__+", "_", name, flags=re.ASCII)
-    return plain if re.match(r"[A-Za-z_]", plain) else f"_{plain}"
 
 
 def _all(devices: RobotDevices, cls: type[T]) -> list[T]:

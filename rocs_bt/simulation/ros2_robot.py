@@ -10,7 +10,8 @@ from ..drivers.ros2.qos import QoS
 from ..errors import DeviceError, interrupts
 from ..event import CommandExpired, EventSink
 from ..raised import describe
-from .ros2_outputs import Names, robot_outputs
+from .robot_publishers import RobotPublishers
+from .ros2_outputs import robot_outputs
 
 COMMAND_TYPES = {"TwistStamped": "geometry_msgs/msg/TwistStamped", "Twist": "geometry_msgs/msg/Twist"}
 """Message types of velocity commands, by short name."""
@@ -30,13 +31,13 @@ class Ros2Robot:
 
     Args:
         devices: Devices of the robot, in MuJoCo.
-        names: Names of the robot on the network.
+        names: Names and publishers of the robot.
         sink: Sink for CommandExpired events.
         command_type: Message type of the commands.
         timeout: Time without a command after which the robot stops [s].
 
     Attributes:
-        names: Names of the robot on the network.
+        names: Names and publishers of the robot.
         outputs: Publishers of its sensors' readings.
         command_topic: Full name of the topic of commands.
         commands: Number of commands that were obeyed.
@@ -47,7 +48,7 @@ class Ros2Robot:
     def __init__(
         self,
         devices: RobotDevices,
-        names: Names,
+        names: RobotPublishers,
         sink: EventSink,
         *,
         command_type: str = COMMAND_TYPES["TwistStamped"],

@@ -15,8 +15,10 @@ from ..drivers.ros2.transport import Transport
 from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
 from .judge_panel import wait_until
-from .ros2_outputs import TRANSFORMS, Names, Publisher, topic_name
+from .robot_publishers import Publisher, RobotPublishers
+from .ros2_outputs import TRANSFORMS
 from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, Ros2Robot
+from .ros_names import robot_namespace
 from .simulated_world import SimulatedWorld, build_world
 
 _TF = "tf2_msgs/msg/TFMessage"
@@ -110,7 +112,7 @@ class Ros2Simulation:
         self.robots = [
             Ros2Robot(
                 self.simulated.devices(name),
-                Names(name, space, transport, tf),
+                RobotPublishers(name, space, transport, tf),
                 sink,
                 command_type=command_type,
                 timeout=timeout,
@@ -203,7 +205,7 @@ def _namespaces(agents: Sequence[str], namespace: str) -> dict[str, str]:
     outer = namespace.strip("/")
     if len(agents) == 1:
         return {agents[0]: outer}
-    found = {name: "/".join(part for part in (outer, topic_name(name).lower()) if part) for name in agents}
+    found = {name: "/".join(part for part in (outer, robot_namespace(name)) if part) for name in agents}
     for space in set(found.values()):
         if len(same := [name for name, its in found.items() if its == space]) > 1:
             message = f"the robots {' and '.join(same)} would have the same namespace '{space}'."

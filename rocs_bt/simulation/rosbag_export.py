@@ -15,7 +15,7 @@ from ..catalog import Catalog, RobotSpec
 from ..drivers.ros2.message_types import MessageTypes, import_rosbags
 from ..errors import Fault, InputError, UnknownName
 from ..record import Recording, RunHeader
-from .recorded_sensors import Published
+from .bag_messages import Published
 from .recorded_topics import RecordedTopics
 
 STORAGES = ("mcap", "sqlite3")
@@ -137,14 +137,14 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
 
 
 def _write(writer: Any, published: Iterable[Published], types: MessageTypes) -> None:
-    connections: dict[str, Any] = {}
+    connections: dict[tuple[str, str], Any] = {}
     for topic, t, kind, fields, latched in published:
-        if topic not in connections:
+        if (topic, kind) not in connections:
             profiles = [_profile(latched)]
-            connections[topic] = writer.add_connection(
+            connections[topic, kind] = writer.add_connection(
                 topic, kind, typestore=types.store, offered_qos_profiles=profiles
             )
-        writer.write(connections[topic], round(t * 1e9), types.serialize(types.make(kind, **fields)))
+        writer.write(connections[topic, kind], round(t * 1e9), types.serialize(types.make(kind, **fields)))
 
 
 def _profile(latched: bool) -> Any:

@@ -98,7 +98,7 @@ def test_joint_states_are_wheel_speeds(exp1, topics):
 
 
 def test_ground_truth_of_all_bodies(exp1, topics):
-    for body, topic in (("R2", "/ground_truth"), ("R1", "/R1/ground_truth")):
+    for body, topic in (("R2", "/ground_truth"), ("R1", "/r1/ground_truth")):
         moved = events_of(exp1, BodyMoved, body=body)
         for (_, message), event in zip(topics[topic], moved, strict=True):
             assert message.header.frame_id == "map"
@@ -151,10 +151,10 @@ def test_frames_are_one_tree(record, export, scenario, duration):
 
 def test_each_of_several_agents_has_a_namespace(record, export):
     topics = read(export(record("exp3", 2.0)))
-    assert {"/R2/odom", "/R3/odom", "/R2/cmd_vel", "/R3/cmd_vel", "/R1/ground_truth"} <= set(topics)
+    assert {"/r2/odom", "/r3/odom", "/r2/cmd_vel", "/r3/cmd_vel", "/r1/ground_truth"} <= set(topics)
     assert "/odom" not in topics
-    assert topics["/R3/odom"][0][1].child_frame_id == "R3/base_link"
-    assert {("R2/odom", "map"), ("R3/base_link", "R3/odom"), ("R1", "map")} <= {
+    assert topics["/r3/odom"][0][1].child_frame_id == "r3/base_link"
+    assert {("r2/odom", "map"), ("r3/base_link", "r3/odom"), ("r1", "map")} <= {
         (child, parent) for child, (parent,) in frames(topics).items()
     }
 
@@ -187,7 +187,7 @@ def test_echoes_of_a_scan_are_where_the_rays_hit(record, export):
 def test_a_gyro_is_an_imu_without_orientation(record, export):
     recording = record("exp3_localised", 1.0)
     reads = events_of(recording, SensorRead, sensor="gyro")
-    messages = read(export(recording))[f"/{reads[0].agent}/imu"]
+    messages = read(export(recording))[f"/{reads[0].agent.lower()}/imu"]
     assert [m.angular_velocity.z for _, m in messages] == [e.values[0] for e in reads]
     assert messages[0][1].orientation_covariance[0] == messages[0][1].linear_acceleration_covariance[0] == -1.0
 

@@ -78,7 +78,7 @@ def test_a_pose_comes_through_transforms(project, exp1, exp1_bag, rocs_bt):
 
 def test_a_robot_among_several_is_read_by_its_namespace(project, record, export, rocs_bt):
     run = record("exp3", 2.0)
-    pioneer(project, ros2='namespace = "R2"')
+    pioneer(project, ros2='namespace = "r2"')
     assert replay(rocs_bt, export(run), robot="pioneer", rules="").code == 0
     again = signal_table(Recording.open("runs/bag"), "pioneer", ["pose"])
     np.testing.assert_allclose(again["pose"], signal_table(run, "R2", ["pose"])["pose"][: len(again)], atol=1e-6)

@@ -47,7 +47,7 @@ def laser_scan(
         period: Time between scans [s].
     """
     return {
-        "header": _header(stamp, frame),
+        "header": header(stamp, frame),
         "angle_min": first,
         "angle_max": first + step * (len(ranges) - 1),
         "angle_increment": step,
@@ -69,7 +69,7 @@ def sonar_range(stamp: float, frame: str, distance: float, *, opening: float, li
         limits: Minimum and maximum range [m].
     """
     return {
-        "header": _header(stamp, frame),
+        "header": header(stamp, frame),
         "radiation_type": 0,  # ULTRASOUND
         "field_of_view": opening,
         "min_range": limits[0],
@@ -89,7 +89,7 @@ def odometry(stamp: float, frame: str, child: str, pose: Pose3, twist: Twist3) -
         twist: Velocity of the body.
     """
     return {
-        "header": _header(stamp, frame),
+        "header": header(stamp, frame),
         "child_frame_id": child,
         "pose": {"pose": pose_fields(pose)},
         "twist": {"twist": twist_fields(twist)},
@@ -110,24 +110,24 @@ def pose_with_covariance(stamp: float, frame: str, pose: Pose3, position_noise: 
     for row in range(3):
         covariance[7 * row] = position_noise**2
     covariance[35] = heading_noise**2
-    return {"header": _header(stamp, frame), "pose": {"pose": pose_fields(pose), "covariance": covariance}}
+    return {"header": header(stamp, frame), "pose": {"pose": pose_fields(pose), "covariance": covariance}}
 
 
 def pose_stamped(stamp: float, frame: str, pose: Pose3) -> Fields:
     """Fields of a geometry_msgs/msg/PoseStamped."""
-    return {"header": _header(stamp, frame), "pose": pose_fields(pose)}
+    return {"header": header(stamp, frame), "pose": pose_fields(pose)}
 
 
 def twist_stamped(stamp: float, frame: str, twist: Twist3) -> Fields:
     """Fields of a geometry_msgs/msg/TwistStamped: velocity of the body with this frame."""
-    return {"header": _header(stamp, frame), "twist": twist_fields(twist)}
+    return {"header": header(stamp, frame), "twist": twist_fields(twist)}
 
 
 def imu(stamp: float, frame: str, turn_rate: float) -> Fields:
     """Fields of a sensor_msgs/msg/Imu of a gyro about z [rad/s], marked as without orientation and acceleration."""
     unknown = [-1.0, *[0.0] * 8]
     return {
-        "header": _header(stamp, frame),
+        "header": header(stamp, frame),
         "orientation_covariance": unknown,
         "angular_velocity": vector(0.0, 0.0, turn_rate),
         "linear_acceleration_covariance": unknown,
@@ -143,13 +143,13 @@ def joint_state(stamp: float, names: Sequence[str], positions: Sequence[float], 
         positions: Angles [rad], shape (n,).
         velocities: Angular speeds [rad/s], shape (n,).
     """
-    return {"header": _header(stamp, ""), "name": list(names), "position": positions, "velocity": velocities}
+    return {"header": header(stamp, ""), "name": list(names), "position": positions, "velocity": velocities}
 
 
 def transform(stamp: float, frame: str, child: str, pose: Pose3) -> Fields:
     """Fields of a geometry_msgs/msg/TransformStamped: the pose of the frame `child` in `frame`."""
     turned = {"translation": vector(*pose[:3]), "rotation": quaternion(pose)}
-    return {"header": _header(stamp, frame), "child_frame_id": child, "transform": turned}
+    return {"header": header(stamp, frame), "child_frame_id": child, "transform": turned}
 
 
 def transforms(parts: Sequence[Mapping[str, Any]]) -> Fields:
@@ -174,7 +174,8 @@ def twist_of(message: Any) -> Twist3:
     return Twist3(linear.x, linear.y, linear.z, twist.angular.z)
 
 
-def _header(stamp: float, frame: str) -> Fields:
+def header(stamp: float, frame: str) -> Fields:
+    """Fields of a std_msgs/msg/Header."""
     return {"stamp": time_fields(stamp), "frame_id": frame}
 
 
