@@ -44,10 +44,12 @@ def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
     those with `optional = true` in robot.toml. Without them it ends after --wait. After an emergency stop the robot
     stays in neutral until the stop is released and a person presses Enter.
 
-    It writes summary.json, run.mcap and report.html. Ctrl-C, SIGTERM and SIGHUP end the run: the robots go to neutral,
-    then the files are written. Exits with 0 if every agent succeeded; 1 if one did not, if a sensor or actuator cannot
-    be reached, or if a file could not be written; 2 if the input is invalid; 3 if the engine failed; 128 + signal if a
-    signal ended the run.
+    It writes summary.json, run.mcap and report.html. A run on hardware cannot be repeated, so the default folder is
+    never that of an earlier run: the second one is runs/SCENARIO-SEED_2.
+
+    Ctrl-C, SIGTERM and SIGHUP end the run: the robots go to neutral, then the files are written. Exits with 0 if every
+    agent succeeded; 1 if one did not, if a sensor or actuator cannot be reached, or if a file could not be written; 2
+    if the input is invalid; 3 if the engine failed; 128 + signal if a signal ended the run.
     """
     from .._run import drive
 
@@ -59,7 +61,8 @@ def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
     if dry_run:
         echo("Dry run: nothing is sent to any actuator.", err=True)
     try:
-        return play_scenario(drive, SharedOptions(**shared), changes, unit="s driven", sinks=sinks, progress=progress)
+        given = SharedOptions(**shared)
+        return play_scenario(drive, given, changes, unit="s driven", keep=True, sinks=sinks, progress=progress)
     except DeviceError as error:
         echo(str(error), err=True)
         return 1

@@ -99,6 +99,7 @@ def play_scenario(
     changes: dict[str, Any],
     *,
     unit: str,
+    keep: bool = False,
     sinks: Sequence[EventSink] = (),
     progress: Callable[[float], None] | None = None,
 ) -> int:
@@ -109,6 +110,7 @@ def play_scenario(
         shared: Values of the shared options.
         changes: Options of the run that only this command has, by attribute of `RunOptions`.
         unit: Unit of the progress bar.
+        keep: Whether the default output folder gets a number where an earlier run has a recording.
         sinks: Sinks for all events.
         progress: Function that is called once per control period, with the time [s].
     """
@@ -122,7 +124,7 @@ def play_scenario(
     spec = catalog.load_scenario(scenario)
     for warning in agent_warnings(spec, catalog):
         echo(str(warning), err=True)
-    folder, signals = shared.out or Path("runs") / f"{spec.name}-{seed}", StopSignals(_NOTICE)
+    folder, signals = shared.out or _default_folder(f"{spec.name}-{seed}", keep), StopSignals(_NOTICE)
     with _live(shared.port) if shared.show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration, unit) as shown:
 
@@ -153,6 +155,15 @@ def play_scenario(
                 if not live.wait():
                     echo("The live page stopped responding and was closed.", err=True)
     return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
+
+
+def _default_folder(name: str, keep: bool) -> Path:
+    """Folder of this name in `runs`; to keep an earlier recording, with the next free number."""
+    folder, number = Path("runs") / name, 1
+    while keep and (folder / "run.mcap").exists():
+        number += 1
+        folder = Path("runs") / f"{name}_{number}"
+    return folder
 
 
 def _print(result: RunResult, folder: Path, as_json: bool) -> None:

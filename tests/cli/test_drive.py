@@ -93,6 +93,18 @@ def test_a_sensor_that_falls_silent_is_stale_and_one_that_comes_late_is_waited_f
     assert seen[-1] == []
 
 
+def test_a_second_drive_keeps_the_recording_of_the_first(rocs_bt, tmp_path, robot):
+    write_project(tmp_path, robot.port, isolated=False)
+    assert rocs_bt("drive", "real", "--for", 0.2).out.startswith("R2 timeout")
+    files = {path.name: path.read_bytes() for path in (tmp_path / "runs/real-1").iterdir()}
+    for number in (2, 3):
+        assert f"runs/real-1_{number}/report.html" in rocs_bt("drive", "real", "--for", 0.2).out
+    assert {path.name: path.read_bytes() for path in (tmp_path / "runs/real-1").iterdir()} == files
+    rocs_bt("drive", "real", "--for", 0.2, "--out", "runs/real-1")
+    assert (tmp_path / "runs/real-1/run.mcap").read_bytes() != files["run.mcap"]
+    assert not (tmp_path / "runs/real-1_4").exists()
+
+
 def test_an_optional_sensor_is_not_waited_for(rocs_bt, tmp_path, robot):
     robot.silent = {"encoders"}
     write_project(tmp_path, robot.port, isolated=False)
