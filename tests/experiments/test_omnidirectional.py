@@ -34,7 +34,10 @@ def episode(scenario: str, seed: int) -> tuple[Summary, dict[str, list[Pose2]], 
     return summary, poses, [e for e in sink.events if isinstance(e, ContactBegan)]
 
 
-@pytest.mark.parametrize(("scenario", "robot"), [("exp1_mecanum", "rosbot_xl"), ("exp1_omni", "robotino")])
+@pytest.mark.parametrize(
+    ("scenario", "robot"),
+    [("exp1_mecanum", "rosbot_xl"), ("exp1_omni", "robotino"), ("exp1_quadrotor", "quadrotor")],
+)
 def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     spec, base = CATALOG.load_scenario(scenario), CATALOG.load_scenario("exp1")
     assert [a.robot for a in spec.agents] == [robot]
@@ -47,9 +50,9 @@ def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     ]
 
 
-@pytest.mark.parametrize("scenario", ["exp1_mecanum", "exp1_omni"])
+@pytest.mark.parametrize("scenario", ["exp1_mecanum", "exp1_omni", "exp1_quadrotor"])
 @pytest.mark.parametrize("seed", [1, 2])
-def test_exp1_is_clean_on_both_robots(scenario: str, seed: int) -> None:
+def test_exp1_is_clean_on_each_robot(scenario: str, seed: int) -> None:
     summary, _, touched = episode(scenario, seed)
     found = summary.agents["R2"]
     assert found.outcome == "success"

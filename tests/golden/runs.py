@@ -21,7 +21,7 @@ from rocs_bt.compare.key import computing
 
 FILE = Path(__file__).with_name("runs.json")
 SEEDS = range(1, 6)
-WITHOUT = frozenset({"circle_box", "exp1_mecanum", "exp1_omni", "exp1_ros2", "pass_person"})
+WITHOUT = frozenset({"circle_box", "exp1_mecanum", "exp1_omni", "exp1_quadrotor", "exp1_ros2", "pass_person"})
 """Scenarios without golden runs; `tests/experiments/test_omnidirectional.py` plays them. `exp1_ros2` is on hardware."""
 
 

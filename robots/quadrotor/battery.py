@@ -1,0 +1,69 @@
+"""Battery of the quadrotor: charge, drained by the power of the rotors."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+from rocs_bt import Monitor, Reading, Signal
+from rocs_bt.channel import Signals
+from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.units import Metres
+
+AIR = 1.225  # [kg/m3] density of air at sea level
+
+
+class Battery(MujocoSensor):
+    """Charge of the battery, 1 for full; 0 stays 0, and does not stop the rotors.
+
+    The power of a rotor is that of momentum theory, T^1.5 / sqrt(2 density area), divided by the efficiency. It is
+    integrated from reading to reading.
+
+    Args:
+        name: Name of the sensor in robot.toml.
+        mount: Robot, world and noise.
+        capacity: Energy of the full battery [J].
+        rotor_radius: Radius of a rotor [m].
+        efficiency: Power of momentum theory per electrical power [1].
+        electronics: Power of everything but the rotors [W].
+        charge: Charge at the start, 0 to 1.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        mount: Mount,
+        *,
+        capacity: float,
+        rotor_radius: Metres,
+        efficiency: float,
+        electronics: float,
+        charge: float = 1.0,
+    ) -> None:
+        super().__init__(name, mount)
+        self._rotors = mount.world.controls(mount.robot, ["front", "left", "back", "right"]).ids
+        self._factor = 1.0 / (efficiency * math.sqrt(2.0 * AIR * math.pi * rotor_radius**2))
+        self._capacity, self._electronics, self._charge = capacity, electronics, charge
+        self._read_at = mount.world.stamp
+
+    def sample(self) -> list[float]:
+        """Drain the charge by the energy since the last reading, and return it."""
+        world = self.mount.world
+        seconds, self._read_at = world.stamp - self._read_at, world.stamp
+        if seconds > 0.0:
+            thrusts = world.data.actuator_force[self._rotors].tolist()
+            power = self._electronics + self._factor * sum(max(thrust, 0.0) ** 1.5 for thrust in thrusts)
+            self._charge = max(0.0, self._charge - power * seconds / self._capacity)
+        return [self._charge]
+
+
+class BatteryMonitor(Monitor):
+    """Writes the signal `battery` from the sensor of that name."""
+
+    def signals(self) -> Sequence[Signal]:
+        """Declaration of `battery`."""
+        return [Signal("battery", 1, bounds=(0.0, 1.0), max_age=self.max_age, doc="Charge of the battery, 1 for full.")]
+
+    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
+        """Charge as the sensor measures it."""
+        return {"battery": readings["battery"].values}
