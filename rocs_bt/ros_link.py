@@ -103,7 +103,13 @@ class Received:
 
 
 class RosSubscription(Protocol):
-    """Subscription of a topic."""
+    """Subscription of a topic.
+
+    Attributes:
+        ignored: Reason why the last message was ignored, such as a stamp in the future; empty if it was not.
+    """
+
+    ignored: str
 
     def newest(self) -> Received | None:
         """Newest message so far; None before the first."""

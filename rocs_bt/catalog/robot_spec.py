@@ -75,6 +75,10 @@ class SensorSpec:
     line: int = 0
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
 
+    def validity(self, period: float) -> float:
+        """Time for which a reading is valid [s], by `max_age` or the sensor's period [s]."""
+        return 3.0 * period if self.max_age is None else self.max_age
+
     @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of the sensor's node in the knowledge graph: wiring, mount and a scanner's rays and span."""

@@ -90,6 +90,8 @@ def _prompt(reason: str) -> str:
 def _row(state: SensorState, several: bool) -> tuple[str, ...]:
     rate = "" if state.rate is None else f"{state.rate:.3g} of {state.declared_rate:.3g} Hz"
     age = "" if state.age is None else f"{state.age:.2f} s"
+    if state.ahead:
+        age += f", clock {state.ahead:.2f} s ahead"
     needed = ", ".join(state.needed_for) or "the mission may read it"
     return (
         f"{state.agent}/{state.sensor}" if several else state.sensor,

@@ -28,7 +28,7 @@ from ..event import BodyMoved, EventSink, OutcomeDecided
 from ..plan import Mission, Plan
 from ..record import AgentInfo, Recording, RunHeader
 from ..words import listed
-from .devices import make_hardware
+from .devices import make_sensor
 from .header import box_body, signals_of, versions
 from .ready_run import Relay
 from .run_files import RunFiles
@@ -162,10 +162,11 @@ def _devices(
 ) -> RobotDevices:
     """Sensors that read the bag, others without readings, and actuators without effect."""
     clock, period = host.clock, rate.control_rate.period
+    rates = {s.name: rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
     sensors: dict[str, Sensor] = {}
     for spec in robot.sensors:
         if spec.name in read:
-            sensors[spec.name] = make_hardware(catalog, robot, spec, host)
+            sensors[spec.name] = make_sensor(catalog, robot, spec, host, rates[spec.name])
         elif spec.driver == "mailbox":
             sensors[spec.name] = ReplayMailbox(spec.name, clock)
         else:
@@ -174,7 +175,6 @@ def _devices(
         a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, robot.name)
         for a in robot.actuators
     }
-    rates = {s.name: rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
     return RobotDevices(robot, sensors, actuators, rates)
 
 

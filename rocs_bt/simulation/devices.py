@@ -18,6 +18,7 @@ from ..catalog import (
     robot_locomotion,
     running_class,
 )
+from ..clock import Rate
 from ..device import Actuator, Sensor
 from ..drivers import ROS2, Ros2Settings, constructor_parameters, read_parameters
 from ..drivers.host import Host
@@ -136,20 +137,27 @@ def _unopened(cls: Any, *names: str) -> Any:
     return made.__new__(made)
 
 
+def make_sensor(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec, host: Host, rate: Rate) -> Any:
+    """Construct a sensor on hardware that is read at a rate; see `make_hardware`."""
+    if sensor.driver != ROS2:
+        return make_hardware(catalog, robot, sensor, host)
+    with located_at(robot.file, sensor.line):
+        given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
+        node = shared_node(robot.ros2 or Ros2Settings(), host)
+        scale = sensor.scale if given.values else 1.0
+        return SensorNode(sensor.name, node, given, scale, sensor.validity(rate.period))
+
+
 def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Host) -> Any:
-    """Construct a device on hardware with its name, the host and its keys.
+    """Construct an actuator, or a sensor with a user's driver, with its name, the host and its keys.
 
     Raises:
         InputError: See `hardware_driver`; or the constructor raised an exception.
         DeviceError: The constructor cannot reach the device.
     """
-    if device.driver == ROS2:
+    if isinstance(device, ActuatorSpec) and device.driver == ROS2:
         with located_at(robot.file, device.line):
-            return (
-                _ros2_sensor(robot, device, host)
-                if isinstance(device, SensorSpec)
-                else _ros2_maker(robot, device)(host)
-            )
+            return _ros2_maker(robot, device)(host)
     driver = hardware_driver(catalog, robot, device)
     with located_at(robot.file, device.line), driver.running(DeviceError):
         return driver.make(device.name, host, **driver.parameters)
@@ -170,12 +178,6 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
     with located_at(robot.file, actuator.line):
         maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters)
         return IsolatedActuator(maker, actuator.max_command_age)
-
-
-def _ros2_sensor(robot: RobotSpec, sensor: SensorSpec, host: Host) -> SensorNode:
-    given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
-    node = shared_node(robot.ros2 or Ros2Settings(), host)
-    return SensorNode(sensor.name, node, given, sensor.scale if given.values else 1.0)
 
 
 def _ros2_maker(robot: RobotSpec, actuator: ActuatorSpec) -> ActuatorNodeMaker:

@@ -23,7 +23,7 @@ from ..errors import Fault, InputError
 from ..event import EventSink
 from ..ros_link import RosLink
 from ..safety import SafetyGate
-from .devices import hardware_driver, make_hardware, make_isolated
+from .devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .preflight import PreflightTopic, preflight_topics
 
 
@@ -107,7 +107,10 @@ class HardwareDevices:
         stop = self.stops[name] = EmergencyStop(confirm=self._confirm)
         host = Host(self.clock, stop)
         shared.callback(host.close)
-        sensors = {s.name: opened.enter_context(closing(make_hardware(catalog, robot, s, host))) for s in robot.sensors}
+        sensors = {
+            s.name: opened.enter_context(closing(make_sensor(catalog, robot, s, host, rates[s.name])))
+            for s in robot.sensors
+        }
         made = {a.name: opened.enter_context(closing(self._actuator(catalog, robot, a, host))) for a in robot.actuators}
         gates = {a.name: a.guard(made[a.name], self.clock, self._period, self.sink, name) for a in robot.actuators}
         stop.attach(list(gates.values()))

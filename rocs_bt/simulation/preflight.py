@@ -15,8 +15,9 @@ from ..catalog import RobotSpec, SensorSpec
 from ..clock import WallClock
 from ..device import Sensor
 from ..drivers import ROS2, read_parameters
-from ..drivers.ros2.node import RosNode
+from ..drivers.ros2.node import NOTABLE_AHEAD, RosNode
 from ..drivers.ros2.parameters import Ros2ActuatorParameters
+from ..drivers.ros2.sensor_node import SensorNode
 from ..drivers.ros2.stop_topics import STOP_QOS, STOP_TYPE
 from ..errors import DeviceError, interrupts
 from ..raised import Raised
@@ -50,6 +51,7 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
         needed_for: Uses of the sensor's signals, such as `pose` and the rule files; empty if the engine knows of none.
         optional: Whether the robot may start without it.
         matched: Whether it is a topic with a number of matching nodes.
+        ahead: Notable time by which the publisher's clock is ahead of that of this computer [s]; 0 without one.
     """
 
     agent: str
@@ -64,6 +66,7 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
     needed_for: tuple[str, ...]
     optional: bool
     matched: bool = False
+    ahead: float = 0.0
 
     @property
     def blocks(self) -> bool:
@@ -132,6 +135,7 @@ class PreflightSensor:
             now: Function that returns the present time on the clock of the stamps [s].
         """
         age, size, problem = self._read(now)
+        ahead = self._sensor.ahead if isinstance(self._sensor, SensorNode) else 0.0
         stamps = self._stamps
         span = stamps[-1] - stamps[0] if len(stamps) > 1 else 0.0
         return SensorState(
@@ -146,6 +150,7 @@ class PreflightSensor:
             problem=problem,
             needed_for=self._needed_for,
             optional=self._spec.optional,
+            ahead=ahead if ahead >= NOTABLE_AHEAD else 0.0,
         )
 
     def _read(self, now: Callable[[], float]) -> tuple[float | None, int, str]:

@@ -13,7 +13,7 @@ from ..clock import WallClock
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2.connect import open_transport
 from ..drivers.ros2.forms import Take, make_take
-from ..drivers.ros2.node import RosNode, header_stamp
+from ..drivers.ros2.node import MAX_AHEAD, NOTABLE_AHEAD, RosNode, header_stamp
 from ..drivers.ros2.parameters import TRANSFORMS, Ros2ActuatorParameters, Ros2SensorParameters
 from ..drivers.ros2.qos import QoS, mismatch
 from ..drivers.ros2.settings import Ros2Settings
@@ -23,8 +23,11 @@ from ..errors import DeviceError, located_at
 NODE = "rocs_bt_doctor"
 """Name of the node that examines."""
 
-MAX_OFFSET = 0.5
-"""Age or clock offset above which a topic has a problem [s]."""
+MAX_OFFSET = MAX_AHEAD
+"""Age or clock offset above which a topic has a problem, unless the sensor's `max_age` is smaller [s]."""
+
+RATE = 20.0
+"""Rate of sensors that declare none, as in scenarios that declare none [Hz]."""
 
 _POLL = 0.01  # [s]
 
@@ -46,6 +49,7 @@ class TopicState:
         size: Number of values of the newest message; None without a message.
         matched: Number of subscriptions that match an actuator; None for a sensor.
         problem: Reason why the topic is not usable; empty if it is.
+        remark: Clock offset that is notable, but tolerated; empty without one.
         optional: Whether the robot may start without it.
     """
 
@@ -61,6 +65,7 @@ class TopicState:
     size: int | None = None
     matched: int | None = None
     problem: str = ""
+    remark: str = ""
     optional: bool = False
 
 
@@ -121,7 +126,8 @@ def _sensors(robot: RobotSpec, node: RosNode) -> Iterator[_Heard]:
                 take = _transforms if given.type == TRANSFORMS else make_take(node.types, given)
                 for topic in given.all_topics:
                     reader = node.reader(topic, given.type, given.qos)
-                    yield _Heard(sensor.name, node, reader, given.qos, take, optional=sensor.optional)
+                    most = min(MAX_OFFSET, sensor.validity(1.0 / (sensor.rate or RATE)))
+                    yield _Heard(sensor.name, node, reader, given.qos, take, most, optional=sensor.optional)
 
 
 def _switches(settings: Ros2Settings, node: RosNode) -> Iterator[_Heard]:
@@ -149,12 +155,13 @@ class _Heard:
         reader: Reader,
         qos: QoS,
         take: Take,
+        max_offset: float = MAX_OFFSET,
         *,
         seldom: bool = False,
         optional: bool = False,
     ) -> None:
         self._device, self._node, self._reader, self._qos, self._take = device, node, reader, qos, take
-        self._seldom, self._optional = seldom, optional
+        self._max_offset, self._seldom, self._optional = max_offset, seldom, optional
         self._newest: Sample | None = None
         self._stamps: list[float] = []
         self._ages: list[float] = []
@@ -172,8 +179,10 @@ class _Heard:
         span = max(self._stamps, default=0.0) - min(self._stamps, default=0.0)
         age = min(self._ages, default=None, key=abs)
         header, size, problem = self._content(endpoints)
-        if not problem and age is not None and abs(age) > MAX_OFFSET:
-            problem = f"its stamps are {_shift(age)} this computer's clock: synchronise the clocks of both computers"
+        remark = ""
+        if not problem and age is not None and (abs(age) > self._max_offset or age < -NOTABLE_AHEAD):
+            remark = f"its stamps are {_shift(age)} this computer's clock: synchronise the clocks of both computers"
+            problem = remark if abs(age) > self._max_offset else ""
         return TopicState(
             device=self._device,
             topic=self._reader.topic,
@@ -186,6 +195,7 @@ class _Heard:
             header=header,
             size=size,
             problem=problem,
+            remark="" if problem else remark,
             optional=self._optional,
         )
 

@@ -69,6 +69,7 @@ class Link:
             matched=lambda: self.matched,
             publish=self.publish,
             newest=lambda: self.newest,
+            ignored="",
             ready=lambda: self.here,
             call=lambda request: self.keep(self.calls, request, response=None, error="", forgotten=False),
             send=lambda goal: self.keep(

@@ -5,12 +5,14 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
 
 from rocs_bt.cli.main import call
+from rocs_bt.drivers.ros2.dds import DdsTransport
 
 pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
 
@@ -106,6 +108,19 @@ def test_each_topic_is_described_and_each_mismatch_told_with_both_sides(
     assert "does not match in reliability (offered best_effort, requested reliable)" in err
     assert "expects geometry_msgs/msg/Twist, robot.toml has geometry_msgs/msg/TwistStamped" in err
     assert "it offers best_effort, volatile, depth 5, robot.toml requests reliable, volatile, depth 5" in err
+
+
+@pytest.mark.usefixtures("publisher")
+@pytest.mark.parametrize(("ahead", "verdict"), [(0.1, "clock offset"), (0.2, "problem")])
+def test_a_clock_that_is_ahead_is_told_and_beyond_the_validity_a_problem(
+    robot: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], ahead: float, verdict: str
+) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
+    monkeypatch.setattr(DdsTransport, "now", lambda self: time.time() - ahead)
+    told = re.compile(r"position: its stamps are 0\.\d\d s ahead of this computer's clock: synchronise")
+    _, out, err = examined(capsys, str(robot), whole=lambda _, err: bool(told.search(err)))
+    assert told.search(err)
+    assert re.search(rf"^position .* {verdict} *$", out, re.MULTILINE)
 
 
 @pytest.mark.usefixtures("publisher")

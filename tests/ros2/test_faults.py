@@ -22,7 +22,7 @@ DETAILS = {
     "scan_short": "/r1/scan: the scan covers -180 to -1 deg",
     "scan_empty": "/r1/scan: the scan has 0 beams",
     "stamps_zero": "/r1/scan: the stamp of its header is 0",
-    "stamps_future": "is in the future",
+    "stamps_future": "s in the future",
     "scan_some_nan": "the reading contains NaN",
     "odom_nan": "the reading contains NaN",
 }

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import pytest
 
 from rocs_bt.check import check_content
-from rocs_bt.clock import Clock
+from rocs_bt.clock import Clock, WallClock
 from rocs_bt.drivers.ros2.dry_link import DryLink
 from rocs_bt.drivers.ros2.known_types import KnownTypes
 from rocs_bt.drivers.ros2.link import NodeLink
@@ -16,6 +16,10 @@ from rocs_bt.drivers.ros2.node import RosNode
 from rocs_bt.drivers.ros2.plain import PlainMessage
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.errors import DeviceError, InputError
+from rocs_bt.event import NullSink
+from rocs_bt.knowledge import Knowledge
+from rocs_bt.pipeline import Pipeline
+from rocs_bt.plan import Mission, TreePlan, xml_mission
 from rocs_bt.ros_link import RosField
 
 from .network import Network
@@ -114,12 +118,27 @@ class TestAge:
     def test_a_message_of_the_future_is_ignored_and_counted(self):
         self.send(1.0, -30.0)
         assert self.newest() is None
+        assert "its stamp is 30.00 s in the future: synchronise the clocks" in self.subscription.ignored
         self.send(2.0, 0.0)
         assert self.newest() == (2.0, 0.0, 1)
+        assert self.subscription.ignored == ""
         self.send(3.0, -30.0)
         self.network.time = 1.0
         assert self.newest() == (2.0, 1.0, 1)
         assert self.node.faults == {"/r1/speed": {"stamp": 2}}
+
+
+def test_a_subscription_that_ignores_messages_says_why():
+    network, clock = Network(MESSAGES), WallClock()
+    link = NodeLink(lambda: RosNode(Ros2Settings(), clock, transport=network))
+    knowledge, pipeline = Knowledge("R1", clock, NullSink()), Pipeline(clock, NullSink(), "R1")
+    mission = Mission("m", knowledge=knowledge, pipeline=pipeline, actions={}, ros=link)
+    line = '<RosSubscribe topic="speed" type="std_msgs/msg/Float64" timeout="0 s"/>'
+    text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
+    plan = TreePlan(xml_mission(text)(mission), mission)
+    network.send("/speed", "std_msgs/msg/Float64", age=-30.0, data=1.0)
+    plan.tree.tick()
+    assert "no message (ignored: /speed: its stamp is 30.00 s in the future" in plan.root.feedback_message
 
 
 MISSION = """<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>

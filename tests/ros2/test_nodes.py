@@ -10,6 +10,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from rocs_bt.catalog import SensorSpec
+from rocs_bt.cli.drive_output import show_sensors
 from rocs_bt.clock import Clock
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
@@ -22,6 +24,7 @@ from rocs_bt.drivers.ros2.sensor_node import SensorNode
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError, InputError
+from rocs_bt.simulation.preflight import PreflightSensor
 
 from .network import START, Network
 
@@ -51,8 +54,8 @@ def node(network):
     return RosNode(Ros2Settings(namespace="r1", domain=0), NetworkClock(network), transport=network)
 
 
-def sensor(node, **keys):
-    return SensorNode("s", node, Ros2SensorParameters(**keys))
+def sensor(node, max_age=math.inf, **keys):
+    return SensorNode("s", node, Ros2SensorParameters(**keys), max_age=max_age)
 
 
 def odometry(x):
@@ -139,11 +142,35 @@ def test_faulty_messages_are_counted_and_keep_the_old_reading(network, node):
     with pytest.raises(DeviceError, match=r"not the ray at .* \(2 faulty messages so far\)"):
         scan.read()
     network.send("/r1/scan", SCAN, age=-7.0, **good)
-    with pytest.raises(DeviceError, match="is in the future: synchronise the clocks"):
+    with pytest.raises(DeviceError, match=r"its stamp is 7\.00 s in the future: synchronise the clocks"):
         scan.read()
     network.send("/r1/scan", SCAN, **{**good, "ranges": [1.0, math.nan, 1.0, 1.0]})
     assert math.isnan(scan.read().values[1])
     assert node.faults == {"/r1/scan": {"malformed": 1, "values": 1, "stamp": 1, "NaN": 1}}
+
+
+@pytest.mark.parametrize(("max_age", "ahead"), [(0.15, 0.2), (math.inf, 0.6)])
+def test_a_stamp_in_the_future_by_more_than_the_validity_is_the_reason_of_the_silence(network, node, max_age, ahead):
+    pose = sensor(node, max_age, type=ODOMETRY, topic="odom")
+    network.send("/r1/odom", ODOMETRY, age=-ahead, **odometry(1.0))
+    for _ in range(2):  # also when no further message comes
+        with pytest.raises(DeviceError, match=rf"/r1/odom: its stamp is {ahead:.2f} s in the future"):
+            pose.read()
+    network.send("/r1/odom", ODOMETRY, age=0.1 - ahead, **odometry(2.0))
+    assert pose.read().stamp == pytest.approx(100.0)
+    assert pose.ahead == pytest.approx(ahead - 0.1)
+
+
+@pytest.mark.parametrize(("ahead", "shown"), [(0.04, False), (0.1, True)])
+def test_the_preflight_check_shows_a_clock_that_is_ahead(network, node, capsys, ahead, shown):
+    spec = SensorSpec("position", "ros2", "pose", "pose")
+    pose = sensor(node, 0.15, type=ODOMETRY, topic="odom")
+    keys = {"source": "/r1/odom", "rate": 20.0, "max_age": 0.15, "needed_for": ("pose",)}
+    network.send("/r1/odom", ODOMETRY, age=-ahead, **odometry(1.0))
+    state = PreflightSensor("R1", spec, pose, **keys).state(node.received)
+    assert not state.problem
+    show_sensors((state,))
+    assert (f"0.00 s, clock {ahead:.2f} s ahead" in capsys.readouterr().err) is shown
 
 
 def test_the_number_of_values_may_not_change(network, node):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...errors import DeviceError, Fault, InputError
 from ...ros_link import Received, RosActionClient, RosActionServer, RosPublisher, RosServiceClient, RosSubscription
 from .known_types import KnownTypes
-from .node import MAX_AHEAD, RosNode
+from .node import MAX_AHEAD, RosNode, of_the_future
 from .plain import PlainMessage
 from .qos import QoS
 from .rclpy_transport import RclpyTransport
@@ -113,35 +113,35 @@ class _Publisher:
 
 class _Subscription:
     def __init__(self, node: RosNode, reader: Reader) -> None:
+        self.ignored = ""
         self._node = node
         self._reader = reader
         self._newest: tuple[PlainMessage, float, float] | None = None  # message, stamp and time of the take [s]
         self._count = 0
 
     def newest(self) -> Received | None:
-        transport = self._node.transport
         if (sample := self._reader.take()) is not None:
             try:
-                message = self._node.types.deserialize(sample.data, self._reader.type)
+                self._newest = self._message(sample), sample.stamp, self._node.received()
+                self._count += 1
+                self.ignored = ""
             except DeviceError as error:
-                self._node.fault(self._reader.topic, "malformed", error)
-            else:
-                if self._in_time(sample):
-                    self._newest = PlainMessage(message), sample.stamp, self._node.received()
-                    self._count += 1
+                self.ignored = str(error)
         if self._newest is None:
             return None
         message, stamp, taken = self._newest
-        age = max(transport.now() - stamp, self._node.received() - taken, 0.0)
+        age = max(self._node.transport.now() - stamp, self._node.received() - taken, 0.0)
         return Received(message, age, self._count)
 
-    def _in_time(self, sample: Sample) -> bool:
-        """Whether the stamp of a message is not in the future; otherwise the message is counted as faulty."""
-        ahead = sample.stamp - self._node.transport.now()
+    def _message(self, sample: Sample) -> PlainMessage:
+        """Message of a sample; a faulty one, or one of the future, is counted and raises DeviceError."""
+        topic, ahead = self._reader.topic, sample.stamp - self._node.transport.now()
         if ahead > MAX_AHEAD:
-            why = f"its stamp is {ahead:.1f} s in the future: synchronise the clocks of both computers"
-            self._node.fault(self._reader.topic, "stamp", DeviceError(why))
-        return ahead <= MAX_AHEAD
+            raise self._node.fault(topic, "stamp", of_the_future(ahead))
+        try:
+            return PlainMessage(self._node.types.deserialize(sample.data, self._reader.type))
+        except DeviceError as error:
+            raise self._node.fault(topic, "malformed", error) from error
 
     def close(self) -> None:
         self._reader.close()

@@ -21,7 +21,10 @@ LOOK_AGAIN = 0.5
 """Time after which the publishers of silent topics are looked up again [s]."""
 
 MAX_AHEAD = 0.5
-"""Time by which a stamp may be in the future before the message counts as faulty [s]."""
+"""Time by which a stamp may at most be in the future before the message counts as faulty [s]."""
+
+NOTABLE_AHEAD = 0.05
+"""Time by which stamps are in the future from which users are told [s]."""
 
 
 class RosNode:
@@ -81,20 +84,23 @@ class RosNode:
         """Time on the clock of the run of a message that has just arrived [s]."""
         return self._clock.now()
 
-    def stamp(self, published: float) -> float:
-        """Time on the clock of the run of a moment on the network's clock [s].
+    def stamp(self, published: float, max_ahead: float = MAX_AHEAD) -> tuple[float, float]:
+        """Convert a moment on the network's clock to the clock of the run.
 
         Args:
             published: Moment on the network's clock; see `now` [s].
+            max_ahead: Time by which the moment may be in the future [s].
+
+        Returns:
+            Time on the clock of the run, at most the present [s]; and time by which the moment is in the future [s].
 
         Raises:
-            DeviceError: The moment is in the future, or no moment at all.
+            DeviceError: The moment is further in the future, or no moment at all.
         """
         age = self.now() - published
-        if not -MAX_AHEAD <= age < float("inf"):
-            why = "is in the future: synchronise the clocks of both computers" if age < 0.0 else "is no time"
-            raise DeviceError(f"its stamp, {published:.3f} s, {why}")
-        return self._clock.now() - max(age, 0.0)
+        if not -max_ahead <= age < math.inf:
+            raise of_the_future(-age) if age < 0.0 else DeviceError(f"its stamp, {published:.3f} s, is no time")
+        return self._clock.now() - max(age, 0.0), max(-age, 0.0)
 
     def fault(self, topic: str, kind: str, error: DeviceError) -> DeviceError:
         """Count a faulty message.
@@ -209,6 +215,11 @@ class RosNode:
         if looking.is_alive():
             looking.join(2.0)
         self.transport.close()
+
+
+def of_the_future(ahead: float) -> DeviceError:
+    """Error of a message with a stamp in the future [s]."""
+    return DeviceError(f"its stamp is {ahead:.2f} s in the future: synchronise the clocks of both computers")
 
 
 def _named(endpoint: Endpoint) -> str:

@@ -10,7 +10,7 @@ from ...errors import DeviceError
 from ...geometry import Pose3
 from .forms import POSE_TAKES, make_take
 from .frames import Frames
-from .node import RosNode, header_stamp
+from .node import MAX_AHEAD, RosNode, header_stamp
 from .parameters import DIAGNOSTICS, JOINTS, TRANSFORMS, Ros2SensorParameters
 from .qos import QoS
 from .transport import Reader, Sample
@@ -29,19 +29,40 @@ class SensorNode(Sensor):
         node: Connection of the robot.
         parameters: Keys of the sensor.
         scale: Factor from the unit of the values to SI.
+        max_age: Validity of a reading [s]; a stamp further in the future is a fault, too.
+
+    Attributes:
+        ahead: Time by which the newest stamp was in the future [s]: offset of the publisher's clock.
 
     Raises:
         InputError: The message type is unknown, or lacks a field.
         DeviceError: The network refuses the subscription.
     """
 
-    def __init__(self, name: str, node: RosNode, parameters: Ros2SensorParameters, scale: float = 1.0) -> None:
+    def __init__(
+        self,
+        name: str,
+        node: RosNode,
+        parameters: Ros2SensorParameters,
+        scale: float = 1.0,
+        max_age: float = math.inf,
+    ) -> None:
         super().__init__(name)
         self._node = node
         source = _Transforms if parameters.type == TRANSFORMS else _Topic
-        self._sources: list[_Source] = [source(node, topic, parameters, scale) for topic in parameters.all_topics]
+        stamps = [_Stamps(node, parameters.stamp == "header", min(max_age, MAX_AHEAD)) for _ in parameters.all_topics]
+        self._sources: list[_Source] = [
+            source(node, topic, parameters, scale, each)
+            for topic, each in zip(parameters.all_topics, stamps, strict=True)
+        ]
+        self._stamps = stamps
         self._newest: list[Reading | None] = [None] * len(self._sources)
+        self._faults: list[str] = [""] * len(self._sources)  # of the last messages
         self._qos = parameters.qos
+
+    @property
+    def ahead(self) -> float:
+        return max(each.ahead for each in self._stamps)
 
     @property
     def topics(self) -> list[str]:
@@ -52,14 +73,16 @@ class SensorNode(Sensor):
         fault: DeviceError | None = None
         for i, source in enumerate(self._sources):
             try:
-                self._newest[i] = source.newest() or self._newest[i]
+                if (newest := source.newest()) is not None:
+                    self._newest[i], self._faults[i] = newest, ""
             except DeviceError as error:
-                fault = error
+                fault, self._faults[i] = error, str(error)
         if fault is not None:
             raise fault
         readings = [reading for reading in self._newest if reading is not None]
         if len(readings) < len(self._sources):
-            raise DeviceError(self._node.why_silent(self._sources[self._newest.index(None)].reader, self._qos))
+            i = self._newest.index(None)
+            raise DeviceError(self._faults[i] or self._node.why_silent(self._sources[i].reader, self._qos))
         if len(readings) == 1:
             return readings[0]
         return Reading(min(r.stamp for r in readings), [value for r in readings for value in r.values])
@@ -91,13 +114,52 @@ class _Source(Protocol):
         ...
 
 
+class _Stamps:
+    """Times of the messages of one topic.
+
+    Args:
+        node: Connection of the robot.
+        header: Whether the time is that in the header.
+        max_ahead: Time by which a stamp may be in the future [s].
+
+    Attributes:
+        in_headers: Whether the time is that in the header, also because the robot is simulated.
+        ahead: Time by which the newest stamp was in the future [s].
+    """
+
+    def __init__(self, node: RosNode, header: bool, max_ahead: float) -> None:
+        self.in_headers = header or node.settings.use_sim_time
+        self.ahead = 0.0
+        self._node = node
+        self._header = header
+        self._max_ahead = max_ahead
+
+    def of(self, reader: Reader, sample: Sample, message: Any) -> float:
+        """Time of a message on the clock of the run [s].
+
+        Raises:
+            DeviceError: The stamp is in the future, or no time.
+        """
+        node, header = self._node, hasattr(message, "header")
+        try:
+            if node.settings.use_sim_time and not self._header and not header:
+                return node.received()  # the time at which it was published is not simulated
+            use_header = self._header or (node.settings.use_sim_time and header)
+            stamp = header_stamp(message) if use_header else sample.stamp
+            time, self.ahead = node.stamp(stamp, self._max_ahead)
+        except DeviceError as error:
+            raise node.fault(reader.topic, "stamp", error) from error
+        return time
+
+
 class _Topic:
     """Values of the messages of one topic."""
 
-    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float) -> None:
+    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float, stamps: _Stamps) -> None:
         self._node = node
         self._given = given
         self._scale = scale
+        self._stamps = stamps
         self._take = make_take(node.types, given)
         self._silent = True  # whether no message was about the sensor's values
         self._every = given.type in _PARTIAL and not given.values
@@ -132,7 +194,7 @@ class _Topic:
         if any(map(math.isnan, values)):
             self._node.fault(self.reader.topic, "NaN", DeviceError("NaN"))
         scaled = values if self._scale == 1.0 else [self._scale * value for value in values]
-        return Reading(_stamp(self._node, self.reader, sample, message, self._given), scaled)
+        return Reading(self._stamps.of(self.reader, sample, message), scaled)
 
     def close(self) -> None:
         self.reader.close()
@@ -141,9 +203,10 @@ class _Topic:
 class _Transforms:
     """Pose of the robot through the transforms of a topic, and of the latched topic with `_static` in its name."""
 
-    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float) -> None:
+    def __init__(self, node: RosNode, topic: str, given: Ros2SensorParameters, scale: float, stamps: _Stamps) -> None:
         self._node = node
         self._given = given
+        self._stamps = stamps
         self._take = POSE_TAKES[given.taken]
         self._frames = Frames()
         self._size = given.size
@@ -191,11 +254,11 @@ class _Transforms:
         Localisations date transforms ahead, so a stamp in a header is at most the present time.
         """
         node = self._node
+        if not (message.transforms and self._stamps.in_headers):
+            return self._stamps.of(self.reader, sample, message)
         try:
-            if message.transforms and (node.settings.use_sim_time or self._given.stamp == "header"):
-                oldest = min(header_stamp(each) for each in message.transforms)
-                return node.stamp(min(oldest, node.now()))
-            return node.stamp(sample.stamp)
+            oldest = min(header_stamp(each) for each in message.transforms)
+            return node.stamp(min(oldest, node.now()))[0]
         except DeviceError as error:
             raise node.fault(self.reader.topic, "stamp", error) from error
 
@@ -205,14 +268,3 @@ def _message(node: RosNode, reader: Reader, sample: Sample) -> Any:
         return node.types.deserialize(sample.data, reader.type)
     except DeviceError as error:
         raise node.fault(reader.topic, "malformed", error) from error
-
-
-def _stamp(node: RosNode, reader: Reader, sample: Sample, message: Any, given: Ros2SensorParameters) -> float:
-    """Time of a reading on the clock of the run [s]."""
-    try:
-        simulated = node.settings.use_sim_time
-        if simulated and given.stamp != "header" and not hasattr(message, "header"):
-            return node.received()  # the time at which it was published is not simulated
-        return node.stamp(header_stamp(message) if simulated or given.stamp == "header" else sample.stamp)
-    except DeviceError as error:
-        raise node.fault(reader.topic, "stamp", error) from error

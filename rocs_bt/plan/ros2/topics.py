@@ -102,6 +102,8 @@ class RosSubscribe(UsesRos[RosSubscription], Leaf):
         state = "no message" if newest is None else f"the newest message is {newest.age:.1f} s old"
         if newest is not None and newest.age <= self.max_age:
             state = "no new message"
+        if subscription.ignored:
+            state += f" (ignored: {subscription.ignored})"
         self.feedback_message = f"waits for '{self.topic}': {state}"
         if self.runtime.now() >= self._until:
             return self.failed(Failure(Reason.TIMEOUT, f"{state} on '{self.topic}' within {self.timeout:g} s"))
