@@ -15,7 +15,7 @@ from ..event import NullSink
 from ..expression import Environment
 from ..geometry import Pose2
 from ..plan import mission_actions, mission_arguments
-from ..reactive import RuleModel, load_rules, rule_misfits
+from ..reactive import Rule, RuleModel, load_rules, rule_misfits
 from ..reactive.analysis import examine_fit
 from ..record import TRUTH
 from ..simulation import (
@@ -29,6 +29,7 @@ from ..simulation import (
 )
 from ..simulation.share import share_faults
 from .mission import built_faults, nodes_in, words_in
+from .protection import unprotected
 from .robot import trial_faults
 from .rules import inactive_faults
 from .stub_agent import idle, stub_agent
@@ -108,6 +109,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
     period, modes = scenario.rate.control_rate.period, words_in(catalog.find("mission", agent.mission).path)
+    found: list[Rule] = []
     for name in agent.rules:
         file = catalog.find("rules", name).path
         own = thresholds(robot, file)
@@ -116,6 +118,9 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
             rules = load_rules(file, environment, actions, overrides=own)
             yield from inactive_faults(rules, robot.name, catalog)
             yield from rule_misfits(rules.rules, actions, built.knowledge)
+            found += rules.rules
+    if on_hardware(catalog, robot):
+        yield from (fault.at(scenario.file, agent.line) for fault in unprotected(built, robot, found))
     signals = built.knowledge.signals
     known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
     yield from requirement_faults(scenario, agent.name, known)

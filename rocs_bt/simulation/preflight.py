@@ -23,6 +23,7 @@ from ..errors import DeviceError, interrupts
 from ..raised import Raised
 from ..words import counted
 from .judge_panel import wait_until
+from .signal_sources import signal_monitors, signals_read
 
 OBSERVED = 0.5
 """Minimum time from the first samples to the start, in which the rates are measured [s]."""
@@ -323,25 +324,15 @@ def preflight_sensors(agent: Agent, robot: RobotSpec) -> list[PreflightSensor]:
 
 def _uses(agent: Agent, robot: RobotSpec) -> Mapping[str, list[str]]:
     """Uses of each monitor's signals, directly or through analysers: `pose`, and the rule files that read them."""
-    table = agent.knowledge.signals
-    sources: dict[str, list[str]] = {signal.name: [m.name] for m in agent.monitors for signal in m.signals()}
-    heard = {spec.name: spec.monitors for spec in robot.analyzers}
-    for analyze in agent.analyzes:
-        for signal in analyze.signals():
-            sources[signal.name] = list(heard.get(analyze.name, ()))
-    reads = {"pose": {"pose"}}
+    sources, reads = signal_monitors(agent, robot), {"pose": {"pose"}}
     for file in agent.rule_files:
-        indices = {i for rule in file.model.rules.rules for node in rule.nodes() for i in node.reads()}
-        reads[file.model.rules.name] = {name for name in table.names if indices & _indices(table.slice_of(name))}
+        nodes = (node for rule in file.model.rules.rules for node in rule.nodes())
+        reads[file.model.rules.name] = signals_read(nodes, agent.knowledge)
     uses: dict[str, list[str]] = {}
     for use, names in reads.items():
         for monitor in dict.fromkeys(monitor for name in names for monitor in sources.get(name, ())):
             uses.setdefault(monitor, []).append(use)
     return uses
-
-
-def _indices(values: slice) -> set[int]:
-    return set(range(values.start, values.stop))
 
 
 def _source(spec: SensorSpec, robot: RobotSpec) -> str:

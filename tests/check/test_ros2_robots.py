@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.check import check_content
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import agent_warnings, check_content
 
 ROBOT = """\
 format = "robot/3"
@@ -47,6 +48,39 @@ def test_unknown_types_and_fields_are_faults_at_the_sensor(tmp_path: Path, keys:
     (fault,) = faults(tmp_path, **keys)
     assert fault.startswith(":4: ")
     assert wanted in fault
+
+
+SCENARIO = (
+    'format = "scenario/2"\nbase = "exp1_ros2"\n[[agent]]\nname = "R2"\nrobot = "pioneer_p3dx_ros2"\nrules = {}\n'
+)
+
+
+def warnings(folder: Path, rules: str) -> list[str]:
+    """Warnings of `rocs-bt drive`, which are also those of `rocs-bt check`, about agents with these rule files."""
+    file = folder / "scenarios" / "mine.toml"
+    file.parent.mkdir(exist_ok=True)
+    file.write_text(SCENARIO.format(rules))
+    catalog = Catalog.here(folder)
+    found = [str(fault) for fault in agent_warnings(catalog.load_scenario("mine"), catalog)]
+    assert [fault for fault in map(str, check_content([file]).faults) if "stops the robot" in fault] == found
+    return found
+
+
+def test_ranges_and_poses_without_which_no_rule_stops_the_robot_are_warned_of(tmp_path: Path) -> None:
+    ranges, pose = warnings(tmp_path, "[]")
+    assert "no rule of 'R2' stops the robot while 'sonar' is invalid, without sonar." in ranges
+    assert "no rule of 'R2' stops the robot while 'pose' is invalid, without position, orientation." in pose
+    rules = tmp_path / "rules" / "blind.toml"
+    rules.parent.mkdir()
+    written = [warning.partition("to a rule file: ")[2] for warning in (ranges, pose)]
+    rules.write_text("\n".join(['format = "reflex/1"', 'doc = "Stops."', *written]))
+    assert warnings(tmp_path, '["blind"]') == []
+    rules.write_text(rules.read_text().replace('"trip"', '"clear"'))
+    assert len(warnings(tmp_path, '["blind"]')) == 2
+
+
+def test_the_shipped_scenario_stops_without_its_sensors(tmp_path: Path) -> None:
+    assert warnings(tmp_path, '["avoid_collision"]') == []
 
 
 def test_without_the_extra_the_rest_is_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
