@@ -82,7 +82,13 @@ class Host:
         return shared
 
     def close(self) -> None:
-        """Close all shared objects that have a `close`."""
+        """Close all shared objects that have a `close`, whatever one of them raises; then raise the first exception."""
+        first: BaseException | None = None
         for shared in self._shared.values():
-            if hasattr(shared, "close"):
-                shared.close()
+            try:
+                if hasattr(shared, "close"):
+                    shared.close()
+            except BaseException as error:  # noqa: BLE001 - raised below, after the others are closed
+                first = first or error
+        if first is not None:
+            raise first
