@@ -88,7 +88,7 @@ class NodeLink:
                 if not isinstance(transport, RclpyTransport):
                     hint = 'Source an installation of ROS 2, and write transport = "rclpy" or "auto" in [ros2].'
                     raise InputError(Fault(f"{name} cannot be used: {_NO_RCLPY}", hint=hint))
-                self._services = RosServices(transport.context)
+                self._services = RosServices(transport.context, self._node.settings.namespace)
             return self._services
 
 

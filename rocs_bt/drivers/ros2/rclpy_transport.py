@@ -17,7 +17,8 @@ from .settings import Ros2Settings
 from .transport import Endpoint, Sample
 
 _UNKNOWN = ("_NODE_NAME_UNKNOWN_", "_CREATED_BY_BARE_DDS_APP_")
-_RANGES = {"loopback": "LOCALHOST", "lan": "SUBNET"}
+_RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
+_OTHERS = ("ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY")  # they extend or override the range
 
 
 def has_rclpy() -> bool:
@@ -53,7 +54,7 @@ class RclpyTransport:
         context: Context of rclpy.
 
     Raises:
-        InputError: rclpy is not installed.
+        InputError: rclpy is not installed, or the environment contradicts `network = "lan"`.
         DeviceError: The network cannot be joined.
     """
 
@@ -72,6 +73,9 @@ class RclpyTransport:
                 node, context=self.context, namespace=namespace, start_parameter_services=False
             )
         except Exception as error:
+            self.context.try_shutdown()
+            if isinstance(error, InputError):
+                raise
             raise DeviceError(f"the ROS domain {settings.domain_id} cannot be joined: {error}") from error
 
     def reader(self, topic: str, type: str, qos: QoS) -> _Reader:
@@ -202,18 +206,31 @@ def _no_signals() -> Any:
 
 @contextmanager
 def _discovery(network: str) -> Iterator[None]:
-    """Environment in which a context is initialised, because discovery has no other setting."""
-    key = "ROS_AUTOMATIC_DISCOVERY_RANGE"
-    before = os.environ.get(key)
-    if network == "loopback" or before is None:
-        os.environ[key] = _RANGES[network]
+    """Environment in which a context is initialised, because discovery has no other setting.
+
+    For the loopback, other variables of discovery do not apply. For the local network, those of the user apply.
+
+    Raises:
+        InputError: The environment restricts discovery to this computer, although the network is `lan`.
+    """
+    before = {key: os.environ[key] for key in (_RANGE, *_OTHERS) if key in os.environ}
+    if network == "lan":
+        for key, values in ((_RANGE, ("LOCALHOST", "OFF")), ("ROS_LOCALHOST_ONLY", ("1",))):
+            if before.get(key) in values:
+                message = f'network = "lan", but the environment has {key}={before[key]}.'
+                raise InputError(Fault(message, hint=f'Write unset {key}, or network = "loopback" in [ros2].'))
     try:
+        if network == "loopback":
+            for key in _OTHERS:
+                os.environ.pop(key, None)
+            os.environ[_RANGE] = "LOCALHOST"
+        else:
+            os.environ.setdefault(_RANGE, "SUBNET")
         yield
     finally:
-        if before is None:
+        for key in (_RANGE, *_OTHERS):
             os.environ.pop(key, None)
-        else:
-            os.environ[key] = before
+        os.environ.update(before)
 
 
 def _profile(qos: QoS) -> Any:

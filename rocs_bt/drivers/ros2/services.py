@@ -26,14 +26,17 @@ class RosServices:
 
     Args:
         context: Context of rclpy.
+        namespace: Namespace of the node; empty for none.
         name: Name of the node.
     """
 
-    def __init__(self, context: Any, name: str = "rocs_bt_services") -> None:
+    def __init__(self, context: Any, namespace: str, name: str = "rocs_bt_services") -> None:
         import rclpy
         from rclpy.executors import SingleThreadedExecutor
 
-        self.node = rclpy.create_node(name, context=context, start_parameter_services=False)
+        self.node = rclpy.create_node(
+            name, context=context, namespace=namespace or None, start_parameter_services=False
+        )
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         self._unsettled: set[object] = set()
