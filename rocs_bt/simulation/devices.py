@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from ..arguments import read_arguments
@@ -172,7 +173,8 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
     """
     if actuator.driver == ROS2:
         with located_at(robot.file, actuator.line):
-            return IsolatedActuator(_ros2_maker(robot, actuator), actuator.max_command_age)
+            node = re.sub(r"\W|_+", "_", f"rocs_bt_{actuator.name}", flags=re.ASCII)  # two of one name disturb tools
+            return IsolatedActuator(replace(_ros2_maker(robot, actuator), node=node), actuator.max_command_age)
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):

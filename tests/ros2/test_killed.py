@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+from contextlib import closing
 from functools import partial
 
 import pytest
 
+from rocs_bt.drivers.ros2.connect import open_transport
+from rocs_bt.drivers.ros2.settings import Ros2Settings
+
 from .killed import BRAKING, OWN_TIMEOUT, SOON, both_killed, driven, killed, moments, paused, report
+from .transport_contract import until
 
 
 @pytest.fixture
@@ -28,6 +33,9 @@ def test_zero_is_published_in_time(robots, tmp_path, seed):
 def test_without_agent_and_publisher_the_robot_stops_by_its_own_timeout(robots, tmp_path):
     with robots(tmp_path) as robot:
         robot.drive(0.5)
+        with closing(open_transport(Ros2Settings(transport="dds"), "observer")) as observer:
+            both = {"/r1/rocs_bt", "/r1/rocs_bt_wheels"}  # each process has a name of its own
+            until(lambda: both <= {endpoint.node for endpoint in observer.endpoints()})
         _, awake = both_killed(robot)
         assert awake <= OWN_TIMEOUT + BRAKING
 

@@ -87,12 +87,14 @@ class ActuatorNodeMaker:
         settings: The `[ros2]` table.
         parameters: Keys of the actuator.
         locomotion: Locomotion of the robot.
+        node: Name of the node, if the devices of the host have none yet.
     """
 
     name: str
     settings: Ros2Settings
     parameters: Ros2ActuatorParameters
     locomotion: Locomotion
+    node: str = "rocs_bt"
 
     def __call__(self, host: Host) -> ActuatorNode:
         """Construct the actuator; its node is shared with the other devices of the host.
@@ -101,15 +103,19 @@ class ActuatorNodeMaker:
             InputError: A package is not installed; the hint says which.
             DeviceError: The network cannot be joined.
         """
-        return ActuatorNode(self.name, shared_node(self.settings, host), self.parameters, self.locomotion)
+        node = shared_node(self.settings, host, name=self.node)
+        return ActuatorNode(self.name, node, self.parameters, self.locomotion)
 
 
-def shared_node(settings: Ros2Settings, host: Host, transport: Transport | None = None) -> RosNode:
+def shared_node(
+    settings: Ros2Settings, host: Host, transport: Transport | None = None, name: str = "rocs_bt"
+) -> RosNode:
     """Connection of a robot, which all its devices in one process share.
 
     Args:
         settings: The `[ros2]` table.
         host: Host of the devices.
         transport: Opened transport, in the first call; None to open one by the settings.
+        name: Name of the node, in the first call.
     """
-    return host.share(("ros2", settings), lambda: RosNode(settings, host.clock, transport=transport))
+    return host.share(("ros2", settings), lambda: RosNode(settings, host.clock, transport, name))

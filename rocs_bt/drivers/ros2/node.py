@@ -24,7 +24,7 @@ MAX_AHEAD = 0.5
 """Time by which a stamp may at most be in the future before the message counts as faulty [s]."""
 
 NOTABLE_AHEAD = 0.05
-"""Time by which stamps are in the future from which users are told [s]."""
+"""Time by which stamps are in the future from which clocks are reported [s]."""
 
 
 class RosNode:
@@ -34,6 +34,7 @@ class RosNode:
         settings: The `[ros2]` table.
         clock: Clock of the run, for the stamps of readings.
         transport: Opened transport; None to open one by the settings.
+        name: Name of the node, if the transport is opened here.
 
     Attributes:
         settings: The `[ros2]` table.
@@ -50,9 +51,10 @@ class RosNode:
         settings: Ros2Settings,
         clock: Clock,
         transport: Transport | None = None,
+        name: str = "rocs_bt",
     ) -> None:
         self.settings = settings
-        self.transport = open_transport(settings) if transport is None else transport
+        self.transport = open_transport(settings, name) if transport is None else transport
         self.types = self.transport.types
         self._clock = clock
         self._faults: dict[str, Counter[str]] = {}
