@@ -1,4 +1,4 @@
-"""A robot in plain rclpy: a unicycle in the arena of EXP1 with LaserScan, odometry, wheels, battery and cmd_vel.
+"""A robot in plain rclpy: a unicycle in the arena of EXP1 with LaserScan, sonars, odometry, wheels and cmd_vel.
 
 `python tests/ros2/counterpart.py --help` lists the options. The robot imports nothing of rocs_bt. It prints one line
 of JSON when it is ready, and one at its end (SIGTERM, SIGINT or `--duration`). A line with the name of a fault, or with
@@ -28,7 +28,7 @@ from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.signals import SignalHandlerOptions
-from sensor_msgs.msg import BatteryState, JointState, LaserScan
+from sensor_msgs.msg import BatteryState, JointState, LaserScan, Range
 from std_msgs.msg import Bool, String
 
 STEP = 0.01  # [s]
@@ -37,6 +37,12 @@ STALL = 0.1  # [s] delay of the machine beyond which the world pauses
 START = [-1.0, 2.0, math.radians(-63.0)]  # of R2 in EXP1
 PEER = 0.25  # [m] radius of the other robot
 WHEELS = {"left_wheel": -1, "right_wheel": 1}  # sides by joint
+# Sonars of a Pioneer P3-DX: positions x, y [m] and headings [deg], clockwise from the left.
+SONARS = [(0.069, 0.136, 90), (0.114, 0.119, 50), (0.148, 0.078, 30), (0.166, 0.027, 10)]
+SONARS += [(x, -y, -yaw) for x, y, yaw in reversed(SONARS)]
+SONARS += [(-0.157, -0.136, -90), (-0.203, -0.119, -130), (-0.237, -0.078, -150), (-0.255, -0.027, -170)]
+SONARS += [(x, -y, -yaw) for x, y, yaw in reversed(SONARS[8:])]
+CONE, SONAR_RANGE = math.radians(30.0), (0.1, 1.0)  # opening angle, and limits [m]
 STOPPED = 1e-6  # [m/s], [rad/s]
 FAULTS = {
     "scan_stops": "no scan is published any more",
@@ -155,6 +161,8 @@ class RobotNode:
         scan, odom = qos(self.options.scan_qos, 5), qos(self.options.odom_qos, 5)
         self.scan_type = String if "scan_string" in self.options.fault else LaserScan
         self.scan = self.node.create_publisher(self.scan_type, "scan", scan)
+        names = [f"sonar{i}" for i in range(len(SONARS))] if self.options.sonars else []
+        self.sonars = {name: self.node.create_publisher(Range, f"range/{name}", scan) for name in names}
         self.odom = self.node.create_publisher(Odometry, "odom", odom)
         self.joints = self.node.create_publisher(JointState, "joint_states", odom)
         self.battery = self.node.create_publisher(BatteryState, "battery_state", qos("reliable", 1))
@@ -193,6 +201,7 @@ class RobotNode:
             self.note("stopped")
         for rate, publish in (
             (self.options.scan_rate, self.publish_scan),
+            (self.options.scan_rate, self.publish_sonars),
             (self.options.odom_rate, self.publish_odom),
             (1.0, self.publish_state),
         ):
@@ -244,6 +253,18 @@ class RobotNode:
         self.stamp(scan.header, "base_scan")
         self.scan.publish(scan)
 
+    def publish_sonars(self) -> None:
+        """Publish the nearest echo in the cone of each sonar."""
+        robot, (low, high) = self.robot, SONAR_RANGE
+        cos, sin, cone = math.cos(robot.yaw), math.sin(robot.yaw), np.linspace(-CONE / 2, CONE / 2, 5)
+        for (name, publisher), (x, y, heading) in zip(self.sonars.items(), SONARS, strict=False):
+            place, yaw = (robot.x + x * cos - y * sin, robot.y + x * sin + y * cos), robot.yaw + math.radians(heading)
+            nearest = float(robot.arena.ranges(*place, cone + yaw, robot.disc).min())
+            echo = Range(radiation_type=Range.ULTRASOUND, field_of_view=CONE, min_range=low, max_range=high)
+            echo.range = math.inf if nearest > high else nearest
+            self.stamp(echo.header, name)
+            publisher.publish(echo)
+
     def publish_odom(self) -> None:
         robot, faults = self.robot, self.robot.faults
         if "odom_stops" in faults:
@@ -289,6 +310,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--wheel-radius", type=float, default=0.0975, help="[m]")
     parser.add_argument("--timeout", type=float, default=0.3, help="age of a command at which the robot stops [s]")
     parser.add_argument("--stamped", action="store_true", help="cmd_vel is a TwistStamped")
+    parser.add_argument("--sonars", action="store_true", help="sixteen sonars, range/sonar0 to range/sonar15")
     parser.add_argument("--beams", type=int, default=360)
     parser.add_argument("--max-range", type=float, default=8.0, help="[m]")
     parser.add_argument("--scan-rate", type=float, default=20.0, help="[Hz], a divisor of 100")
