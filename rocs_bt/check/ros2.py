@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 from ..catalog import RobotSpec
 from ..drivers import ROS2, Ros2Settings, read_parameters
-from ..drivers.ros2.forms import make_take
+from ..drivers.ros2.forms import make_take, message_size
 from ..drivers.ros2.message_types import MessageTypes
 from ..drivers.ros2.parameters import Ros2SensorParameters
 from ..drivers.ros2.rclpy_transport import definition
@@ -29,5 +29,6 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
         try:
             given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
             make_take(types, given)
+            message_size(types, given)
         except InputError as error:
             yield from error.at(robot.file, sensor.line).faults

@@ -16,6 +16,7 @@ from rocs_bt.clock import Clock
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.ros2.actuator_node import ActuatorNode
+from rocs_bt.drivers.ros2.forms import message_size
 from rocs_bt.drivers.ros2.message_types import MessageTypes
 from rocs_bt.drivers.ros2.node import RosNode
 from rocs_bt.drivers.ros2.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
@@ -180,6 +181,43 @@ def test_the_number_of_values_may_not_change(network, node):
     network.send("/r1/a", ARRAY, data=[1.0])
     with pytest.raises(DeviceError, match="it has 1 values, not 2"):
         many.read()
+
+
+@pytest.mark.parametrize(
+    ("keys", "good", "fields"),
+    [
+        ({"type": ARRAY, "values": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0]}),
+        ({"type": ARRAY, "values": ("data",), "length": 2}, [1.0, 2.0], {"data": [1.0] * 3}),
+        ({"type": ARRAY, "values": ("data[1]", "layout.data_offset")}, [2.0, 0.0], {"data": [1.0]}),
+    ],
+)
+def test_the_declared_number_of_values_holds_from_the_first_message(network, node, keys, good, fields):
+    many = sensor(node, topic="a", **keys)
+    network.send("/r1/a", ARRAY, **fields)
+    with pytest.raises(DeviceError, match=r"/r1/a: (it has \d values, not 2|'data\[1\]': the array has 1 elements)"):
+        many.read()
+    network.send("/r1/a", ARRAY, data=[1.0, 2.0])
+    assert list(many.read().values) == good
+    assert sum(node.faults["/r1/a"].values()) == 1
+
+
+@pytest.mark.parametrize(
+    ("type", "values", "length", "size"),
+    [
+        (ODOMETRY, ("pose.covariance", "pose.pose.position.x"), 0, 37),
+        (ARRAY, ("data",), 0, None),
+        (ARRAY, ("data", "layout.data_offset"), 5, 5),
+    ],
+)
+def test_the_number_of_values_of_fields_comes_from_their_types(type, values, length, size):
+    given = Ros2SensorParameters(type=type, topic="a", values=values, length=length)
+    assert message_size(TYPES, given) == size
+
+
+def test_a_wrong_number_of_values_is_refused():
+    given = Ros2SensorParameters(type=ODOMETRY, topic="a", values=("pose.covariance",), length=6)
+    with pytest.raises(InputError, match="length is 6, but the fields of nav_msgs/msg/Odometry have 36 values"):
+        message_size(TYPES, given)
 
 
 def test_values_of_several_topics_have_the_oldest_stamp(network, node):

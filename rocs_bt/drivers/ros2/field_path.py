@@ -64,6 +64,17 @@ class FieldPath:
             of = fields[step]
         return of
 
+    def size(self, types: MessageTypes, name: str) -> int | None:
+        """Number of values of the field in messages of a type; None for an array of variable length.
+
+        Raises:
+            InputError: See `check`.
+        """
+        kind, detail = self.check(types, name)
+        if kind.name == "ARRAY":
+            return int(detail[1])
+        return None if kind.name == "SEQUENCE" else 1
+
     def get(self, message: Any) -> Any:
         """Value of the field.
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import DeviceError
+from ...errors import DeviceError, Fault, InputError
 from ...geometry import Pose3
 from .field_path import FieldPath
 from .message_types import MessageTypes
@@ -22,6 +22,21 @@ It raises DeviceError for a faulty message.
 """
 
 Array = npt.NDArray[np.float64]
+
+
+def message_size(types: MessageTypes, given: Ros2SensorParameters) -> int | None:
+    """Number of values of a message, by the declarations in robot.toml and of the message type; None without one.
+
+    Raises:
+        InputError: `length` is not the number of values of the fields.
+    """
+    if given.size is not None and not given.values:
+        return given.size // len(given.all_topics)
+    sizes = [FieldPath(text).size(types, given.type) for text in given.values]
+    known, fixed = sum(size or 0 for size in sizes), None not in sizes
+    if given.length and (given.length < known or (fixed and given.length != known)):
+        raise InputError(Fault(f"length is {given.length}, but the fields of {given.type} have {known} values."))
+    return given.length or (known if given.values and fixed else None)
 
 
 def make_take(types: MessageTypes, given: Ros2SensorParameters) -> Take:

@@ -63,6 +63,8 @@ class Ros2SensorParameters:
         topics: Names of several topics of the same type, in place of `topic`; their values are concatenated.
         take: Value that is taken from a message with a short form (`TAKES`); by default the first.
         values: Paths to fields, such as `pose.pose.position.x`, in place of `take`.
+        length: Number of values of a message, for `values` with an array of variable length; by default that of the
+            first message.
         reliability: Requested reliability: `reliable` or `best_effort`.
         durability: Requested durability: `volatile`, or `transient_local` for a latched topic.
         depth: Number of messages that are kept.
@@ -84,6 +86,7 @@ class Ros2SensorParameters:
     topics: tuple[str, ...] = ()
     take: str = ""
     values: tuple[str, ...] = ()
+    length: int = 0
     reliability: str = ""
     durability: str = "volatile"
     depth: int = 5
@@ -124,6 +127,8 @@ class Ros2SensorParameters:
         faults = []
         if self.take and self.values:
             faults.append(Fault("take and values exclude each other."))
+        if self.length < 0 or (self.length and not self.values):
+            faults.append(Fault("length is for values, and positive.", hint='Write values = ["data"] and length = 4.'))
         if self.take and takes is not None and self.take not in takes:
             faults.append(unknown("value to take", self.take, takes, f"'{self.type}'"))
         sound = 2 <= self.rays <= MAX_RAYS and 0.0 < self.span <= math.tau
@@ -158,7 +163,7 @@ class Ros2SensorParameters:
     def size(self) -> int | None:
         """Number of values of a reading; None if it depends on the messages."""
         if self.values:
-            return None
+            return self.length * len(self.all_topics) or None
         own = {SCAN: self.rays, JOINTS: len(self.joints)}
         each = own.get(self.type, TAKES[self.type][self.taken])
         return None if each is None else each * len(self.all_topics)

@@ -8,7 +8,7 @@ from typing import Any, Protocol
 from ...device import Reading, Sensor
 from ...errors import DeviceError
 from ...geometry import Pose3
-from .forms import POSE_TAKES, make_take
+from .forms import POSE_TAKES, make_take, message_size
 from .frames import Frames
 from .node import MAX_AHEAD, RosNode, header_stamp
 from .parameters import DIAGNOSTICS, JOINTS, TRANSFORMS, Ros2SensorParameters
@@ -163,7 +163,7 @@ class _Topic:
         self._take = make_take(node.types, given)
         self._silent = True  # whether no message was about the sensor's values
         self._every = given.type in _PARTIAL and not given.values
-        self._size: int | None = None if given.size is None else given.size // len(given.all_topics)
+        self._size = message_size(node.types, given)
         self.reader = node.reader(topic, given.type, given.qos)
 
     def newest(self) -> Reading | None:
