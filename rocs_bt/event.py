@@ -6,6 +6,7 @@ the engine, so they can be written, read back and compared.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 from msgspec import field
@@ -332,12 +333,33 @@ class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
     roll: float | None = None  # [rad]
     pitch: float | None = None  # [rad]
 
+    @property
+    def tilt(self) -> float:
+        """Angle between the base's z axis and the vertical [rad], in [0, pi]; NaN if it is not recorded."""
+        if self.roll is None or self.pitch is None:
+            return math.nan
+        return math.acos(max(-1.0, min(1.0, math.cos(self.roll) * math.cos(self.pitch))))
+
 
 class ContactBegan(Event, frozen=True, kw_only=True):
     """A contact of an agent's robot began in simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 
     other: str
     kind: str
+
+
+class RobotPushed(Event, frozen=True, kw_only=True):
+    """A scheduled push of a robot's base began in simulation.
+
+    Attributes:
+        body: Name of the robot.
+        force: Force [N] forward, to the left and up, horizontal frame of the base.
+        duration: Duration of the push [s].
+    """
+
+    body: str
+    force: tuple[float, float, float]
+    duration: float
 
 
 class MinClearanceLowered(Event, frozen=True, kw_only=True):

@@ -12,6 +12,7 @@ from ..document import Table
 from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
+from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
 from .renamed_keys import SCENARIO
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import free_parameters, latency_of, read_name
@@ -32,6 +33,8 @@ class PlaceSpec:
         attributes: Further attributes of the node, in SI units.
         line: Line of the table in the file.
         z: Height of the pose, world frame [m]; None on the floor.
+        height_tolerance: Height difference within which the place counts as reached [m]; None if `tolerance` is that
+            of the distance in space.
     """
 
     name: str
@@ -42,6 +45,7 @@ class PlaceSpec:
     attributes: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
     z: float | None = None
+    height_tolerance: float | None = None
 
 
 @dataclass(frozen=True)
@@ -150,6 +154,8 @@ class ScenarioSpec:
         requirements: Conditions on the whole run.
         bases: Scenario files that this one is based on, nearest first.
         share: Sharing of knowledge between agents; None for none.
+        grounds: Parts of the floor that are not level.
+        pushes: Scheduled pushes of robots.
     """
 
     name: str
@@ -166,6 +172,8 @@ class ScenarioSpec:
     facts: tuple[FactSpec, ...] = ()
     bases: tuple[Path, ...] = ()
     share: ShareSpec | None = None
+    grounds: tuple[GroundSpec, ...] = ()
+    pushes: tuple[PushSpec, ...] = ()
 
     @property
     def tags(self) -> dict[str, int]:
@@ -212,6 +220,7 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         for name in (agent.success, *agent.after):
             if name is not None and name not in goals:
                 table.fault("success", f"no goal is named '{name}'.", did_you_mean(name, goals, "The scenario"))
+    actors = tuple(_actor(t, missing) for t in actor_tables)
     scenario = ScenarioSpec(
         name=root.file.stem,
         file=root.file,
@@ -222,23 +231,27 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
         rate=read_rate(root.table("rate")),
         places=places,
         agents=agents,
-        actors=tuple(_actor(t, missing) for t in actor_tables),
+        actors=actors,
         requirements=_requirements(root, names),
         facts=read_facts(root, names),
         bases=root.bases,
         share=read_share(root, names),
+        grounds=read_grounds(root),
+        pushes=read_pushes(root, [*names, *(actor.name for actor in actors if actor.robot)]),
     )
     root.done()
     return scenario
 
 
 def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
-    known = ("name", "kind", "x", "y", "z", "yaw", "tolerance", "agents")
+    known = ("name", "kind", "x", "y", "z", "yaw", "tolerance", "height_tolerance", "agents")
     kind = table.choice("kind", ("goal", "place", "object"), "goal")
     receivers = tuple(table.texts("agents", list(agents)))
     for name in receivers:
         if name not in agents:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
+    if "height_tolerance" in table and "z" not in table:
+        table.fault("height_tolerance", "a place without z has no height.", "Add z, or remove height_tolerance.")
     return PlaceSpec(
         name=read_name(table),
         kind=kind,
@@ -249,6 +262,7 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
         attributes=free_parameters(table, known) if kind == "object" else {},
         line=table.position()[0],
         z=table.quantity("z", LENGTH, low=-1e4, high=1e4) if "z" in table else None,
+        height_tolerance=table.quantity("height_tolerance", LENGTH, low=1e-4) if "height_tolerance" in table else None,
     )
 
 

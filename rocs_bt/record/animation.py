@@ -26,6 +26,7 @@ def animation(run: History) -> Json:
         "end": run.end,
         "bounds": _bounds(run),
         "outlines": [{"name": o.name, "points": o.points, "radius": o.radius} for o in header.outlines],
+        "grounds": [{"name": o.name, "points": o.points, "height": o.height} for o in header.grounds],
         "places": [{"name": p.name, "x": p.x, "y": p.y, "radius": p.radius, "kind": p.kind} for p in header.places],
         "bodies": [
             {"name": name, "agent": name in run.agents, "hull": hulls.get(name, ()), **_track(body)}

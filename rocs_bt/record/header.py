@@ -210,6 +210,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         agents: Agents, in the scenario's order.
         bodies: Moving bodies of agents and actors.
         outlines: Outlines of the obstacles in the world.
+        grounds: Outlines of the ground that is not level.
         places: Goals and other named places.
         requirements: Requirements of the scenario.
         recalled: Knowledge of earlier runs by agent, as JSON (docs/knowledge.md).
@@ -227,6 +228,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     agents: tuple[AgentInfo, ...] = ()
     bodies: tuple[BodyInfo, ...] = ()
     outlines: tuple[Outline, ...] = ()
+    grounds: tuple[Outline, ...] = ()
     places: tuple[Place, ...] = ()
     requirements: tuple[RequirementInfo, ...] = ()
     recalled: Mapping[str, str] = {}

@@ -28,6 +28,8 @@ from .recording import Recording
 TRUTH: tuple[Signal, ...] = (
     Signal("min_clearance", 1, (LENGTH,), doc="Minimum distance so far from the hull to any geom but the floor."),
     Signal("true_pose", 3, (LENGTH, LENGTH, ANGLE), doc="Ground-truth pose, world frame."),
+    Signal("true_height", 1, (LENGTH,), doc="Ground-truth height of the base; invalid for robots on wheels."),
+    Signal("true_tilt", 1, (ANGLE,), doc="Ground-truth angle from the vertical; invalid for robots on wheels."),
     Signal("collisions", 1, (NONE,), doc="Number of collisions caused so far."),
     Signal("struck", 1, (NONE,), doc="Number of contacts so far while the robot was stationary."),
 )
@@ -68,6 +70,7 @@ class Snapshots:
             self._table.declare(signal)
         self._table.freeze()
         self._clearance, self._pose, self._touches = math.inf, (math.nan,) * 3, {"collision": 0, "struck": 0}
+        self._height = self._tilt = math.nan
         self._mode = ""
         self._t: float | None = None
         self._waiting: list[SignalsWritten | KnowledgeChanged] = []
@@ -104,12 +107,15 @@ class Snapshots:
         return sample
 
     def _sample(self, t: float, felt: bool = True) -> Sample:
-        truth = (self._clearance, *self._pose, self._touches["collision"], self._touches["struck"])
+        touches = self._touches["collision"], self._touches["struck"]
+        truth = (self._clearance, *self._pose, self._height, self._tilt, *touches)
         return Sample(t, np.concatenate([self._table.snapshot(t), truth]), self._mode, felt)
 
     def _apply(self, event: Event) -> None:
         if isinstance(event, BodyMoved):
             self._pose = event.x, event.y, event.yaw
+            if event.height is not None:
+                self._height, self._tilt = event.height, event.tilt
         elif isinstance(event, MinClearanceLowered):
             self._clearance = event.distance
         elif isinstance(event, ContactBegan):

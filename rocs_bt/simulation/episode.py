@@ -191,12 +191,11 @@ class Episode:
         name, world, judge = agent.name, self._world, self._judges[agent.name]
         pose, z = world.pose(name), world.position(name)[2] if name in self._spatial else math.nan
         for goal in self._goals.get(name, ()):
-            away = goal.distance(pose, z)
-            if away > goal.tolerance:
+            if not goal.reached(pose, z):
                 self._inside.discard((name, goal.name))
             elif (name, goal.name) not in self._inside:
                 self._inside.add((name, goal.name))
-                self._sink.emit(GoalEntered(t=t, agent=name, goal=goal.name, distance=away))
+                self._sink.emit(GoalEntered(t=t, agent=name, goal=goal.name, distance=goal.distance(pose, z)))
         if judge.decided:
             return
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]

@@ -20,6 +20,7 @@ from ..drivers.mujoco.sensors import RangeCone
 from ..plan import TreePlan
 from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
 from ..version import __version__
+from .ground import ground_outlines
 from .options import RunOptions
 from .requirements import requirements_of
 from .simulated_world import SimulatedWorld
@@ -38,7 +39,11 @@ def versions() -> Mapping[str, str]:
 def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
     """Header with only the static obstacles and places of a scenario, for figures."""
     return RunHeader(
-        scenario=scenario.name, seed=0, outlines=outlines(world.model, world.robots), places=_places(scenario)
+        scenario=scenario.name,
+        seed=0,
+        outlines=outlines(world.model, world.robots),
+        grounds=ground_outlines(scenario),
+        places=_places(scenario),
     )
 
 
@@ -95,6 +100,7 @@ def with_scenery(
             *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in simulated.world.objects.items()),
         ),
         outlines=outlines(model, simulated.world.robots),
+        grounds=ground_outlines(scenario),
         places=_places(scenario),
         recalled=recalled,
     )

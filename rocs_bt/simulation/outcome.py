@@ -25,12 +25,27 @@ class Goal:
         pose: Pose of the place, world frame.
         tolerance: Maximum distance from the place at which the goal counts as reached [m].
         z: Height of the place, world frame [m]; None to measure distances in the plane.
+        height_tolerance: Maximum height difference from the place [m]; `tolerance` then refers to the distance in the
+            plane. None if `tolerance` refers to the distance in space.
     """
 
     name: str
     pose: Pose2
     tolerance: float
     z: float | None = None
+    height_tolerance: float | None = None
+
+    def reached(self, pose: Pose2, z: float) -> bool:
+        """Whether a robot is at the place; arguments as for `distance`."""
+        if self.height_tolerance is None or self.z is None or math.isnan(z):
+            return self.distance(pose, z) <= self.tolerance
+        return pose.distance(self.pose) <= self.tolerance and abs(z - self.z) <= self.height_tolerance
+
+    @property
+    def limits(self) -> str:
+        """Tolerances in words."""
+        height = f", in height {self.height_tolerance:g} m" if self.height_tolerance is not None else ""
+        return f"tolerance {self.tolerance:g} m{height}"
 
     def distance(self, pose: Pose2, z: float) -> float:
         """Distance of a robot from the place [m], in space if the place has a height.
@@ -136,6 +151,7 @@ class Judge:
         self._fall = FallWatch()
         self._mission = "RUNNING"
         self._distance = math.inf
+        self._at_goal = False
         self.time_to_goal: float | None = None
         self.decided = False
 
@@ -170,6 +186,7 @@ class Judge:
         """
         self._mission = agent.status
         self._distance = math.inf if self._goal is None else self._goal.distance(pose, z)
+        self._at_goal = self._goal is not None and self._goal.reached(pose, z)
         self.check_failure(agent)
         for other in collisions:
             self._note("collision", f"it ran into {other} at {t:.2f} s", decides=self._end_on_collision)
@@ -224,17 +241,13 @@ class Judge:
             return Verdict("success", "", self.time_to_goal)
         return Verdict("timeout", self._why_not(), None)
 
-    @property
-    def _at_goal(self) -> bool:
-        return self._goal is not None and self._distance <= self._goal.tolerance
-
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)
         self.decided = self.decided or decides
 
     def _visit(self, t: float, pose: Pose2, z: float) -> None:
         """Remove reached goals from `after`; a missed deadline decides the outcome."""
-        self._after = [(goal, by) for goal, by in self._after if goal.distance(pose, z) > goal.tolerance]
+        self._after = [(goal, by) for goal, by in self._after if not goal.reached(pose, z)]
         for goal, by in self._after:
             if t > by:
                 self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
@@ -259,5 +272,5 @@ class Judge:
         if self._at_end and self.time_to_goal is not None:
             return f"it reached '{self._goal.name}' at {self.time_to_goal:.1f} s, but at the end it is {away}"
         if self._mission == "SUCCESS":
-            return f"the mission returned SUCCESS, but it is {away} (tolerance {self._goal.tolerance:g} m)"
+            return f"the mission returned SUCCESS, but it is {away} ({self._goal.limits})"
         return f"the mission is still {self._mission}, {away}"

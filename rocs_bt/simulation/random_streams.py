@@ -13,6 +13,14 @@ START: Final = "start"
 NETWORK: Final = "network"
 """Purpose: loss and delay of the simulated network of sharing agents; the owner of this stream is empty."""
 
+GROUND: Final = "ground"
+"""Purpose: bumps of rough ground; the owner is the ground."""
+
+
+def push_of(number: int) -> str:
+    """Purpose: time of one push on the owner, by its number in the scenario from 0."""
+    return f"push {number}"
+
 
 def noise_of(sensor: str) -> str:
     """Purpose: noise of one sensor of the owner."""

@@ -18,8 +18,8 @@ import numpy as np
 from ..drivers import read_parameters
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
-from ..geometry import Pose2
-from ..units import Metres, MetresPerSecond, Seconds
+from ..geometry import Pose2, wrap_angle
+from ..units import Metres, MetresPerSecond, Radians, Seconds
 
 Vector = tuple[float, float]
 
@@ -119,6 +119,51 @@ class Slide(ScriptedObject):
 
     def _robots(self) -> list[Pose2]:
         return [self.world.pose(name) for name in self.world.robots] if self._p.wait_distance else []
+
+
+@dataclass(frozen=True, kw_only=True)
+class SwingParameters:
+    """Parameters of the script `swing`.
+
+    Attributes:
+        amplitude: Largest angle from the middle, which is the object's yaw in the scenario, to either side [rad].
+        period: Duration of a swing to both sides and back [s].
+    """
+
+    amplitude: Radians
+    period: Seconds
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.amplitude <= math.pi and 0.0 < self.period < math.inf):
+            raise InputError(
+                Fault(
+                    "a swing needs 0 deg < amplitude <= 180 deg and period > 0 s; found "
+                    f"{math.degrees(self.amplitude):g} deg and {self.period:g} s."
+                )
+            )
+
+
+class Swing(ScriptedObject):
+    """Boom or gate that swings about the vertical axis through the origin of its body, with a random phase."""
+
+    Parameters = SwingParameters
+
+    def __init__(self, *args: Any, parameters: SwingParameters) -> None:
+        super().__init__(*args)
+        self._p = parameters
+        self._phase = float(self.rng.uniform(0.0, 2.0 * math.pi))
+        self.world.place_object(self.name, self.start._replace(yaw=self._yaw(0.0)))
+
+    def velocity(self, t: float, at: Vector) -> Vector:
+        return 0.0, 0.0
+
+    def step(self, t: float) -> None:
+        turn = wrap_angle(self._yaw(t + self.period) - self.world.object_pose(self.name).yaw)
+        self.world.set_object_turn(self.name, turn / self.period)
+
+    def _yaw(self, t: float) -> float:
+        swing = self._p.amplitude * math.sin(self._phase + 2.0 * math.pi * t / self._p.period)
+        return wrap_angle(self.start.yaw + swing)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,7 +337,12 @@ class SocialForce(ScriptedObject):
         return self._around(min(push, 20.0) * slope / size, ahead) if size > 0.0 else np.zeros(2)
 
 
-SCRIPTED_OBJECTS: Mapping[str, Any] = {"slide": Slide, "polynomial": Polynomial, "social_force": SocialForce}
+SCRIPTED_OBJECTS: Mapping[str, Any] = {
+    "slide": Slide,
+    "swing": Swing,
+    "polynomial": Polynomial,
+    "social_force": SocialForce,
+}
 
 
 def make_scripted_object(

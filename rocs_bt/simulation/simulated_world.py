@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 from ..agent import RobotDevices, robot_locomotion
 from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
@@ -25,8 +26,10 @@ from ..event import EventSink
 from ..geometry import Pose2
 from ..safety import SafetyGate
 from .devices import mujoco_driver
+from .ground import ground_pieces
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
+from .push_schedule import PushSchedule, push_schedules
 from .random_streams import START, loop_of, noise_of, stream
 from .scripted_objects import ScriptedObject, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
@@ -43,7 +46,7 @@ class SimulatedWorld:
         sensors: Sensors by agent, then by name.
         actuators: Safety gates of the actuators, by agent, then by name.
         sensor_rates: Rates of the sensors in control periods, by agent, then by name.
-        actors: Scripted actors and objects.
+        actors: Scripted actors and objects, and pushes.
         wheels: Functions that return the true wheel linear speeds [m/s], by robot.
         judges: Judges by agent.
         goals: Goals that an agent may enter, by agent.
@@ -57,7 +60,7 @@ class SimulatedWorld:
     sensors: Mapping[str, dict[str, Sensor]]
     actuators: Mapping[str, dict[str, SafetyGate]]
     sensor_rates: Mapping[str, Mapping[str, Rate]]
-    actors: Sequence[ScriptedRobot | ScriptedObject]
+    actors: Sequence[ScriptedRobot | ScriptedObject | PushSchedule]
     wheels: Mapping[str, Callable[[], list[float]]]
     judges: Mapping[str, Judge]
     goals: Mapping[str, list[Goal]]
@@ -85,7 +88,7 @@ def build_world(
         InputError: Content is missing or inconsistent, or a start pose is in collision.
     """
     time = clock or SimulatedClock(scenario.rate.physics)
-    world, robots = _compose(scenario, catalog, time)
+    world, robots = _compose(scenario, catalog, time, seed)
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
     with located_at(scenario.file):
@@ -110,7 +113,11 @@ def build_world(
             a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
             for a in scenario.agents
         },
-        actors=[*objects, *_actors(world, catalog, scenario, robots, seed, wheels)],
+        actors=[
+            *objects,
+            *_actors(world, catalog, scenario, robots, seed, wheels),
+            *push_schedules(scenario, seed, world, sink),
+        ],
         wheels=wheels,
         judges={a.name: _judge(scenario, a) for a in scenario.agents},
         goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
@@ -153,7 +160,9 @@ def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | No
     return _compose(scenario, catalog, clock or SimulatedClock(scenario.rate.physics))[0]
 
 
-def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
+def _compose(
+    scenario: ScenarioSpec, catalog: Catalog, clock: Clock, seed: int = 1
+) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
     robots = {a.name: specs[a.robot] for a in scenario.agents}
     robots |= {m.name: specs[m.robot] for m in scenario.actors if m.robot}
@@ -167,10 +176,15 @@ def _compose(scenario: ScenarioSpec, catalog: Catalog, clock: Clock) -> tuple[Mu
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
         placed.append(RobotInstance(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
-    key = ("model", arena, step, *((name, spec.file, name in agents) for name, spec in robots.items()))
-    model = catalog.cached(
-        key, lambda: compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text)
-    )
+    named = (scenario.name, seed) if any(ground.kind == "rough" for ground in scenario.grounds) else ()
+    grounds = (*scenario.grounds, *named)
+    key = ("model", arena, step, grounds, *((name, spec.file, name in agents) for name, spec in robots.items()))
+
+    def compiled() -> Any:
+        ground = ground_pieces(scenario, seed)
+        return compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text, ground=ground)
+
+    model = catalog.cached(key, compiled)
     world = MujocoWorld(model, list(robots), clock)
     for name, spec in robots.items():
         if spec.ground_contact is not None:
@@ -261,7 +275,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
 def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:
     """Goals of the scenario, or only those of one agent if it is given."""
     return [
-        Goal(p.name, p.pose, p.tolerance, p.z)
+        Goal(p.name, p.pose, p.tolerance, p.z, p.height_tolerance)
         for p in scenario.places
         if p.kind == "goal" and (agent is None or agent in p.agents)
     ]

@@ -119,6 +119,7 @@ y = "1 m"
 z = "0.1 m"
 yaw = "90 deg"
 tolerance = "0.2 m"
+height_tolerance = "0.1 m"
 agents = ["R1"]
 [[agent]]
 name = "R1"
@@ -143,6 +144,33 @@ x = "2 m"
 y = "0 m"
 yaw = "0 deg"
 jitter = { x = "0.1 m" }
+[[ground]]
+name = "stairs"
+kind = "step"
+x = "1 m"
+y = "0 m"
+yaw = "90 deg"
+length = "1 m"
+width = "1 m"
+height = "4 cm"
+count = 3
+# zzz scenario.ground
+[[ground]]
+name = "gravel"
+kind = "rough"
+x = "3 m"
+y = "0 m"
+length = "1 m"
+width = "1 m"
+height = "4 cm"
+grain = "8 cm"
+[[push]]
+robot = "R2"
+at = "2 s"
+until = "3 s"
+duration = "0.1 s"
+force = { forward = "1 N", left = "60 N", up = "1 N" }
+# zzz scenario.push
 [[fact]]
 node = "hall"
 at = "1 s"

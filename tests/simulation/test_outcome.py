@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import dataclass
 from itertools import combinations
@@ -66,6 +67,19 @@ def test_the_outcomes_are_documented_in_order_of_precedence() -> None:
     page = Path(__file__).parents[2] / "docs" / "architecture.md"
     table = page.read_text("utf-8").partition("| outcome | condition |")[2].partition("\n\n")[0]
     assert tuple(re.findall(r"^\| `(\w+)` \|", table, re.MULTILINE)) == OUTCOMES
+
+
+@pytest.mark.parametrize(
+    ("at", "z", "reached"),
+    [((0.95, 0.0), 0.65, True), ((0.95, 0.0), 0.75, False), ((0.85, 0.0), 0.5, False), ((0.95, 0.0), math.nan, True)],
+)
+def test_a_goal_with_a_height_tolerance_is_a_cylinder(at, z, reached) -> None:
+    goal = Goal("shelf", Pose2(1.0, 0.0), 0.1, 0.5, 0.2)
+    judge, mind = Judge(goal), Mind(status="SUCCESS")
+    judge.update(1.0, Pose2(*at), mind, commanded=False, z=z)
+    assert judge.decided == reached
+    if not reached:
+        assert "(tolerance 0.1 m, in height 0.2 m)" in judge.verdict().reason
 
 
 def test_success_needs_the_truth_as_well_as_the_missions_word() -> None:

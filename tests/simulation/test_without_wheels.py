@@ -173,13 +173,14 @@ def fly(tmp_path):
         report: bool = False,
         jaw: bool = False,
         end: str = "12 s",
+        more: str = "",
     ):
         files = {
             "robots/drone/robot.xml": MODEL_WITH_JAW if jaw else MODEL,
             "robots/drone/robot.toml": ROBOT.replace("[[actuator]]", JAW * jaw + "[[actuator]]"),
             "robots/drone/drone.py": DRIVER.replace("FAULT", fault),
             "scenarios/worlds/field.xml": FIELD,
-            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"').replace("12 s", end),
+            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"').replace("12 s", end) + more,
         }
         for name, text in files.items():
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
@@ -212,6 +213,20 @@ def test_a_goal_at_another_height_is_not_reached(fly) -> None:
     agent = fly(height="2 m").summary.agents["D"]
     assert agent.outcome != "success"
     assert agent.goals_reached == 0
+
+
+def test_the_height_of_a_goal_may_have_a_tolerance_of_its_own(fly) -> None:
+    wide = fly(height='0.75 m"\nheight_tolerance = "0.3 m').summary.agents["D"]
+    assert (wide.outcome, wide.goals_reached) == ("success", 1)
+
+
+def test_requirements_read_the_true_height_and_tilt(fly) -> None:
+    tables = (
+        '[[requirement]]\nname = "low"\nrequire = "always true_height < 0.9 m and true_tilt < 20 deg"\n'
+        '[[requirement]]\nname = "high"\nrequire = "always true_height > 0.3 m"\n'
+    )
+    found = fly(more=tables).summary.agents["D"].requirements
+    assert [r.verdict for r in found] == ["satisfied", "violated"]
 
 
 def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:

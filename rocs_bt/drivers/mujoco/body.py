@@ -15,6 +15,8 @@ from ...geometry import Pose2
 from ...record.header import Outline, Point
 
 FLOOR = "floor"
+GROUND = f"{FLOOR}/"
+"""Prefix of the names of geoms that a scenario adds to the floor."""
 
 Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.intp]

@@ -15,6 +15,7 @@ from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
 from .sensors import SENSORS
+from .terrain import GroundPiece, add_ground
 from .world import MujocoWorld
 
 
@@ -84,6 +85,7 @@ def compile_model(
     step: float = 0.005,
     within: Sequence[Path] = (),
     text: str | None = None,
+    ground: Sequence[GroundPiece] = (),
 ) -> Any:
     """Compile the MjModel of an arena and its robots. Several worlds can use it, one after the other.
 
@@ -97,6 +99,7 @@ def compile_model(
         step: Physics step [s].
         within: Folders with files that a model may reference, in addition to those in the model's own folder.
         text: MJCF text of a generated arena; `arena` is then only its name in faults.
+        ground: Ground that is not level, added to the floor.
 
     Raises:
         InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
@@ -105,6 +108,7 @@ def compile_model(
 
     sparse = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     spec = read_model(arena, within, text)
+    add_ground(spec, ground)
     for robot in robots:
         model = read_model(robot.model, within)
         jacobian = sparse if sparse in (model.option.jacobian, spec.option.jacobian) else spec.option.jacobian

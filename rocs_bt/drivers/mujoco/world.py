@@ -19,6 +19,7 @@ from .body import Controls, MocapBody, Motors, RobotBody, bounds, find_bodies, f
 from .ground import carrying_geoms
 from .nearness import Among, ClearanceQuery
 from .sight import LineOfSight
+from .terrain import GroundHeight
 from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
@@ -61,6 +62,8 @@ class MujocoWorld:
         roots = {body.root for body in self.robots.values()}
         self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._drift = np.zeros((model.nmocap, 3))  # [m] displacements of scripted objects per physics step
+        self._turns: dict[int, float] = {}  # [rad] turns of scripted objects per physics step, by slot
+        self._pushes: list[tuple[int, RobotBody, npt.NDArray[np.float64]]] = []  # end [steps], robot, force [N]
         self._mj = mujoco
         self._simulated = isinstance(clock, SimulatedClock)
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
@@ -75,6 +78,7 @@ class MujocoWorld:
         mujoco.mj_kinematics(model, self.data)
         for name, body in self.robots.items():
             self._touch.allow_ground(name, carrying_geoms(model, self.data, body))
+        self._ground = GroundHeight(model, self.data)
         self._clearance = ClearanceQuery(model, self.robots)
         self._sight = LineOfSight(model, self.robots)
         self._revision = 0  # number of the present state, for values that are cached per state
@@ -94,12 +98,14 @@ class MujocoWorld:
         return self.robots[robot]
 
     def place(self, robot: str, pose: Pose2) -> None:
-        """Place a robot at rest at a pose, world frame, with its base at the height of its model."""
+        """Place a robot at rest at a pose, world frame, with its base at the height of its model over the ground."""
         body = self.body(robot)
         with self.lock:
             q, v = body.q, body.v
             self.data.qpos[q : q + 7] = self.model.qpos0[q : q + 7]
             self.data.qpos[q : q + 2] = pose.x, pose.y
+            if self._ground:
+                self.data.qpos[q + 2] += self._ground.below(body, pose)
             self.data.qpos[q + 3 : q + 7] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
             self.data.qvel[v : v + 6] = 0.0
             self._revision += 1
@@ -186,6 +192,26 @@ class MujocoWorld:
         slot = self.mocap_body(name).slot
         with self.lock:
             self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
+
+    def set_object_turn(self, name: str, rate: float) -> None:
+        """Set the turn rate of a mocap body about its vertical axis [rad/s]; contacts do not stop it."""
+        slot = self.mocap_body(name).slot
+        with self.lock:
+            self._turns[slot] = rate * self.step
+
+    def push(self, robot: str, force: tuple[float, float, float], duration: float) -> None:
+        """Apply a force to the origin of a robot's base from the next physics step on.
+
+        Args:
+            robot: Name of the robot.
+            force: Force [N] forward, to the left and up, horizontal frame of the base at the present time.
+            duration: Duration of the force [s], rounded to physics steps, at least one.
+        """
+        body, (x, y, up), yaw = self.body(robot), force, self.pose(robot).yaw
+        c, s = math.cos(yaw), math.sin(yaw)
+        with self.lock:
+            end = self._steps + max(round(duration / self.step), 1)
+            self._pushes.append((end, body, np.array([c * x - s * y, s * x + c * y, up])))
 
     def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf, delay: float = 0.0) -> Motors:
         """Get a handle of velocity motors of a robot.
@@ -329,6 +355,10 @@ class MujocoWorld:
                     self._ramp()
                 if self.objects:
                     data.mocap_pos += self._drift
+                    if self._turns:
+                        self._turn_objects()
+                if self._pushes:
+                    self._push()
                 for loop in self._loops:
                     loop(self.stamp)
                 step(model, data)
@@ -367,6 +397,11 @@ class MujocoWorld:
             return ""
         body = self.model.geom_bodyid[geom]
         return str(self.model.geom(geom).name or self.model.body(body).name).removeprefix(f"{robot}/")
+
+    def ground_height(self, x: float, y: float) -> float:
+        """Height of the ground over the level floor at a point of the world frame [m]; obstacles do not count."""
+        with self.lock:
+            return self._ground.at(x, y)
 
     def clearance(self, robot: str, limit: float = math.inf, among: Among = "all") -> tuple[float, str]:
         """Distance from a robot's hull to the nearest obstacle, without the floor.
@@ -431,6 +466,24 @@ class MujocoWorld:
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
+
+    def _turn_objects(self) -> None:
+        for slot, turn in self._turns.items():
+            w, _, _, k = self.data.mocap_quat[slot].tolist()
+            half = math.atan2(k, w) + 0.5 * turn
+            self.data.mocap_quat[slot] = math.cos(half), 0.0, 0.0, math.sin(half)
+
+    def _push(self) -> None:
+        """Set the forces of the next physics step, through the origins of the bases."""
+        data, pushes = self.data, self._pushes
+        self._pushes = [push for push in pushes if self._steps < push[0]]
+        for _, body, _ in pushes:
+            data.xfrc_applied[body.root] = 0.0
+        for _, body, force in self._pushes:
+            arm = np.zeros(3)  # from the centre of mass to the origin of the base, world frame [m]
+            self._mj.mju_rotVecQuat(arm, -self.model.body_ipos[body.root], data.qpos[body.q + 3 : body.q + 7])
+            data.xfrc_applied[body.root, :3] += force
+            data.xfrc_applied[body.root, 3:] += np.cross(arm, force)
 
     def _aim(self, motors: Motors, speeds: Sequence[float]) -> None:
         motors.target[:] = speeds

@@ -125,6 +125,12 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
     """Draw obstacles and places; `gid` is the prefix of the ids of the artists."""
     from matplotlib.patches import Circle, Polygon
 
+    for i, ground in enumerate(header.grounds):
+        patch = Polygon(ground.points, closed=True, fc="none", ec=MUTED, lw=0.8, ls="--", hatch="....", alpha=0.6)
+        patch.set(gid=f"{gid}-ground-{i}", zorder=0.5)
+        axes.add_patch(patch)
+        words = f"{ground.name}, {100.0 * ground.height:.3g} cm"
+        axes.annotate(words, ground.points[1], (4, -11), textcoords="offset points", color=MUTED, fontsize=7.5)
     for i, outline in enumerate(header.outlines):
         shape = (
             Circle(outline.points[0], outline.radius) if outline.radius > 0.0 else Polygon(outline.points, closed=True)

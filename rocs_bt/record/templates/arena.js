@@ -26,8 +26,17 @@ const makeArena = (picture) => {
   const placed = (pose, [x, y]) => [
     pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
   ];
-  const drawWorld = ({ outlines, places }) => {
+  const drawWorld = ({ outlines, places, grounds = [] }) => {
     g.clearRect(0, 0, width, height);
+    g.lineWidth = 1; g.fillStyle = g.strokeStyle = color("muted"); g.setLineDash([4, 4]);
+    g.font = "11px " + getComputedStyle(document.body).fontFamily;
+    for (const o of grounds) {
+      outline(o.points); g.stroke();
+      g.globalAlpha = 0.12; g.fill(); g.globalAlpha = 1;
+      const x = Math.min(...o.points.map((p) => p[0])), y = Math.max(...o.points.map((p) => p[1]));
+      g.fillText(`${o.name}, ${(100 * o.height).toPrecision(2)} cm`, X(x) + 4, Y(y) + 13);
+    }
+    g.setLineDash([]);
     g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
     for (const o of outlines) {
       if (o.radius > 0) { g.beginPath(); g.arc(X(o.points[0][0]), Y(o.points[0][1]), o.radius * scale, 0, 7); }

@@ -1,0 +1,131 @@
+"""The tables `[[ground]]` and `[[push]]` of a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ..document import Table
+from ..errors import did_you_mean
+from ..geometry import Pose2, wrap_angle
+from ..units import ANGLE, FORCE, LENGTH, TIME
+from .values import read_name
+
+GROUND_KINDS = ("rough", "slope", "step")
+"""Kinds of ground: random bumps, a plane that rises along its length, and one or more steps that rise along it."""
+
+MOST_CELLS = 250_000
+"""Maximum number of bumps of one rough ground."""
+
+
+@dataclass(frozen=True)
+class GroundSpec:
+    """One `[[ground]]` table: a rectangle of the floor that is not level. It is no obstacle.
+
+    Attributes:
+        name: Name, which also seeds the bumps of rough ground.
+        kind: One of `GROUND_KINDS`.
+        pose: Centre of the rectangle, world frame; the length is along its x axis.
+        length, width: Size of the rectangle [m].
+        height: Height of the highest bump, of the end of the slope, or of each step [m].
+        grain: Distance of neighbouring bumps [m].
+        count: Number of steps.
+        line: Line of the table in the file.
+    """
+
+    name: str
+    kind: str
+    pose: Pose2
+    length: float
+    width: float
+    height: float
+    grain: float = 0.1
+    count: int = 1
+    line: int = 0
+
+
+@dataclass(frozen=True)
+class PushSpec:
+    """One `[[push]]` table: a force on a robot's base for a short time.
+
+    Attributes:
+        robot: Agent or actor whose robot is pushed.
+        force: Force [N] forward, to the left and up, horizontal frame of the base.
+        at: Time of the push, or earliest time [s].
+        until: Latest time of the push [s]; the time is sampled uniformly with the seed.
+        duration: Duration of the push [s].
+        line: Line of the table in the file.
+    """
+
+    robot: str
+    force: tuple[float, float, float]
+    at: float
+    until: float
+    duration: float
+    line: int = 0
+
+
+def read_grounds(root: Table) -> tuple[GroundSpec, ...]:
+    """Read the grounds of a scenario; faults are noted in their tables."""
+    found: list[GroundSpec] = []
+    for table in root.tables("ground"):
+        ground = _ground(table)
+        if ground.name in [other.name for other in found]:
+            table.fault("name", f"another ground has the name '{ground.name}'.", "Give each ground its own.")
+        found.append(ground)
+    return tuple(found)
+
+
+def _ground(table: Table) -> GroundSpec:
+    kind = table.choice("kind", GROUND_KINDS)
+    x, y = (table.quantity(key, LENGTH, low=-1e4, high=1e4) for key in ("x", "y"))
+    length, width = (table.quantity(key, LENGTH, low=0.01, high=1e3) for key in ("length", "width"))
+    grain = table.quantity("grain", LENGTH, 0.1, low=0.005, high=100.0)
+    if kind == "rough" and (cells := length * width / grain**2) > MOST_CELLS:
+        table.fault("grain", f"the ground has {cells:.0f} bumps; the maximum is {MOST_CELLS}.", "Use a coarser grain.")
+    for key, owner in (("grain", "rough"), ("count", "step")):
+        if key in table and kind != owner:
+            table.fault(key, f"a ground of the kind '{kind}' has no '{key}'.", f"Only the kind '{owner}' has.")
+    return GroundSpec(
+        name=read_name(table),
+        kind=kind,
+        pose=Pose2(x, y, wrap_angle(table.quantity("yaw", ANGLE, 0.0, low=-1e4, high=1e4))),
+        length=length,
+        width=width,
+        height=table.quantity("height", LENGTH, low=1e-4, high=10.0),
+        grain=grain,
+        count=table.integer("count", 1, low=1),
+        line=table.position()[0],
+    )
+
+
+def read_pushes(root: Table, robots: Sequence[str]) -> tuple[PushSpec, ...]:
+    """Read the pushes of a scenario; faults are noted in their tables.
+
+    Args:
+        root: Root table of the scenario.
+        robots: Names of the agents and of the actors with a robot.
+    """
+    return tuple(_push(table, robots) for table in root.tables("push"))
+
+
+def _push(table: Table, robots: Sequence[str]) -> PushSpec:
+    robot = table.text("robot")
+    if robot and robot not in robots:
+        table.fault("robot", f"no agent or robot is named '{robot}'.", did_you_mean(robot, robots, "The scenario"))
+    at = table.quantity("at", TIME, low=0.0, high=86400.0)
+    until = table.quantity("until", TIME, at, low=0.0, high=86400.0)
+    if until < at:
+        table.fault("until", f"the latest time of the push, {until:g} s, is before its earliest, {at:g} s.")
+    force = table.table("force", optional=False)
+    forward, left, up = (force.quantity(key, FORCE, 0.0, low=-1e5, high=1e5) for key in ("forward", "left", "up"))
+    if not any((forward, left, up)) and "force" in table:
+        table.fault("force", "the push has no force.", 'Write force = { left = "60 N" }.')
+    return PushSpec(
+        robot=robot,
+        force=(forward, left, up),
+        at=at,
+        until=until,
+        duration=table.quantity("duration", TIME, 0.1, low=1e-3, high=60.0),
+        line=table.position()[0],
+    )

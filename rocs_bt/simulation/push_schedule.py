@@ -1,0 +1,55 @@
+"""Scheduled pushes: forces on robots at times that are sampled with the seed."""
+
+from __future__ import annotations
+
+from ..catalog import PushSpec, ScenarioSpec
+from ..drivers.mujoco import MujocoWorld
+from ..event import EventSink, RobotPushed
+from .random_streams import push_of, stream
+
+_SAME = 1e-9  # [s]
+
+
+class PushSchedule:
+    """Pushes a robot once.
+
+    Args:
+        push: Robot, force and duration.
+        at: Time of the push [s].
+        world: World of the robot.
+        sink: Sink for the event `RobotPushed`.
+        agent: Name of the robot's agent; empty for a scripted robot.
+    """
+
+    def __init__(self, push: PushSpec, at: float, world: MujocoWorld, sink: EventSink, agent: str) -> None:
+        self._push = push
+        self._at = at
+        self._world = world
+        self._sink = sink
+        self._agent = agent
+        self._done = False
+
+    def step(self, t: float) -> None:
+        """Begin the push if it is due at time t [s]."""
+        if self._done or t < self._at - _SAME:
+            return
+        self._done = True
+        robot, force, duration = self._push.robot, self._push.force, self._push.duration
+        self._world.push(robot, force, duration)
+        self._sink.emit(RobotPushed(t=t, agent=self._agent, body=robot, force=force, duration=duration))
+
+
+def push_schedules(scenario: ScenarioSpec, seed: int, world: MujocoWorld, sink: EventSink) -> list[PushSchedule]:
+    """Create the pushes of a scenario.
+
+    Args:
+        scenario: The scenario.
+        seed: Seed of the episode, for the times.
+        world: World of the robots.
+        sink: Sink for events.
+    """
+    agents, made = {agent.name for agent in scenario.agents}, []
+    for i, push in enumerate(scenario.pushes):
+        at = float(stream(scenario.name, seed, push.robot, push_of(i)).uniform(push.at, push.until))
+        made.append(PushSchedule(push, at, world, sink, push.robot if push.robot in agents else ""))
+    return made

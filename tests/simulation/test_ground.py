@@ -1,0 +1,240 @@
+"""Ground that is not level, pushes, and things that swing."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
+from rocs_bt.catalog.scenario_file import read_scenario
+from rocs_bt.document import read_toml
+from rocs_bt.drivers.mujoco import MujocoWorld
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink, RobotPushed
+from rocs_bt.geometry import Pose2
+from rocs_bt.simulation import build_world
+
+SLOPE = GroundSpec("ramp", "slope", Pose2(0.0, 0.0), 2.0, 1.5, 0.1)
+STEPS = GroundSpec("stairs", "step", Pose2(0.0, 1.0, math.pi / 2), 0.9, 1.5, 0.04, count=3)
+GRAVEL = GroundSpec("gravel", "rough", Pose2(0.0, 0.0, 0.3), 3.0, 2.0, 0.03, grain=0.1)
+WEST = Pose2(-0.8, 0.0)
+BLOCK = GroundSpec("block", "step", Pose2(1.0, 0.0), 0.4, 2.0, 0.3)
+
+
+@pytest.fixture
+def built(exp1, catalog):
+    """Build the world of EXP1 without R1, and with other ground."""
+
+    def build(*grounds: GroundSpec, at: Pose2 = WEST, seed: int = 1, sink=None, **changed):
+        start = dataclasses.replace(exp1.agents[0], pose=at, jitter=Pose2(0.0, 0.0, 0.0))
+        fields = {"agents": (start,), "actors": (), "world": "arena", "grounds": grounds, **changed}
+        return build_world(dataclasses.replace(exp1, **fields), catalog, seed, sink or ListSink())
+
+    return build
+
+
+def driven(simulated, seconds: float, speed: float = 0.3) -> list[float]:
+    """Heights of R2's base while it drives ahead [m], one per control period."""
+    heights = []
+    for _ in range(round(seconds / 0.05)):
+        simulated.actuators["R2"]["wheels"].command([speed, speed])
+        for actor in simulated.actors:
+            actor.step(simulated.clock.now())
+        simulated.world.advance(10)
+        heights.append(simulated.world.position("R2")[2])
+    return heights
+
+
+def test_a_robot_drives_up_a_slope_which_is_no_obstacle(built) -> None:
+    simulated = built(SLOPE)
+    level = built().world.position("R2")[2]
+    heights, world = driven(simulated, 5.0), simulated.world
+    x = world.pose("R2").x
+    assert 0.4 < x < 0.8
+    assert heights[-1] - level == pytest.approx(0.1 * (x + 1.0) / 2.0, abs=0.012)
+    assert world.tilt("R2") == pytest.approx(math.atan(0.05), abs=0.015)
+    assert (world.contacts(), world.ground_contact("R2")) == ([], "")
+    assert world.clearance("R2", among="obstacles")[1] != "ramp"
+
+
+@pytest.mark.parametrize(("y", "height"), [(0.7, 0.04), (1.0, 0.08), (1.3, 0.12), (0.3, 0.0), (1.6, 0.0)])
+def test_steps_rise_along_their_length(built, y, height) -> None:
+    world = built(STEPS, at=Pose2(0.0, -1.5)).world
+    assert world.ground_height(0.0, y) == pytest.approx(height, abs=1e-6)
+
+
+def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(built) -> None:
+    one, again, other = (built(GRAVEL, seed=seed).world for seed in (1, 1, 2))
+    renamed = built(dataclasses.replace(GRAVEL, name="scree")).world
+    assert one.model.hfield_data.tobytes() == again.model.hfield_data.tobytes()
+    assert not np.array_equal(one.model.hfield_data, other.model.hfield_data)
+    assert not np.array_equal(one.model.hfield_data, renamed.model.hfield_data)
+    tops = [one.ground_height(x, y) for x in np.linspace(-1.0, 1.0, 60) for y in np.linspace(-0.5, 0.5, 30)]
+    assert 0.02 < max(tops) <= 0.03
+    assert min(tops) >= 0.0
+    assert one.ground_height(2.0, 0.0) == 0.0
+    assert one.position("R2")[2] - built().world.position("R2")[2] > 0.015
+
+
+def test_a_robot_on_rough_ground_neither_collides_nor_falls_and_repeats_bit_by_bit(built) -> None:
+    first, second = built(GRAVEL), built(GRAVEL)
+    heights = driven(first, 3.0)
+    assert heights == driven(second, 3.0)
+    assert max(heights) - min(heights) > 0.003
+    assert (first.world.contacts(), first.world.ground_contact("R2")) == ([], "")
+    assert first.world.pose("R2").x > -0.4
+
+
+def test_range_sensors_see_ground_that_is_high(built) -> None:
+    readings = [
+        built(*grounds, at=Pose2(-0.2, 0.0)).sensors["R2"]["sonar"].read().values[3:5] for grounds in ((BLOCK,), ())
+    ]
+    assert min(readings[0]) < 0.9 < min(readings[1])
+
+
+def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
+    simulated = built(dataclasses.replace(BLOCK, pose=Pose2(0.0, 0.0), length=1.0), at=Pose2(0.0, 0.0))
+    world: MujocoWorld = simulated.world
+    q = world.robots["R2"].q
+    world.data.qpos[q + 2] += 0.3
+    world.data.qpos[q + 3 : q + 7] = 0.0, 1.0, 0.0, 0.0  # on its back
+    world.advance(300)
+    assert world.position("R2")[2] > 0.3
+    assert world.ground_contact("R2") == "hull"
+    assert world.contacts() == []
+
+
+def test_a_scenario_with_level_ground_only_is_the_same_as_before(built) -> None:
+    plain = built().world
+    assert plain.model.nhfield == 0
+    assert plain.ground_height(0.0, 0.0) == 0.0
+
+
+PUSH = PushSpec("R2", (0.0, 0.0, 30.0), 0.5, 0.5, 0.1)
+
+
+def test_a_push_is_a_force_on_the_base_for_its_duration(built) -> None:
+    push, sink, speeds = dataclasses.replace(PUSH, force=(40.0, 20.0, 60.0), duration=0.02), ListSink(), []
+    for pushes in ((push,), ()):
+        simulated = built(pushes=pushes, sink=sink, at=Pose2(0.0, 0.0, math.pi / 2))
+        world, body = simulated.world, simulated.world.robots["R2"]
+        driven(simulated, 0.45, 0.0)
+        world.data.qpos[body.q + 2] += 1.0  # in the air
+        driven(simulated, 0.1, 0.0)
+        speeds.append(np.array(world.data.qvel[body.v : body.v + 3]))
+        assert not world.data.xfrc_applied.any()
+    mass = float(world.model.body_subtreemass[body.root])
+    left, ahead, up = (speeds[0] - speeds[1]) * mass / 0.02 * (-1.0, 1.0, 1.0)
+    assert (ahead, left, up) == pytest.approx(push.force, rel=0.15)  # not through the centre of mass
+    (event,) = (e for e in sink.events if isinstance(e, RobotPushed))
+    assert (event.agent, event.body, event.t) == ("R2", "R2", pytest.approx(0.5))
+    assert (event.force, event.duration) == (push.force, 0.02)
+
+
+def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:
+    times = []
+    for seed in (1, 1, 2, 3):
+        sink = ListSink()
+        simulated = built(pushes=(dataclasses.replace(PUSH, until=2.5),), sink=sink, seed=seed)
+        driven(simulated, 3.0, 0.0)
+        times.append(next(e.t for e in sink.events if isinstance(e, RobotPushed)))
+    assert times[0] == times[1]
+    assert len(set(times)) == 3
+    assert all(0.5 <= t <= 2.5 for t in times)
+
+
+BOOM = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>
+<body name="boom" mocap="true" pos="0 0 0.2"><geom name="beam" type="box" size="0.8 0.05 0.05" pos="0.8 0 0"/></body>
+</worldbody></mujoco>"""
+
+SCENARIO = """
+format = "scenario/2"
+doc = "A boom swings."
+world = "yard"
+duration = "4 s"
+[[agent]]
+name = "R2"
+robot = "pioneer_p3dx"
+mission = "wait"
+x = "{x} m"
+y = "0 m"
+[[actor]]
+name = "boom"
+script = "swing"
+x = "0.5 m"
+y = "-1 m"
+yaw = "90 deg"
+amplitude = "40 deg"
+period = "2 s"
+"""
+
+
+@pytest.fixture
+def swinging(tmp_path):
+    for folder in ("scenarios/worlds", "planners/missions", "rules", "robots"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "scenarios/worlds/yard.xml").write_text(BOOM)
+    wait = '<root BTCPP_format="4"><BehaviorTree ID="wait"><Sleep msec="9000"/></BehaviorTree></root>'
+    (tmp_path / "planners/missions/wait.xml").write_text(wait)
+
+    def build(x: float, seed: int = 1):
+        (tmp_path / "scenarios/swing.toml").write_text(SCENARIO.format(x=x))
+        catalog, sink = Catalog(tmp_path), ListSink()
+        return build_world(catalog.load_scenario("swing"), catalog, seed, sink), sink
+
+    return build
+
+
+def yaws(simulated, seconds: float) -> list[float]:
+    found = []
+    for _ in range(round(seconds / 0.05)):
+        for actor in simulated.actors:
+            actor.step(simulated.clock.now())
+        simulated.world.advance(10)
+        found.append(simulated.world.object_pose("boom").yaw)
+    return found
+
+
+def test_a_boom_swings_periodically_with_the_phase_of_the_seed(swinging) -> None:
+    simulated, _ = swinging(-3.0)
+    found = yaws(simulated, 4.0)
+    middle, amplitude = math.pi / 2, math.radians(40.0)
+    assert max(found) == pytest.approx(middle + amplitude, abs=0.02)
+    assert min(found) == pytest.approx(middle - amplitude, abs=0.02)
+    assert found[:40] == pytest.approx(found[40:], abs=1e-6)
+    pose = simulated.world.object_pose("boom")
+    assert (pose.x, pose.y) == (0.5, -1.0)
+    assert yaws(swinging(-3.0)[0], 1.0) == found[:20]
+    assert yaws(swinging(-3.0, seed=2)[0], 1.0) != found[:20]
+
+
+def test_a_boom_that_hits_a_robot_is_a_contact(swinging) -> None:
+    simulated, _ = swinging(1.5, seed=6)
+    yaws(simulated, 2.0)
+    assert next((c.robot, c.other, c.moving) for c in simulated.world.contacts()) == ("R2", "beam", False)
+
+
+AREA = 'x = "0 m"\ny = "0 m"\nlength = "{0} m"\nwidth = "{0} m"\nheight = "1 cm"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        (f'[[ground]]\nname = "a"\nkind = "mud"\n{AREA.format(1)}', "mud"),
+        (f'[[ground]]\nname = "a"\nkind = "slope"\n{AREA.format(1)}count = 2', "'slope' has no 'count'"),
+        (f'[[ground]]\nname = "a"\nkind = "rough"\n{AREA.format(99)}grain = "1 cm"', "the maximum is 250000"),
+        ('[[push]]\nrobot = "R9"\nat = "1 s"\nforce = { left = "9 N" }', "no agent or robot is named 'R9'"),
+        ('[[push]]\nrobot = "R2"\nat = "2 s"\nuntil = "1 s"\nforce = { left = "9 N" }', "is before its earliest"),
+        ('[[push]]\nrobot = "R2"\nat = "2 s"\nforce = { }', "has no force"),
+        ('[[place]]\nname = "p"\nx = "0 m"\ny = "0 m"\nheight_tolerance = "1 m"', "without z has no height"),
+    ],
+)
+def test_faults_of_ground_and_pushes_name_their_line(text, fault, tmp_path) -> None:
+    file = tmp_path / "s.toml"
+    file.write_text(SCENARIO.format(x=0) + text)
+    with pytest.raises(InputError, match=fault) as caught:
+        read_scenario(read_toml(file))
+    assert caught.value.faults[0].line >= 20
