@@ -361,6 +361,11 @@ class RobotPushed(Event, frozen=True, kw_only=True):
     force: tuple[float, float, float]
     duration: float
 
+    @property
+    def text(self) -> str:
+        """Description of the push in words."""
+        return f"pushed by {math.hypot(*self.force):.3g} N for {self.duration:.3g} s"
+
 
 class MinClearanceLowered(Event, frozen=True, kw_only=True):
     """An agent's hull has its smallest clearance of the run so far: `distance` [m], negative if penetrating."""

@@ -108,7 +108,7 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
         faults.append(f"  and {counted(more, 'more fault')}: see the report")
     return [
         f"{outcome}{took} ({place}){reason}",
-        f"  drove {agent.path_length:.2f} m{hit}{struck}{near}; {_duration(summary)}",
+        f"  moved {agent.path_length:.2f} m{hit}{struck}{near}; {_duration(summary)}",
         f"  {counted(agent.reflex_activations, 'reflex activation')} ({share:.0f} % of the time){again},"
         f" {counted(agent.replans, 'replan')},"
         f" {counted(agent.route_switches, 'plan/reflex switch', 'es')}",
@@ -119,7 +119,7 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
 
 def _duration(summary: Summary) -> str:
     if not summary.simulated:
-        return f"{summary.sim_time:.1f} s driven"
+        return f"{summary.sim_time:.1f} s in all"
     simulated = f"{summary.sim_time:.1f} s simulated"
     if summary.wall_time is None:  # unknown for a recording that was cut off
         return simulated

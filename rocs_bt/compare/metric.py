@@ -239,13 +239,13 @@ METRICS: Mapping[str, Metric] = {
             "failure, so that the mean is the restricted mean time.",
             lambda m: m.time,
         ),
-        Metric("path_length", "m", "down", "until_failure", "Path length driven.", lambda m: m.agent.path_length),
+        Metric("path_length", "m", "down", "until_failure", "Path length.", lambda m: m.agent.path_length),
         Metric(
             "spl",
             "",
             "up",
             "counts",
-            "Success weighted by path length: shortest path length divided by the length driven; 0 on failure.",
+            "Success weighted by path length: shortest path length divided by the path length; 0 on failure.",
             _spl,
         ),
         *(

@@ -199,6 +199,8 @@ class MetricSink:
         self.clearances: list[float] = []
         self.energy: float | None = None
         self._world: MujocoWorld | None = None
+        self._flies = False
+        self._height = 0.0
         self._points: list[tuple[float, float]] = []
         self._driven = 0.0
         self._next = 0.0
@@ -207,14 +209,18 @@ class MetricSink:
     def prepare(self, simulated: SimulatedWorld) -> None:
         """Store the simulated world; pass it as the `prepare` argument of `run`."""
         self._world = simulated.world
+        self._flies = simulated.robots[self.agent].locomotion.kind == "flying"
 
     def emit(self, event: Event) -> None:
         """Measure at each `BodyMoved` event of the agent."""
         if not isinstance(event, BodyMoved) or event.agent != self.agent:
             return
+        height = event.height or 0.0
         if self._points:
-            self._driven += math.dist(self._points[-1], (event.x, event.y))
+            moved = math.dist(self._points[-1], (event.x, event.y))
+            self._driven += math.hypot(moved, height - self._height) if self._flies else moved
         self._points.append((event.x, event.y))
+        self._height = height
         if self._world is not None and self._driven >= self._next:
             self.clearances.append(self._world.clearance(self.agent)[0])
             self._next = self._driven + STEP

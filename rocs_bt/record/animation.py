@@ -60,6 +60,7 @@ def _track(body: BodyHistory) -> Json:
     return {
         "t": _rounded(body.t[::every], 3),
         **{k: _rounded(pose[:, i], 4) for i, k in enumerate(("x", "y", "yaw"))},
+        **({"z": _rounded(body.height[::every], 3), "tilt": _rounded(body.tilt[::every], 4)} if body.spatial else {}),
     }
 
 

@@ -18,6 +18,7 @@ from ..event import (
     MinClearanceLowered,
     OutcomeDecided,
     RequirementViolated,
+    RobotPushed,
     unpack,
 )
 
@@ -26,6 +27,7 @@ WORLD_EVENTS: tuple[type[Event], ...] = (
     BodyMoved,
     ContactBegan,
     MinClearanceLowered,
+    RobotPushed,
     GoalEntered,
     RequirementViolated,
     OutcomeDecided,

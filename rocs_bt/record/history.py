@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
@@ -26,6 +27,7 @@ from ..event import (
     OutcomeDecided,
     PeerFault,
     Replanned,
+    RobotPushed,
     RuleChanged,
     SensorFailed,
     SensorRead,
@@ -49,11 +51,20 @@ class BodyHistory:
         t: Times [s], shape (n,).
         pose: x, y, yaw [m, m, rad], world frame, shape (n, 3).
         wheels: Wheel linear speeds [m/s], shape (n, w); (n, 0) if not recorded.
+        height: Heights of the base [m], shape (n,); (0,) if not recorded.
+        tilt: Angles from the vertical [rad], shape (n,); (0,) if not recorded.
     """
 
     t: Series
     pose: Series
     wheels: Series
+    height: Series = field(default_factory=lambda: np.zeros(0))
+    tilt: Series = field(default_factory=lambda: np.zeros(0))
+
+    @property
+    def spatial(self) -> bool:
+        """Whether height and tilt are recorded."""
+        return len(self.height) > 0
 
     def at(self, t: Series | float) -> Series:
         """Positions [m] at times, shape (m, 2), linearly interpolated; NaN if the body has no samples."""
@@ -113,10 +124,11 @@ FaultEvent = (
     | MotionHeld
     | MotionReleased
     | PeerFault
+    | RobotPushed
     | Stuck
     | ContactBegan
 )
-"""Events that a report lists as faults of a run, and the end of a hold."""
+"""Events that a report lists as faults of a run, the end of a hold, and pushes."""
 
 
 @dataclass
@@ -259,7 +271,11 @@ def _matrix(packed: list[bytes]) -> Series:
 
 def _body(moves: list[BodyMoved]) -> BodyHistory:
     pose = np.array([[m.x, m.y, m.yaw] for m in moves], float).reshape(len(moves), 3)
-    return BodyHistory(np.array([m.t for m in moves], float), pose, _matrix([m.wheels for m in moves]))
+    t, wheels = np.array([m.t for m in moves], float), _matrix([m.wheels for m in moves])
+    if not any(m.height is not None for m in moves):
+        return BodyHistory(t, pose, wheels)
+    height = np.array([math.nan if m.height is None else m.height for m in moves], float)
+    return BodyHistory(t, pose, wheels, height, np.array([m.tilt for m in moves], float))
 
 
 def _command(events: list[ActuatorCommanded]) -> Command:

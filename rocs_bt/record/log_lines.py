@@ -35,6 +35,7 @@ LOGGED: Mapping[type[Event], Callable[[Any], LogLine | None]] = {
     ev.ContentRaised: lambda e: (foxglove.ERROR, reported(e)),
     ev.BlockFailed: lambda e: (foxglove.FATAL, f"{e.what} {e.kind}: {e.detail}"),
     ev.ContactBegan: lambda e: (foxglove.ERROR, f"{e.kind} with {e.other}"),
+    ev.RobotPushed: lambda e: (foxglove.WARNING, e.text),
     ev.CommandExpired: lambda e: (foxglove.ERROR, f"no command for {e.actuator}"),
     ev.MotionHeld: lambda e: (foxglove.WARNING, f"{e.actuator} held in neutral: {e.reason}"),
     ev.MotionReleased: lambda e: (foxglove.INFO, f"{e.actuator} released"),

@@ -18,6 +18,7 @@ from ..event import (
     MotionReleased,
     OutcomeDecided,
     PeerFault,
+    RobotPushed,
     SensorFailed,
     Stuck,
     TicketChanged,
@@ -82,7 +83,9 @@ def render_report(recording: Recording, summary: Summary | None) -> str:
         summary=summary,
         end=run.end,
         agents=[_agent(run, info, results.get(info.name)) for info in run.header.agents],
-        figures=[(f.name, f.title, inline_svg(f.name, f.render([run], "svg").decode())) for f in FIGURES],
+        figures=[
+            (f.name, f.title, inline_svg(f.name, f.render([run], "svg").decode())) for f in FIGURES if f.applies([run])
+        ],
         data=data,
     )
 
@@ -245,6 +248,8 @@ def _fault(event: FaultEvent) -> str:
         return f"{event.actuator} released" + (f" by {event.by}" if event.by else "")
     if isinstance(event, Stuck):
         return event.reason
+    if isinstance(event, RobotPushed):
+        return event.text
     if isinstance(event, PeerFault):
         return f"peer {event.peer}: {event.detail}"
     return "struck by " + event.other if event.kind == "struck" else f"{event.kind} with {event.other}"

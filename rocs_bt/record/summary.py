@@ -52,7 +52,7 @@ class Following(msgspec.Struct, frozen=True, kw_only=True):
         in_band: Share of the periods within the follow band.
         too_far: Share of the periods beyond the follow band.
         least_distance: Minimum distance [m].
-        least_driving: Minimum distance while the follower drove [m].
+        least_driving: Minimum distance while the follower moved [m].
         safe: Whether `least_driving` is at least the safety distance.
     """
 
@@ -109,7 +109,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         faults: One sentence for each fault, with its time.
         exceptions: Number of exceptions of content by its kind and name.
         goals_reached: Number of goals entered.
-        path_length: Length of the driven path [m].
+        path_length: Length of the path [m]; in space for a robot that flies.
         min_clearance: Minimum distance from the hull to a geom [m].
         collisions: Number of collisions.
         struck: Number of contacts that began while the robot was stationary.

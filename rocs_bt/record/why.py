@@ -171,7 +171,7 @@ def _motion(why: Why) -> str:
     (speed, turn) = (why.signals[n][1][0] if n in why.signals else math.nan for n in ("speed", "turn_rate"))
     side = " left" if turn > 0.0 else " right"
     if abs(speed) > _SLOW:
-        return ("drove ahead" if speed > 0.0 else "drove back") + (f" turning{side}" if abs(turn) > _TURNING else "")
+        return ("moved ahead" if speed > 0.0 else "moved back") + (f" turning{side}" if abs(turn) > _TURNING else "")
     if abs(turn) > _TURNING:
         return f"turned{side}"
     return "was stationary" if math.isfinite(speed) else "acted"

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.nearness import Among
 from ..event import EventSink, MinClearanceLowered
-from ..geometry import Pose2, wrap_angle
+from ..geometry import Pose2, Pose3, wrap_angle
 
 AMONG: tuple[Among, ...] = ("obstacles", "robots")
 
@@ -18,7 +18,8 @@ class ClearanceWatch:
 
     Measuring is slow, so a lower bound of the clearance is kept. The clearance to a static obstacle decreases at most
     by the displacement of the robot, the clearance to another robot at most by the displacements of both robots. A
-    point of the hull moves at most by the displacement of the axle plus hull radius times turn. The last measured
+    point of the hull moves at most by the displacement of the base plus hull radius times turn. Robots without wheels
+    are displaced in space, and turn about three axes. The last measured
     clearance minus these displacements is a lower bound. The clearance is measured again only when the bound does not
     exceed the minimum so far.
 
@@ -26,14 +27,19 @@ class ClearanceWatch:
         world: World of the robots.
         agents: Names of the watched agents.
         sink: Sink for MinClearanceLowered events.
+        spatial: Names of the robots without wheels.
     """
 
-    def __init__(self, world: MujocoWorld, agents: Iterable[str], sink: EventSink) -> None:
+    def __init__(
+        self, world: MujocoWorld, agents: Iterable[str], sink: EventSink, spatial: Collection[str] = ()
+    ) -> None:
         self._world = world
         self._sink = sink
         self._nearest = dict.fromkeys(agents, math.inf)
         self._bound = {name: dict.fromkeys(AMONG, -math.inf) for name in self._nearest}  # [m] lower bounds
         self._poses: dict[str, Pose2] = {}
+        self._spatial = spatial
+        self._in_space: dict[str, Pose3] = {}
 
     def update(self, t: float) -> None:
         """Measure, at time t [s], the clearances with lower bounds that require it."""
@@ -50,9 +56,17 @@ class ClearanceWatch:
 
     def _moved(self, name: str) -> float:
         """Maximum displacement of a point of a robot's hull since the last update [m]."""
+        if name in self._spatial:
+            return self._moved_in_space(name)
         pose, reach = self._world.pose(name), self._world.robots[name].reach
         before, self._poses[name] = self._poses.get(name, pose), pose
         return pose.distance(before) + reach * abs(wrap_angle(pose.yaw - before.yaw))
+
+    def _moved_in_space(self, name: str) -> float:
+        pose, reach = self._world.pose3(name), self._world.robots[name].reach
+        before, self._in_space[name] = self._in_space.get(name, pose), pose
+        turned = sum(abs(wrap_angle(a - b)) for a, b in zip(pose[3:], before[3:], strict=True))
+        return math.dist(pose[:3], before[:3]) + reach * turned
 
     def _measure(self, t: float, name: str, due: Iterable[Among]) -> None:
         found = {among: self._world.clearance(name, among=among) for among in due}

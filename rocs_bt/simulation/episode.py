@@ -90,7 +90,7 @@ class Episode:
         self._sink = sink
         self._watch = watch
         self._ended = ended
-        self._clearance = ClearanceWatch(simulated.world, [agent.name for agent in agents], sink)
+        self._clearance = ClearanceWatch(simulated.world, [agent.name for agent in agents], sink, simulated.spatial)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
         self._t = 0.0

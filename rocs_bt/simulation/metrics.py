@@ -45,8 +45,10 @@ _ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
 class _Tally:
     """Running counts and sums of one agent."""
 
-    path_length: float = 0.0
+    path_length: float = 0.0  # [m] in the plane
+    path_in_space: float = 0.0  # [m]
     at: tuple[float, float] | None = None
+    height: float | None = None
     min_clearance: float | None = None
     touches: Counter[str] = field(default_factory=Counter)
     contacts: dict[str, Counter[str]] = field(default_factory=dict)
@@ -156,7 +158,7 @@ class Metrics:
             faults=tuple(tally.faults),
             exceptions=dict(sorted(tally.exceptions.items())),
             goals_reached=len(tally.goals) if true else None,
-            path_length=tally.path_length,
+            path_length=tally.path_in_space if "vz" in agent.axes else tally.path_length,
             min_clearance=tally.min_clearance,
             collisions=tally.touches["collision"] if true else None,
             struck=tally.touches["struck"] if true else None,
@@ -185,8 +187,11 @@ class Metrics:
 
     def _moved(self, tally: _Tally, event: BodyMoved) -> None:
         if tally.at is not None:
-            tally.path_length += math.hypot(event.x - tally.at[0], event.y - tally.at[1])
-        tally.at = event.x, event.y
+            moved = math.hypot(event.x - tally.at[0], event.y - tally.at[1])
+            climbed = 0.0 if event.height is None or tally.height is None else event.height - tally.height
+            tally.path_length += moved
+            tally.path_in_space += math.hypot(moved, climbed)
+        tally.at, tally.height = (event.x, event.y), event.height
         tally.localisation.moved(event)
         if tally.following is not None and (leader := self._positions.get(tally.following.leader)) is not None:
             wheel_speed = max(map(abs, unpack(event.wheels)), default=0.0)

@@ -69,7 +69,7 @@ def test_quantities_in_lists_become_numbers(leaf, project, rocs_bt):
     run = rocs_bt("run", "first", "--no-report")
     assert run.code == 1
     assert "0.2 m from" not in run.err
-    assert "drove 0.2" in run.out
+    assert "moved 0.2" in run.out
 
 
 @pytest.mark.parametrize(

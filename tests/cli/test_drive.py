@@ -25,7 +25,7 @@ def test_a_mission_on_hardware_gives_the_files_and_texts_of_a_run(rocs_bt, tmp_p
     write_project(tmp_path, robot.port, isolated=False)
     told = rocs_bt("drive", "real")
     assert told.code == 0
-    assert re.match(r"R2 success in [2-9]\.\d s \(real, seed 1\)\n  drove [01]\.\d\d m; [2-9]\.\d s driven\n", told.out)
+    assert re.match(r"R2 success in [2-9]\.\d s \(real, seed 1\)\n  moved [01]\.\d\d m; [2-9]\.\d s in all\n", told.out)
     assert "collision" not in told.out
     assert "clearance" not in told.out
     table = [line.split() for line in told.err.splitlines()]

@@ -46,9 +46,9 @@ def test_the_answer_is_the_first_line(recording):
     ("speed", "turn", "says"),
     [
         (0.0, 0.0, "was stationary"),
-        (0.3, 0.0, "drove ahead"),
-        (0.3, -1.0, "drove ahead turning right"),
-        (-0.3, 0.0, "drove back"),
+        (0.3, 0.0, "moved ahead"),
+        (0.3, -1.0, "moved ahead turning right"),
+        (-0.3, 0.0, "moved back"),
         (0.0, 1.0, "turned left"),
     ],
 )

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from itertools import pairwise
+
 import pytest
 
 import rocs_bt
@@ -161,6 +164,8 @@ goal = "gate"
 
 FIELD = '<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/></worldbody></mujoco>'
 
+WALL = '<geom name="low_wall" type="box" size="0.05 1 0.15" pos="0.6 0 0.15"/></worldbody>'
+
 
 @pytest.fixture
 def fly(tmp_path):
@@ -174,18 +179,24 @@ def fly(tmp_path):
         jaw: bool = False,
         end: str = "12 s",
         more: str = "",
+        world: str = "field",
+        **options,
     ):
         files = {
             "robots/drone/robot.xml": MODEL_WITH_JAW if jaw else MODEL,
             "robots/drone/robot.toml": ROBOT.replace("[[actuator]]", JAW * jaw + "[[actuator]]"),
             "robots/drone/drone.py": DRIVER.replace("FAULT", fault),
             "scenarios/worlds/field.xml": FIELD,
-            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"').replace("12 s", end) + more,
+            "scenarios/worlds/wall.xml": FIELD.replace("</worldbody>", WALL),
+            "scenarios/fly.toml": SCENARIO.replace('z = "0.6 m"', f'z = "{height}"')
+            .replace("12 s", end)
+            .replace("field", world)
+            + more,
         }
         for name, text in files.items():
             (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
             (tmp_path / name).write_text(text)
-        return rocs_bt.run("fly", Catalog(tmp_path), seed=seed, out=tmp_path / "run", report=report)
+        return rocs_bt.run("fly", Catalog(tmp_path), seed=seed, out=tmp_path / "run", report=report, **options)
 
     return run
 
@@ -227,6 +238,34 @@ def test_requirements_read_the_true_height_and_tilt(fly) -> None:
     )
     found = fly(more=tables).summary.agents["D"].requirements
     assert [r.verdict for r in found] == ["satisfied", "violated"]
+
+
+def test_path_and_clearance_of_a_robot_that_flies_over_a_wall_are_measured_in_space(fly) -> None:
+    stages, least = [], []
+
+    def look(t: float) -> None:
+        least.append(min([*least[-1:], stages[0].world.clearance("D")[0]]))
+
+    over = fly(world="wall", prepare=stages.append, progress=look)
+    agent, found = over.summary.agents["D"], moves(over)
+    assert (agent.outcome, agent.collisions) == ("success", 0)
+    plane = sum(math.dist((a.x, a.y), (b.x, b.y)) for a, b in pairwise(found))
+    space = sum(math.dist((a.x, a.y, a.height), (b.x, b.y, b.height)) for a, b in pairwise(found))
+    assert agent.path_length == pytest.approx(space)
+    assert space > plane + 0.1
+    assert agent.min_clearance == pytest.approx(least[-1], abs=1e-9)
+    assert 0.05 < agent.min_clearance < 0.35  # over the wall, which the path crosses
+
+
+def test_its_report_draws_height_tilt_and_pushes(fly) -> None:
+    push = '[[push]]\nrobot = "D"\nat = "3 s"\nforce = { left = "5 N" }\n'
+    run = fly(more=push, report=True)
+    page = (run.recording.parent / "report.html").read_text("utf-8")
+    assert 'id="height-0-D-height"' in page
+    assert 'id="height-0-D-tilt"' in page
+    assert 'id="height-0-D-push-0-0"' in page
+    assert "pushed by 5 N for 0.1 s" in page
+    assert rocs_bt.simulation.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
 
 
 def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:

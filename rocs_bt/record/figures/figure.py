@@ -71,6 +71,10 @@ class Figure(ABC):
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         """Draw the runs on a canvas: the first with solid lines, the others fainter and dashed."""
 
+    def applies(self, runs: Sequence[History]) -> bool:
+        """Whether the runs contain what the figure shows."""
+        return True
+
     def make(self, runs: Sequence[History]) -> Canvas:
         """Draw the runs on a new canvas."""
         return make_canvas(self.size, lambda canvas: self.draw(canvas, runs))

@@ -11,6 +11,7 @@ from ..history import History, Span
 from ..recording import Recording
 from .arena import Arena
 from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
+from .height import HeightAndTilt
 from .wheels import Wheels
 
 if TYPE_CHECKING:
@@ -95,7 +96,7 @@ class Coordinates(Figure):
         route_legend(rows[0], runs, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
-FIGURES: tuple[Figure, ...] = (Arena(), Coordinates(), Activation(), Wheels())
+FIGURES: tuple[Figure, ...] = (Arena(), Coordinates(), HeightAndTilt(), Activation(), Wheels())
 _FORMATS = ("png", "svg", "pdf")
 
 
@@ -121,7 +122,7 @@ def write_figures(recordings: Sequence[Recording], folder: Path, formats: Sequen
     runs, paths = [History(r) for r in recordings], []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for figure in FIGURES:
+        for figure in (figure for figure in FIGURES if figure.applies(runs)):
             for form in formats:
                 paths.append(folder / f"{figure.name}.{form}")
                 paths[-1].write_bytes(figure.render(runs, form))

@@ -24,6 +24,7 @@ from ...event import (
     OutcomeDecided,
     PeerFault,
     RequirementViolated,
+    RobotPushed,
     RuleChanged,
     SensorFailed,
     SensorRead,
@@ -41,9 +42,10 @@ _MOST_LINES = 200  # maximum number of kept knowledge changes, and of faults
 
 
 class Body(msgspec.Struct, omit_defaults=True):
-    """Body: present pose (x, y, yaw) [m, m, rad], and trail of points (x, y, route)."""
+    """Body: present pose (x, y, yaw) [m, m, rad], height and tilt [m, rad], and trail of points (x, y, route)."""
 
     pose: tuple[float, float, float] | None = None
+    spatial: tuple[float, float] | None = None
     trail: list[tuple[float, float, str]] = []
 
 
@@ -131,6 +133,7 @@ class Picture:
             MotionHeld: lambda e: self._fault(e, f"{e.actuator} held in neutral: {e.reason}"),
             MotionReleased: lambda e: self._fault(e, f"{e.actuator} released" + (f" by {e.by}" if e.by else "")),
             ContactBegan: lambda e: self._fault(e, f"{e.kind}: {e.other}"),
+            RobotPushed: lambda e: self._fault(e, e.text),
             PeerFault: lambda e: self._fault(e, f"peer {e.peer}: {e.detail}"),
             Stuck: lambda e: self._fault(e, e.reason),
             RequirementViolated: lambda e: self._fault(e, f"{e.requirement} was violated at {e.about:.2f} s"),
@@ -174,6 +177,8 @@ class Picture:
         pose = _rounded(event.x, 4), _rounded(event.y, 4), _rounded(event.yaw, 4)
         whole, new = self._whole.body(event.body), self._new.body(event.body)
         whole.pose = new.pose = pose
+        if event.height is not None:
+            whole.spatial = new.spatial = _rounded(event.height, 3), _rounded(event.tilt, 4)
         last = whole.trail[-1] if whole.trail else (math.inf, math.inf, "")
         if not math.dist(last[:2], pose[:2]) < _STEP:
             agent = self._whole.agents.get(event.body)

@@ -94,7 +94,8 @@ const makeArena = (picture) => {
     outline([[nose * 0.85, 0], [nose * 0.35, nose * 0.3], [nose * 0.35, -nose * 0.3]].map((p) => placed(pose, p)));
     g.fillStyle = tint; g.fill();
     g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
-    g.fillText(name, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
+    const space = pose.z === undefined ? "" : `, ${pose.z.toFixed(2)} m high` + (pose.tilt > 0.09 ? `, ${(pose.tilt * 180 / Math.PI).toFixed(0)}°` : "");
+    g.fillText(name + space, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
   };
   return { g, X, Y, fit, drawWorld, drawBeams, drawScan, drawLine, drawBody };
 };

@@ -136,13 +136,14 @@
     agent.fresh.clear();
   };
   const drawState = (agent) => {
-    const { cells, route } = agent, pose = bodies[agent.info.name]?.pose;
+    const { cells, route } = agent, { pose, spatial } = bodies[agent.info.name] || {};
     route.textContent = agent.activeRoute; route.style.setProperty("--c", color(agent.activeRoute));
     const nodes = agent.tree.running();
     cells.node.textContent = nodes.slice(0, 3).join(", ") + (nodes.length > 3 ? ` and ${nodes.length - 3} more` : "") || "–";
     cells.action.textContent = Object.values(agent.tickets).filter((k) => k[1] === "RUNNING").map((k) => k[0]).join(", ") || "–";
     cells.rule.textContent = Object.entries(agent.rules).filter(([, r]) => r.active || r.latched).map(([n, r]) => n.split("/").pop() + (r.reading ? ": " + r.reading : "")).join("; ") || "–";
-    cells.pose.textContent = pose ? `${pose[0].toFixed(2)}, ${pose[1].toFixed(2)} m, ${(pose[2] * 180 / Math.PI).toFixed(0)}°` : "–";
+    const space = spatial ? `, ${spatial[0].toFixed(2)} m high, tilt ${(spatial[1] * 180 / Math.PI).toFixed(0)}°` : "";
+    cells.pose.textContent = pose ? `${pose[0].toFixed(2)}, ${pose[1].toFixed(2)} m, ${(pose[2] * 180 / Math.PI).toFixed(0)}°${space}` : "–";
   };
   const drawTrail = (trail, agent) => {
     let from = 0;
@@ -158,7 +159,7 @@
     for (const info of run.bodies) {
       const body = bodies[info.name], agent = agents[info.name];
       if (!body?.pose) continue;
-      const [x, y, yaw] = body.pose, pose = { x, y, yaw };
+      const [x, y, yaw] = body.pose, [z, tilt] = body.spatial || [], pose = { x, y, yaw, z, tilt };
       for (const [sensor, beams] of Object.entries(agent?.beams || {})) if (agent.ranges[sensor]) arena.drawBeams(beams, agent.ranges[sensor], pose);
       for (const [sensor, fan] of Object.entries(agent?.fans || {})) if (agent.ranges[sensor]) arena.drawScan(fan, agent.ranges[sensor], pose);
       arena.drawBody(info.hull, info.name, pose, color(agent ? agent.activeRoute : "other"));
@@ -185,6 +186,7 @@
     for (const [name, part] of Object.entries(delta.bodies || {})) {
       const body = (bodies[name] ||= { trail: [], pose: null });
       if (part.pose) body.pose = part.pose;
+      if (part.spatial) body.spatial = part.spatial;
       for (const point of part.trail || []) body.trail.push(point);
     }
     for (const [name, part] of Object.entries(delta.agents || {})) if (agents[name]) takeAgent(agents[name], part);

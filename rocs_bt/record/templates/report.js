@@ -26,7 +26,7 @@
     const part = j > i ? Math.min(1, Math.max(0, (t - body.t[i]) / (body.t[j] - body.t[i]))) : 0;
     return {
       i, x: body.x[i] + part * (body.x[j] - body.x[i]), y: body.y[i] + part * (body.y[j] - body.y[i]),
-      yaw: body.yaw[i] + part * turn(body.yaw[i], body.yaw[j]),
+      yaw: body.yaw[i] + part * turn(body.yaw[i], body.yaw[j]), z: body.z?.[i], tilt: body.tilt?.[i],
     };
   };
 
