@@ -49,7 +49,7 @@ class PushSpec:
     """One `[[push]]` table: a force on a robot's base for a short time.
 
     Attributes:
-        robot: Agent or actor whose robot is pushed.
+        robot: Name of the agent or actor.
         force: Force [N] forward, to the left and up, horizontal frame of the base.
         at: Time of the push, or earliest time [s].
         until: Latest time of the push [s]; the time is sampled uniformly with the seed.

@@ -1,8 +1,8 @@
 """Scripted objects: doors, boxes and people that scripts move along the floor.
 
-A scripted object is a mocap body of the world, so contacts do not move it. The script sets the velocity once per
-control period, and the world moves the object in each physics step. The motion is therefore continuous, and contacts
-with robots are detected.
+A scripted object is a mocap body of the world, so contacts do not move it, except for the script `free`. The script
+sets the velocity once per control period, and the world moves the object in each physics step. The motion is therefore
+continuous, and contacts with robots are detected.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from ..drivers import read_parameters
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..geometry import Pose2, wrap_angle
-from ..units import Metres, MetresPerSecond, Radians, Seconds
+from ..units import Kilograms, Metres, MetresPerSecond, Radians, Seconds
 
 Vector = tuple[float, float]
 
@@ -164,6 +164,40 @@ class Swing(ScriptedObject):
     def _yaw(self, t: float) -> float:
         swing = self._p.amplitude * math.sin(self._phase + 2.0 * math.pi * t / self._p.period)
         return wrap_angle(self.start.yaw + swing)
+
+
+@dataclass(frozen=True, kw_only=True)
+class FreeParameters:
+    """Parameters of the script `free`.
+
+    Attributes:
+        mass: Mass of the object [kg].
+    """
+
+    mass: Kilograms
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.mass < math.inf:
+            raise InputError(Fault(f"a free object needs a positive mass, found {self.mass:g} kg."))
+
+
+class Free(ScriptedObject):
+    """Object that only physics moves: robots push it."""
+
+    Parameters = FreeParameters
+
+    def __init__(self, *args: Any, parameters: FreeParameters) -> None:
+        super().__init__(*args)
+
+    def velocity(self, t: float, at: Vector) -> Vector:
+        return 0.0, 0.0
+
+    def step(self, t: float) -> None:
+        pass
+
+
+FREE = "free"
+"""Name of the script of objects that only physics moves."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -339,6 +373,7 @@ class SocialForce(ScriptedObject):
 
 SCRIPTED_OBJECTS: Mapping[str, Any] = {
     "slide": Slide,
+    FREE: Free,
     "swing": Swing,
     "polynomial": Polynomial,
     "social_force": SocialForce,

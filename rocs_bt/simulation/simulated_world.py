@@ -11,6 +11,7 @@ from ..agent import RobotDevices, robot_locomotion
 from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
+from ..drivers import read_parameters
 from ..drivers.mujoco import (
     MujocoActuator,
     MujocoWorld,
@@ -31,7 +32,7 @@ from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
 from .random_streams import START, loop_of, noise_of, stream
-from .scripted_objects import ScriptedObject, make_scripted_object
+from .scripted_objects import FREE, FreeParameters, ScriptedObject, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
 
 
@@ -176,13 +177,26 @@ def _compose(
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
         placed.append(RobotInstance(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
+    masses = {}
+    for actor in (m for m in scenario.actors if m.script == FREE):
+        with located_at(scenario.file, actor.line):
+            masses[actor.name] = read_parameters(FreeParameters, actor.parameters, f"{FREE} '{actor.name}'").mass
     named = (scenario.name, seed) if any(ground.kind == "rough" for ground in scenario.grounds) else ()
     grounds = (*scenario.grounds, *named)
-    key = ("model", arena, step, grounds, *((name, spec.file, name in agents) for name, spec in robots.items()))
+    key = (
+        "model",
+        arena,
+        step,
+        grounds,
+        tuple(masses.items()),
+        *((name, spec.file, name in agents) for name, spec in robots.items()),
+    )
 
     def compiled() -> Any:
         ground = ground_pieces(scenario, seed)
-        return compile_model(arena.path, placed, step=step, within=catalog.roots, text=arena.text, ground=ground)
+        return compile_model(
+            arena.path, placed, step=step, within=catalog.roots, text=arena.text, ground=ground, masses=masses
+        )
 
     model = catalog.cached(key, compiled)
     world = MujocoWorld(model, list(robots), clock)

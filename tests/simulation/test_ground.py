@@ -8,13 +8,15 @@ import math
 import numpy as np
 import pytest
 
+import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError
-from rocs_bt.event import ListSink, RobotPushed
+from rocs_bt.event import BodyMoved, ListSink, RobotPushed
 from rocs_bt.geometry import Pose2
+from rocs_bt.record import Recording
 from rocs_bt.simulation import build_world
 
 SLOPE = GroundSpec("ramp", "slope", Pose2(0.0, 0.0), 2.0, 1.5, 0.1)
@@ -215,6 +217,78 @@ def test_a_boom_that_hits_a_robot_is_a_contact(swinging) -> None:
     simulated, _ = swinging(1.5, seed=6)
     yaws(simulated, 2.0)
     assert next((c.robot, c.other, c.moving) for c in simulated.world.contacts()) == ("R2", "beam", False)
+
+
+CRATE = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>
+<body name="crate" mocap="true" pos="0 0 0.15"><geom name="crate" type="box" size="0.15 0.3 0.15"/></body>
+</worldbody></mujoco>"""
+
+FREE_CRATE = """
+[[actor]]
+name = "crate"
+script = "free"
+x = "0.7 m"
+y = "0 m"
+yaw = "{yaw} deg"
+mass = "{mass} kg"
+"""
+
+
+@pytest.fixture
+def pushing(swinging, tmp_path):
+    def build(mass: float = 2.0, yaw: float = 0.0):
+        text = SCENARIO.format(x=0).partition("[[actor]]")[0] + FREE_CRATE.format(mass=mass, yaw=yaw)
+        (tmp_path / "scenarios/crate.toml").write_text(text.replace("yard", "store"))
+        (tmp_path / "scenarios/worlds/store.xml").write_text(CRATE)
+        catalog = Catalog(tmp_path)
+        return build_world(catalog.load_scenario("crate"), catalog, 1, ListSink())
+
+    return build
+
+
+def test_a_robot_pushes_a_free_object_which_is_a_contact_and_comes_to_rest(pushing) -> None:
+    simulated = pushing()
+    world, start = simulated.world, simulated.world.object_pose("crate")
+    assert start == pytest.approx((0.7, 0.0, 0.0), abs=1e-9)
+    assert not world.only_robots_move
+    driven(simulated, 4.0)
+    pushed = world.object_pose("crate")
+    assert pushed.x > 0.9
+    assert [(c.other, c.moving) for c in world.contacts()][:1] == [("crate", True)]
+    assert world.clearance("R2", among="obstacles")[1] == "crate"
+    driven(simulated, 1.0, 0.0)
+    rest = world.object_pose("crate")
+    world.advance(100)
+    assert world.object_pose("crate") == pytest.approx(rest, abs=1e-3)
+
+
+def test_a_heavy_object_stops_a_robot(pushing) -> None:
+    simulated = pushing(mass=500.0, yaw=90.0)
+    driven(simulated, 4.0)
+    assert simulated.world.object_pose("crate").x < 0.75
+    assert simulated.world.pose("R2").x < 0.3
+
+
+def test_a_free_object_is_recorded_where_physics_moved_it(pushing, tmp_path) -> None:
+    pushing()
+    moving = '<root BTCPP_format="4"><BehaviorTree ID="wait"><SetWheelSpeed speeds="0.3 m/s; 0.3 m/s" duration="4 s"/>'
+    (tmp_path / "planners/missions/wait.xml").write_text(f"{moving}</BehaviorTree></root>")
+    run = rocs_bt.run("crate", Catalog(tmp_path), seed=1, out=tmp_path / "run")
+    recording = Recording.open(run.recording)
+    crate = [e for e in recording.events() if isinstance(e, BodyMoved) and e.body == "crate"]
+    assert crate[0].x == pytest.approx(0.7)
+    assert crate[-1].x > 0.8
+    assert "crate" in [body.name for body in recording.header.bodies]
+    assert run.summary.agents["R2"].contacts["collision"] == {"crate": 1}
+
+
+def test_an_object_that_the_world_lacks_cannot_be_free(pushing, tmp_path) -> None:
+    pushing()
+    file = tmp_path / "scenarios/crate.toml"
+    file.write_text(file.read_text().replace('name = "crate"', 'name = "crates"'))
+    catalog = Catalog(tmp_path)
+    with pytest.raises(InputError, match="Did you mean 'crate'"):
+        build_world(catalog.load_scenario("crate"), catalog, 1, ListSink())
 
 
 AREA = 'x = "0 m"\ny = "0 m"\nlength = "{0} m"\nwidth = "{0} m"\nheight = "1 cm"\n'

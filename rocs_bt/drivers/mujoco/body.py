@@ -62,14 +62,35 @@ class MocapBody:
     geoms: tuple[int, ...]
 
 
-def find_objects(model: Any) -> dict[str, MocapBody]:
-    """Named mocap bodies of a model, by name."""
-    found = {}
+@dataclass(frozen=True)
+class FreeBody:
+    """Named body with a free joint that is no robot: an object that robots can push.
+
+    Attributes:
+        name: Name of the body.
+        q: Index of the free joint in qpos: x, y, z, quaternion.
+        v: Index of the free joint in qvel.
+        geoms: IDs of the geoms of the body.
+    """
+
+    name: str
+    q: int
+    v: int
+    geoms: tuple[int, ...]
+
+
+def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, MocapBody | FreeBody]:
+    """Named mocap bodies and free bodies of a model that are no robots, by name."""
+    found: dict[str, MocapBody | FreeBody] = {}
+    roots = {body.root for body in robots.values()}
     for body in range(model.nbody):
-        slot, name = int(model.body_mocapid[body]), model.body(body).name
-        if slot >= 0 and name:
-            first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
-            found[name] = MocapBody(name, slot, tuple(range(first, first + count)))
+        slot, name, joint = int(model.body_mocapid[body]), model.body(body).name, int(model.body_jntadr[body])
+        first, count = int(model.body_geomadr[body]), int(model.body_geomnum[body])
+        geoms = tuple(range(first, first + count))
+        if name and slot >= 0:
+            found[name] = MocapBody(name, slot, geoms)
+        elif name and body not in roots and joint >= 0 and int(model.jnt_type[joint]) == 0:  # 0: a free joint
+            found[name] = FreeBody(name, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), geoms)
     return found
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ...clock import Clock, SimulatedClock
-from ...errors import Fault, InputError, located_at
+from ...errors import Fault, InputError, UnknownName, located_at, unknown
 from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
@@ -86,6 +86,7 @@ def compile_model(
     within: Sequence[Path] = (),
     text: str | None = None,
     ground: Sequence[GroundPiece] = (),
+    masses: Mapping[str, float] = {},
 ) -> Any:
     """Compile the MjModel of an arena and its robots. Several worlds can use it, one after the other.
 
@@ -100,6 +101,7 @@ def compile_model(
         within: Folders with files that a model may reference, in addition to those in the model's own folder.
         text: MJCF text of a generated arena; `arena` is then only its name in faults.
         ground: Ground that is not level, added to the floor.
+        masses: Masses [kg] of mocap bodies of the arena that become free bodies, by name.
 
     Raises:
         InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
@@ -109,6 +111,8 @@ def compile_model(
     sparse = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     spec = read_model(arena, within, text)
     add_ground(spec, ground)
+    for name, mass in masses.items():
+        _set_free(spec, name, mass)
     for robot in robots:
         model = read_model(robot.model, within)
         jacobian = sparse if sparse in (model.option.jacobian, spec.option.jacobian) else spec.option.jacobian
@@ -162,6 +166,18 @@ def _compiling(file: Path, what: str = "the model does not compile") -> Iterator
         found = re.search(r"[Ll]ine(?: number)?[ =]+(\d+)(?:, column[ =]+(\d+))?", str(error))
         line, column = (int(found[1]), int(found[2] or 0)) if found else (0, 0)
         raise InputError(Fault(f"{what}: {_one_line(error)}.", file, line, column)) from error
+
+
+def _set_free(spec: Any, name: str, mass: float) -> None:
+    """Make a mocap body of an arena a free body with a mass [kg], equally shared by its geoms."""
+    known = [body.name for body in spec.worldbody.bodies if body.mocap and body.name]
+    if name not in known:
+        raise UnknownName(unknown("mocap body", name, known, "The world"))
+    body = spec.body(name)
+    body.mocap = False
+    body.add_freejoint()
+    for geom in body.geoms:
+        geom.mass = mass / len(body.geoms)
 
 
 def _check_base(model: Any, file: Path) -> None:

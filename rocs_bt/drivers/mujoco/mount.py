@@ -76,7 +76,7 @@ class DriverWorld(Protocol):
         ...
 
     def object_pose(self, name: str) -> Pose2:
-        """Pose of a named mocap body, world frame."""
+        """Pose of a named mocap body or free body, world frame."""
         ...
 
     def clearance(

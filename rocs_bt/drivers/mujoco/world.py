@@ -15,7 +15,7 @@ from ...clock import Clock, SimulatedClock
 from ...errors import DeviceError, Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
 from ...safety import SafetyGate
-from .body import Controls, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
+from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .ground import carrying_geoms
 from .nearness import Among, ClearanceQuery
 from .sight import LineOfSight
@@ -36,7 +36,7 @@ class MujocoWorld:
     Attributes:
         model, data: MuJoCo's model and state; hold `lock` to use them while another thread steps.
         robots: Indices of the robots in the model, by name.
-        objects: Named mocap bodies, which scripts can move, by name.
+        objects: Named bodies that are no robots: mocap bodies, which scripts move, and free bodies, by name.
         step: Physics step [s].
         lock: Lock of the state, held for each physics step and each read.
         stamp: Time of the present state, on `clock` [s].
@@ -58,7 +58,7 @@ class MujocoWorld:
         self.lock = threading.RLock()
         self.stamp = clock.now()
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
-        self.objects: Mapping[str, MocapBody] = find_objects(model)
+        self.objects: Mapping[str, MocapBody | FreeBody] = find_objects(model, self.robots)
         roots = {body.root for body in self.robots.values()}
         self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._drift = np.zeros((model.nmocap, 3))  # [m] displacements of scripted objects per physics step
@@ -167,12 +167,17 @@ class MujocoWorld:
         Raises:
             UnknownName: The world has no such mocap body.
         """
-        if name not in self.objects:
-            raise UnknownName(unknown("mocap body", name, self.objects, "The world"))
-        return self.objects[name]
+        found, known = self.objects.get(name), [n for n, o in self.objects.items() if isinstance(o, MocapBody)]
+        if not isinstance(found, MocapBody):
+            raise UnknownName(unknown("mocap body", name, known, "The world"))
+        return found
 
     def object_pose(self, name: str) -> Pose2:
-        """Pose of a mocap body, world frame."""
+        """Pose of a mocap body or a free body, world frame."""
+        if isinstance(free := self.objects.get(name), FreeBody):
+            with self.lock:
+                x, y, _, w, i, j, k = self._qpos[free.q : free.q + 7].tolist()
+            return Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
         slot = self.mocap_body(name).slot
         with self.lock:
             x, y, _ = self.data.mocap_pos[slot].tolist()
@@ -180,7 +185,15 @@ class MujocoWorld:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def place_object(self, name: str, pose: Pose2) -> None:
-        """Move a mocap body at once to a pose, world frame."""
+        """Move a mocap body, or a free body at rest on the ground, at once to a pose, world frame."""
+        if isinstance(free := self.objects.get(name), FreeBody):
+            with self.lock:
+                z = float(self.model.qpos0[free.q + 2]) + self._ground.at(pose.x, pose.y)
+                turn = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
+                self.data.qpos[free.q : free.q + 7] = pose.x, pose.y, z, *turn
+                self.data.qvel[free.v : free.v + 6] = 0.0
+                self._revision += 1
+            return
         slot = self.mocap_body(name).slot
         with self.lock:
             self.data.mocap_pos[slot, :2] = pose.x, pose.y
