@@ -164,7 +164,8 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
     """
     yield from _outside(scenario, build_world(scenario, catalog, 1, NullSink()))
     for agent in scenario.agents:
-        world = build_world(replace(scenario, agents=(agent,), actors=()), catalog, 1, NullSink())
+        others = tuple(m for m in scenario.actors if not m.robot)
+        world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
         built = _single_agent(scenario, catalog, agent, world)
         faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
         yield from faults

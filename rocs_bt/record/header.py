@@ -241,9 +241,10 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         return f"{self.scenario}-{self.seed}"
 
     def bounds(self) -> tuple[float, float, float, float]:
-        """Minimum x, minimum y, maximum x and maximum y of the obstacles [m]; NaN for an empty world."""
-        xs = [x + sign * o.radius for o in self.outlines for x, _ in o.points for sign in (-1, 1)]
-        ys = [y + sign * o.radius for o in self.outlines for _, y in o.points for sign in (-1, 1)]
+        """Minimum x, minimum y, maximum x and maximum y of obstacles and ground [m]; NaN for an empty world."""
+        drawn = (*self.outlines, *self.grounds)
+        xs = [x + sign * o.radius for o in drawn for x, _ in o.points for sign in (-1, 1)]
+        ys = [y + sign * o.radius for o in drawn for _, y in o.points for sign in (-1, 1)]
         if not xs:
             return (math.nan,) * 4
         return min(xs), min(ys), max(xs), max(ys)

@@ -11,6 +11,7 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
+from rocs_bt.check.scenario import check_feasible
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError
@@ -280,6 +281,12 @@ def test_a_free_object_is_recorded_where_physics_moved_it(pushing, tmp_path) -> 
     assert crate[-1].x > 0.8
     assert "crate" in [body.name for body in recording.header.bodies]
     assert run.summary.agents["R2"].contacts["collision"] == {"crate": 1}
+
+
+def test_a_check_puts_objects_at_their_starts(pushing, tmp_path) -> None:
+    pushing()  # in the world's file, the crate is where the robot starts
+    catalog = Catalog(tmp_path)
+    assert list(check_feasible(catalog.load_scenario("crate"), catalog)) == []
 
 
 def test_an_object_that_the_world_lacks_cannot_be_free(pushing, tmp_path) -> None:

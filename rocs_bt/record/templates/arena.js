@@ -91,7 +91,8 @@ const makeArena = (picture) => {
       g.strokeStyle = tint; g.lineWidth = 2; g.stroke();
     }
     const nose = hull.length ? Math.max(...hull.map((p) => p[0])) : 0.2;
-    outline([[nose * 0.85, 0], [nose * 0.35, nose * 0.3], [nose * 0.35, -nose * 0.3]].map((p) => placed(pose, p)));
+    const size = Math.min(nose, 0.3), tip = nose * 0.85, back = tip - size * 0.5;
+    outline([[tip, 0], [back, size * 0.3], [back, -size * 0.3]].map((p) => placed(pose, p)));
     g.fillStyle = tint; g.fill();
     g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
     const space = pose.z === undefined ? "" : `, ${pose.z.toFixed(2)} m high` + (pose.tilt > 0.09 ? `, ${(pose.tilt * 180 / Math.PI).toFixed(0)}°` : "");

@@ -12,7 +12,7 @@
   const short = (v) => (typeof v !== "number" ? String(v) : Math.abs(v) >= 1000 ? v.toFixed(0) : String(Number(v.toPrecision(3))));
   const bounds = () => {
     const xs = [], ys = [];
-    for (const o of run.outlines) for (const [x, y] of o.points) { xs.push(x - o.radius, x + o.radius); ys.push(y - o.radius, y + o.radius); }
+    for (const o of [...run.outlines, ...(run.grounds || [])]) for (const [x, y] of o.points) { const r = o.radius || 0; xs.push(x - r, x + r); ys.push(y - r, y + r); }
     for (const b of Object.values(bodies)) for (const [x, y] of b.trail) { xs.push(x); ys.push(y); }
     return xs.length ? [Math.min(...xs), Math.min(...ys), Math.max(...xs), Math.max(...ys)] : [-1, -1, 1, 1];
   };
