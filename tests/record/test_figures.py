@@ -25,6 +25,9 @@ def artists(canvas, prefix):
     return [a for axes in canvas.axes for a in axes.get_children() if (a.get_gid() or "").startswith(prefix)]
 
 
+ON_WHEELS = [figure for figure in FIGURES if figure.name != "height"]  # the figures of robots on wheels
+
+
 def named(name):
     return next(f for f in FIGURES if f.name == name)
 
@@ -98,7 +101,7 @@ def test_wheels_show_command_and_truth(run):
 
 
 def test_two_runs_are_laid_over_each_other(run):
-    for figure in FIGURES:
+    for figure in ON_WHEELS:
         one, two = figure.make([run]), figure.make([run, run])
         first = artists(two, f"{figure.name}-0")
         second = artists(two, f"{figure.name}-1")
@@ -107,7 +110,7 @@ def test_two_runs_are_laid_over_each_other(run):
 
 def test_files_are_written_and_the_same_each_time(recording, tmp_path):
     paths = write_figures([recording], tmp_path / "a", formats=("png", "svg"))
-    assert sorted(p.name for p in paths) == sorted(f"{f.name}.{e}" for f in FIGURES for e in ("png", "svg"))
+    assert sorted(p.name for p in paths) == sorted(f"{f.name}.{e}" for f in ON_WHEELS for e in ("png", "svg"))
     for path in paths:
         assert path.read_bytes().startswith(b"\x89PNG" if path.suffix == ".png" else b"<?xml")
     for path in write_figures([Recording.open(recording.path)], tmp_path / "b", formats=("svg",)):
@@ -120,7 +123,9 @@ def test_a_run_with_nothing_in_it_can_be_drawn(tmp_path):
     Recorder(tmp_path / "run.mcap", RunHeader(scenario="empty", seed=1)).close()
     Recorder(tmp_path / "agents.mcap", synthetic.header()).close()
     for name in ("run.mcap", "agents.mcap"):
-        assert len(write_figures([Recording.open(tmp_path / name)], tmp_path / "out", formats=("svg",))) == len(FIGURES)
+        assert len(write_figures([Recording.open(tmp_path / name)], tmp_path / "out", formats=("svg",))) == len(
+            ON_WHEELS
+        )
 
 
 def test_wrong_wishes_are_told(recording, tmp_path):

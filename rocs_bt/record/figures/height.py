@@ -27,6 +27,8 @@ class HeightAndTilt(Figure):
         return any(body.spatial for run in runs for body in run.bodies.values())
 
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        if not self.applies(runs):
+            return
         height, tilt = rows = canvas.subplots(2, 1, sharex=True)
         for r, run in enumerate(runs):
             of_agents = dict(zip(run.agents, ROBOTS * len(run.agents), strict=False))
