@@ -42,6 +42,7 @@ _CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # factors of the
 _BRAKINGS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # initial speeds of the braking tests, factors of the speed limit
 _SETTLE, _WATCH = 2.0, 2.0  # [s] settling time of a motion; duration of its measurement
 _WINDOW = 0.5  # [s] duration over which a steady speed is averaged
+_GAIT_WINDOW = 2.0  # [s] the same for a body with legs, which sways: a whole number of the steps of most gaits
 _STEADY = 2e-3  # maximum change of a steady speed from window to window, relative to the command
 _STOPPED = 0.005  # [m/s, rad/s] maximum speed that counts as stopped
 _MOVES = 0.05  # minimum speed of a body that moves, relative to the command
@@ -232,11 +233,12 @@ class _TestRig:
             self.step(self.along(axis, given))
             commanded += given * self.period
         last, steady = math.nan, math.nan
-        for _ in range(round(_TIMEOUT / _WINDOW)):
+        window = _GAIT_WINDOW if self._locomotion.kind == "legged" else _WINDOW
+        for _ in range(round(_TIMEOUT / window)):
             before = self.travel[axis]
-            self.hold(self.along(axis, speed), _WINDOW)
-            commanded += speed * _WINDOW
-            last, steady = steady, (self.travel[axis] - before) / _WINDOW
+            self.hold(self.along(axis, speed), window)
+            commanded += speed * window
+            last, steady = steady, (self.travel[axis] - before) / window
             if abs(steady - last) <= _STEADY * speed:
                 break
         if not steady > _MOVES * speed:

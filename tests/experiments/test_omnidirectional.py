@@ -15,6 +15,12 @@ from rocs_bt.event import BodyMoved, ContactBegan, ListSink
 from rocs_bt.geometry import Pose2, wrap_angle
 
 CATALOG = Catalog()
+ROBOTS = {
+    "exp1_mecanum": "rosbot_xl",
+    "exp1_omni": "robotino",
+    "exp1_quadrotor": "quadrotor",
+    "exp1_quadruped": "quadruped",
+}
 BOX = (-0.5, 1.0)
 RADIUS = 0.9  # [m]
 SHELF = math.radians(-90.0)  # heading to the shelf
@@ -34,10 +40,7 @@ def episode(scenario: str, seed: int) -> tuple[Summary, dict[str, list[Pose2]], 
     return summary, poses, [e for e in sink.events if isinstance(e, ContactBegan)]
 
 
-@pytest.mark.parametrize(
-    ("scenario", "robot"),
-    [("exp1_mecanum", "rosbot_xl"), ("exp1_omni", "robotino"), ("exp1_quadrotor", "quadrotor")],
-)
+@pytest.mark.parametrize(("scenario", "robot"), ROBOTS.items())
 def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     spec, base = CATALOG.load_scenario(scenario), CATALOG.load_scenario("exp1")
     assert [a.robot for a in spec.agents] == [robot]
@@ -50,7 +53,7 @@ def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     ]
 
 
-@pytest.mark.parametrize("scenario", ["exp1_mecanum", "exp1_omni", "exp1_quadrotor"])
+@pytest.mark.parametrize("scenario", ROBOTS)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_exp1_is_clean_on_each_robot(scenario: str, seed: int) -> None:
     summary, _, touched = episode(scenario, seed)

@@ -8,7 +8,7 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.expression import Environment
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TIME, TURN_RATE
+from rocs_bt.units import ANGLE, LENGTH, SPEED, TIME, TURN_RATE
 
 SIGNALS = Environment.packed(
     [
@@ -16,6 +16,7 @@ SIGNALS = Environment.packed(
         Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5)),
         Signal("turn_rate", 1, (TURN_RATE,), bounds=(-2.0, 2.0)),
         Signal("stop_distance", 1, (LENGTH,), bounds=(0.0, 2.0)),
+        Signal("tilt", 1, (ANGLE,), bounds=(0.0, 3.15)),
         Signal("contact_time", 1, (TIME,), bounds=(0.0, float("inf"))),
         Signal("bumper", 1, bounds=(0.0, 1.0)),
         Signal("wheel_speeds", 2, (SPEED,), bounds=(-1.5, 1.5)),
@@ -54,6 +55,7 @@ RELEASES = {
     "until it is at rest": rule(NEAR, 'until = "abs(speed) < 0.02 m/s and abs(turn_rate) < 0.02 rad/s"'),
     "wheels at rest": rule(NEAR, 'until = "max(wheel_speeds) < 0.1 m/s"'),
     "the distance to stop": rule('when = "min(front) < stop_distance + 0.1 m"'),
+    "the tilt": rule('when = "tilt > 20 deg"', 'until = "tilt < 12 deg"'),
     "the time to a contact": rule('when = "contact_time < 0.5 s"'),
     "a time": rule(NEAR, 'until = "time_since(min(front) > 0.5 m) > 2 s"'),
     "a rate": rule(NEAR, 'until = "rate(front[0], 0.2 s) > -0.1 m/s"'),

@@ -32,7 +32,11 @@ def found(robot: str) -> Identified:
 
 def test_each_model_that_is_shipped_was_measured() -> None:
     models = {r.path.parent.name for r in CATALOG.list("robot") if (r.path.parent / "robot.xml").exists()}
-    assert set(ROBOTS) == models >= {QUICK, "summit_xl", "jackal", "rosbot_xl", "robotino", "turtlebot3_burger"}
+    assert (
+        set(ROBOTS)
+        == models
+        >= {QUICK, "summit_xl", "jackal", "quadruped", "rosbot_xl", "robotino", "turtlebot3_burger"}
+    )
 
 
 def test_a_differential_drives_wheel_separation_is_where_its_wheels_are() -> None:

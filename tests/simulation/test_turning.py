@@ -12,7 +12,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
 from rocs_bt.record.recording import Recording
 
-ROBOTS = ["jackal", "pioneer_p3dx", "quadrotor", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"]
+ROBOTS = ["jackal", "pioneer_p3dx", "quadrotor", "quadruped", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"]
 
 MISSION = """<root BTCPP_format="4" main_tree_to_execute="turn"><BehaviorTree ID="turn"><Sequence>
 <TurnAngle angle="90 deg" rate="2.5 rad/s"/><Stop/><TurnAngle angle="-60 deg" rate="2.5 rad/s"/><Stop/>
@@ -30,9 +30,7 @@ y = "0 m"
 """
 
 
-@pytest.mark.parametrize(
-    "robot", ["jackal", "pioneer_p3dx", "quadrotor", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"]
-)
+@pytest.mark.parametrize("robot", ROBOTS)
 def test_a_quick_turn_ends_where_it_should_and_goes_no_farther(tmp_path: Path, robot: str) -> None:
     for file, text in (("planners/missions/turn.xml", MISSION), ("scenarios/turn.toml", SCENARIO.format(robot=robot))):
         (tmp_path / file).parent.mkdir(parents=True)

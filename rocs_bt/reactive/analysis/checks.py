@@ -92,7 +92,7 @@ def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
 
 
 _PASSING = frozenset({"since", "time_since", "rate", "delay"})  # can change while all signals are constant
-_OF_MOTION = ("stop_distance", "course_range")  # signals that depend on the speed, although their unit does not show it
+_OF_MOTION = ("stop_distance", "course_range", "tilt")  # their units do not show that they depend on the motion
 _TIME = TIME.exponents.index(1)
 
 

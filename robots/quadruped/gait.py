@@ -1,0 +1,58 @@
+"""Gait of the quadruped: position servos follow a trot, which realises body twists."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rocs_bt.drivers.mujoco import Mount, MujocoActuator
+
+from .legs import HIPS, Array, joint_angles
+from .trot import Trot
+
+LEGS = ("front_left", "front_right", "rear_left", "rear_right")
+JOINTS = ("abduction", "thigh", "knee")
+
+
+class Gait(MujocoActuator):
+    """Body twists: forward, left [m/s] and turn [rad/s]; without a command the legs do not step.
+
+    The inner loop measures twist and tilt of the body, which a real robot estimates by its inertial sensor and its
+    joint encoders. Here they are the simulator's ground truth.
+    """
+
+    def __init__(self, name: str, mount: Mount) -> None:
+        super().__init__(name, 3, mount)
+        world = mount.world
+        self._servos = world.controls(mount.robot, [f"{leg}_{joint}" for leg in LEGS for joint in JOINTS])
+        base = world.model.joint(f"{mount.robot}/base")
+        q, v = int(base.qposadr[0]), int(base.dofadr[0])
+        self._attitude, self._velocity = world.data.qpos[q + 3 : q + 7], world.data.qvel[v : v + 6]
+        self._trot = Trot(world.step)
+        self._wanted = np.zeros(3)
+
+    def command(self, values: Sequence[float]) -> None:
+        self._wanted = np.array(values, dtype=float)
+
+    def neutral(self) -> None:
+        self._wanted = np.zeros(3)
+
+    def before_step(self, t: float) -> None:
+        """Set the angles of all servos for the next physics step."""
+        twist, tilt = self._motion()
+        feet, height = self._trot.step(self._wanted, twist, tilt)
+        x, y = feet - HIPS
+        self.mount.world.set_controls(self._servos, joint_angles(x, y, height))
+
+    def _motion(self) -> tuple[Array, Array]:
+        """Twist (forward, left [m/s], turn [rad/s]), and roll, pitch [rad] with their rates [rad/s]."""
+        w, i, j, k = self._attitude.tolist()
+        x, y, _, roll_rate, pitch_rate, turn = self._velocity.tolist()
+        # Columns of the rotation matrix: the body's x axis, and the vertical seen from the body.
+        ahead, aside = 1.0 - 2.0 * (j * j + k * k), 2.0 * (i * j + w * k)
+        length = max((ahead * ahead + aside * aside) ** 0.5, 1e-6)
+        c, s = ahead / length, aside / length
+        roll = 2.0 * (w * i + j * k)
+        pitch = 2.0 * (w * j - k * i)
+        return np.array([c * x + s * y, c * y - s * x, turn]), np.array([roll, pitch, roll_rate, pitch_rate])

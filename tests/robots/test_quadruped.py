@@ -1,0 +1,181 @@
+"""The quadruped keeps still, walks as commanded, and stays on its feet when it is pushed or crosses a step."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rocs_bt.agent import robot_locomotion
+from rocs_bt.catalog import Catalog, RobotSpec
+from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
+from rocs_bt.geometry import Pose2, Twist2, wrap_angle
+from rocs_bt.simulation.fall import FallWatch
+
+CATALOG = Catalog()
+STEP = 0.005  # [s]
+
+
+class Walker:
+    """A quadruped alone on a floor with further geoms."""
+
+    def __init__(self, folder: Path, geoms: str = "") -> None:
+        spec: RobotSpec = CATALOG.load_robot("quadruped")
+        assert spec.model is not None
+        arena = folder / "arena.xml"
+        floor = '<geom name="floor" type="plane" size="0 0 1"/>'
+        arena.write_text(f"<mujoco><worldbody>{floor}{geoms}</worldbody></mujoco>")
+        self.world: MujocoWorld = compose_world(arena, [RobotInstance("R", spec.model)], step=STEP)
+        self.locomotion = robot_locomotion(spec.locomotion)
+        gait = CATALOG.load_class(spec.file.parent / "gait.py", "Gait")
+        self.gait = make_actuator(self.world, "R", "gait", gait, {})
+        self.world.attach(self.gait.before_step)  # type: ignore[attr-defined]  # as for an agent
+        self.tilt = 0.0
+
+    def go(self, twist: Twist2, seconds: float) -> None:
+        """Walk with a twist."""
+        self.gait.command(self.locomotion.command(twist).tolist())
+        self.wait(seconds)
+
+    def wait(self, seconds: float) -> None:
+        """Let the world run on."""
+        for _ in range(round(seconds / 0.05)):
+            self.world.advance(10)
+            self.tilt = max(self.tilt, self.world.tilt("R"))
+
+    def push(self, force: float, angle: float) -> None:
+        """Push the trunk horizontally for 0.1 s."""
+        trunk = self.world.body("R").root
+        self.world.data.xfrc_applied[trunk, :2] = force * math.cos(angle), force * math.sin(angle)
+        self.world.advance(round(0.1 / STEP))
+        self.world.data.xfrc_applied[trunk] = 0.0
+
+    def mean_twist(self, seconds: float) -> Twist2:
+        """Mean twist while the world runs on."""
+        moved, turned = np.zeros(2), 0.0
+        for _ in range(round(seconds / 0.02)):
+            before = self.world.pose("R")
+            self.world.advance(4)
+            after = self.world.pose("R")
+            yaw = before.yaw + 0.5 * wrap_angle(after.yaw - before.yaw)
+            dx, dy = after.x - before.x, after.y - before.y
+            moved += (math.cos(yaw) * dx + math.sin(yaw) * dy, math.cos(yaw) * dy - math.sin(yaw) * dx)
+            turned += wrap_angle(after.yaw - before.yaw)
+        forward, left = (moved / seconds).tolist()
+        return Twist2(forward, turned / seconds, left)
+
+    @property
+    def upright(self) -> bool:
+        """Whether it is on its feet and level."""
+        return self.world.tilt("R") < math.radians(15.0) and not self.world.ground_contact("R")
+
+
+MakeWalker = Callable[..., Walker]
+
+
+@pytest.fixture
+def walker(tmp_path: Path) -> MakeWalker:
+    return lambda geoms="": Walker(tmp_path, geoms)
+
+
+def test_it_stands_still_without_stepping(walker: MakeWalker) -> None:
+    robot = walker()
+    robot.wait(0.5)
+    start, height = robot.world.pose("R"), []
+    for _ in range(100):
+        robot.wait(0.1)
+        height.append(robot.world.position("R")[2])
+    end = robot.world.pose("R")
+    assert start.distance(end) < 0.002
+    assert abs(wrap_angle(end.yaw - start.yaw)) < math.radians(0.2)
+    assert max(height) - min(height) < 0.002
+    assert robot.tilt < math.radians(2.0)
+
+
+@pytest.mark.parametrize(
+    "twist",
+    [
+        Twist2(0.5), Twist2(-0.3), Twist2(0.0, left=0.3), Twist2(0.0, left=-0.2), Twist2(0.0, turn=1.0),
+        Twist2(0.0, turn=-1.5), Twist2(0.4, turn=0.6), Twist2(0.3, left=0.15, turn=-0.4),
+    ],
+    ids=str,
+)  # fmt: skip  # a table
+def test_it_walks_as_commanded_within_a_few_per_cent(walker: MakeWalker, twist: Twist2) -> None:
+    robot = walker()
+    robot.go(twist, 1.6)
+    found = robot.mean_twist(2.0)  # five cycles of the gait
+    speed = math.hypot(twist.forward, twist.left)
+    assert math.hypot(found.forward - twist.forward, found.left - twist.left) < 0.05 * speed + 0.01
+    assert abs(found.turn - twist.turn) < 0.05 * abs(twist.turn) + 0.03
+    assert robot.tilt < math.radians(8.0)
+    assert robot.upright
+
+
+@pytest.mark.parametrize("twist", [Twist2(0.6), Twist2(0.0, left=-0.3), Twist2(0.0, turn=1.5)], ids=str)
+def test_neutral_at_full_speed_leaves_it_standing_within_its_stop_distance(walker: MakeWalker, twist: Twist2) -> None:
+    robot = walker()
+    robot.go(twist, 1.6)
+    before = robot.world.pose("R")
+    robot.gait.neutral()
+    robot.wait(1.5)
+    stopped = robot.world.pose("R")
+    assert before.distance(stopped) <= robot.locomotion.stop_distance(twist) + 0.02
+    robot.wait(1.0)
+    assert robot.world.pose("R").distance(stopped) < 0.005, "it does not step any more"
+    assert robot.upright
+
+
+@pytest.mark.parametrize("walking", [Twist2(0.0), Twist2(0.4)], ids=str)
+@pytest.mark.parametrize("force", [60.0, 100.0])
+@pytest.mark.parametrize("direction", range(0, 360, 90))
+def test_a_push_does_not_throw_it_over(walker: MakeWalker, walking: Twist2, force: float, direction: int) -> None:
+    robot = walker()
+    robot.go(walking, 1.0)
+    robot.push(force, math.radians(direction))
+    robot.wait(1.0)
+    assert robot.tilt < math.radians(12.0)
+    robot.go(Twist2(0.0), 1.0)
+    assert robot.upright
+
+
+@pytest.mark.parametrize("speed", [0.3, 0.5])
+def test_it_crosses_a_step_of_four_centimetres(walker: MakeWalker, speed: float) -> None:
+    robot = walker('<geom name="floor_step" type="box" size="0.3 1 0.02" pos="0.9 0 0.02"/>')
+    while robot.world.pose("R").x < 1.6:
+        yaw, y = robot.world.pose("R").yaw, robot.world.pose("R").y
+        robot.go(Twist2(speed, turn=-2.0 * yaw - y), 0.05)
+        assert robot.world.stamp < 12.0, "it walks on"
+    assert robot.tilt < math.radians(15.0)
+    robot.go(Twist2(0.0), 1.0)
+    assert robot.upright
+
+
+@pytest.mark.parametrize("axis", [(1.0, 0.0), (0.0, 1.0)], ids=["on its back", "rolled over ahead"])
+def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker, axis: tuple[float, float]) -> None:
+    robot, watch = walker(), FallWatch()
+    robot.wait(0.2)
+    q = robot.world.body("R").q
+    robot.world.data.qpos[q + 2 : q + 7] = 0.5, 0.0, *axis, 0.0
+    fallen = False
+    for k in range(130):
+        robot.wait(0.05)
+        fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
+    assert fallen
+
+
+def test_two_touch_each_other_with_trunk_and_legs(tmp_path: Path) -> None:
+    spec = CATALOG.load_robot("quadruped")
+    arena = tmp_path / "arena.xml"
+    arena.write_text('<mujoco><worldbody><geom name="floor" type="plane" size="0 0 1"/></worldbody></mujoco>')
+    assert spec.model is not None
+    world = compose_world(arena, [RobotInstance(name, spec.model) for name in ("R", "Q")], step=STEP)
+    world.place("R", Pose2(0.0, 0.0))
+    world.place("Q", Pose2(0.0, 2.0))
+    world.advance(1)
+    assert world.contacts() == [], "its own parts do not touch each other"
+    world.place("Q", Pose2(0.3, 0.0))
+    world.advance(1)
+    assert {contact.robot for contact in world.contacts()} == {"R", "Q"}
