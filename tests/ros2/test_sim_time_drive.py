@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 import time
 
@@ -22,7 +23,7 @@ from .network import Network
 
 BOOL, CLOCK, ODOMETRY = "std_msgs/msg/Bool", "rosgraph_msgs/msg/Clock", "nav_msgs/msg/Odometry"
 PATIENCE = 30.0  # [s]
-STOPPED = 2.0  # [s] until the notice; a busy computer delays the simulator's thread by less
+STOPPED = 2.0  # [s] until the notice
 AT_REST = {"pose": {"orientation": {"w": 1.0}}}
 SENSORS = ("position", "orientation")
 SETTINGS = '[ros2]\nuse_sim_time = true\nemergency_stop = "emergency_stop"'
@@ -144,20 +145,20 @@ def test_a_pause_before_the_start_ends_the_wait_for_sensors(simulator, run):
     simulator.paused = True
     run.join(PATIENCE)
     assert not run.is_alive()
-    assert "no new time on /clock for 3." in str(run.error)
+    found = re.search(r"no new time on /clock for (\d+\.\d) s", str(run.error))
+    assert found, run.error
+    assert float(found[1]) >= run.wait
 
 
 def test_a_pause_of_the_simulator_is_a_notice_and_the_stop_topic_still_counts(simulator, run):
     run.start()
     run.until(lambda: len(run.progress) > 5)
-    assert run.notices == ["use_sim_time: isolated = true has no effect on own/wheels."]
-    simulator.paused = True
-    run.until(lambda: len(run.notices) > 1)
-    assert run.notices[1].startswith("no new time on /clock for 2 s: the run waits for the simulator")
+    assert run.notices[0] == "use_sim_time: isolated = true has no effect on own/wheels."
+    simulator.paused = True  # a starved thread is a pause, too, so only the last notice counts
+    run.until(lambda: run.notices[-1].startswith("no new time on /clock for 2 s: the run waits for the simulator"))
     simulator.network.send("/r1/emergency_stop", BOOL, data=True)
     run.until(lambda: any(isinstance(event, MotionHeld) for event in run.sink.events))
     assert simulator.paused
     before = len(run.progress)
     simulator.paused = False
-    run.until(lambda: len(run.progress) > before + 5)
-    assert run.notices[2:] == ["/clock goes on: the run continues."]
+    run.until(lambda: len(run.progress) > before + 5 and run.notices[-1] == "/clock goes on: the run continues.")
