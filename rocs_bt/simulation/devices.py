@@ -145,8 +145,7 @@ def make_sensor(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec, host: Ho
     with located_at(robot.file, sensor.line):
         given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
         node = shared_node(robot.ros2 or Ros2Settings(), host)
-        scale = sensor.scale if given.values else 1.0
-        return SensorNode(sensor.name, node, given, scale, sensor.validity(rate.period))
+        return SensorNode(sensor.name, node, given, given.scale(sensor.scale), sensor.validity(rate.period))
 
 
 def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec, host: Host) -> Any:

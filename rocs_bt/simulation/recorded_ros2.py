@@ -10,7 +10,7 @@ from .. import event as ev
 from ..catalog import RobotSpec, SensorSpec
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2 import messages
-from ..drivers.ros2.parameters import DIAGNOSTICS, JOINTS, SCAN, STRING, TRANSFORMS, Ros2SensorParameters
+from ..drivers.ros2.parameters import DIAGNOSTICS, JOINTS, NUMBER, SCAN, STRING, TRANSFORMS, Ros2SensorParameters
 from ..geometry import Pose3, Twist3
 from .bag_messages import BagMessages, Published
 from .ros_names import BASE, MAP, ODOM
@@ -122,7 +122,8 @@ class Ros2Topics:
             if not topic.waiting:
                 topic.since, topic.stamp = event.t, event.stamp
             part.stamp = event.stamp
-            part.values = [value / part.spec.scale for value in values[i * each : (i + 1) * each]]
+            scale = part.given.scale(part.spec.scale)
+            part.values = [value / scale for value in values[i * each : (i + 1) * each]]
             topic.waiting.add(event.sensor)
             if len(topic.waiting) == len(topic.parts):
                 yield self._message(topic, event.t)
@@ -247,7 +248,7 @@ _FIELDS: Mapping[str, _Make] = {
     "sensor_msgs/msg/BatteryState": _battery,
     DIAGNOSTICS: _diagnostics,
     "std_msgs/msg/Bool": lambda parts, names, stamp: {"data": bool(parts[-1].values[0])},
-    "std_msgs/msg/Float64": lambda parts, names, stamp: {"data": parts[-1].values[0]},
+    NUMBER: lambda parts, names, stamp: {"data": parts[-1].values[0]},
     STRING: _word,
     TRANSFORMS: _transforms,
 }

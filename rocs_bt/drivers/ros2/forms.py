@@ -13,7 +13,7 @@ from ...errors import DeviceError, Fault, InputError
 from ...geometry import Pose3
 from .field_path import FieldPath
 from .message_types import MessageTypes
-from .parameters import DIAGNOSTICS, JOINTS, SCAN, STRING, Ros2SensorParameters
+from .parameters import DIAGNOSTICS, JOINTS, NUMBER, SCAN, STRING, Ros2SensorParameters
 
 Take = Callable[[Any], Sequence[float]]
 """Function from a message to the values of a reading; none if the message is not about them.
@@ -252,7 +252,7 @@ _TAKES: dict[tuple[str, str], Take] = {
     ("sensor_msgs/msg/BatteryState", "voltage"): lambda message: [float(message.voltage)],
     ("sensor_msgs/msg/BatteryState", "current"): lambda message: [float(message.current)],
     ("std_msgs/msg/Bool", "data"): lambda message: [float(message.data)],
-    ("std_msgs/msg/Float64", "data"): lambda message: [float(message.data)],
+    (NUMBER, "data"): lambda message: [float(message.data)],
     **{
         (kind, name): _pose_take(inner, take)
         for kind, inner in _INNER_POSES.items()

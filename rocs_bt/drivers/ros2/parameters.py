@@ -14,6 +14,7 @@ from .settings import name_faults
 
 SCAN = "sensor_msgs/msg/LaserScan"
 JOINTS = "sensor_msgs/msg/JointState"
+NUMBER = "std_msgs/msg/Float64"
 STRING = "std_msgs/msg/String"
 DIAGNOSTICS = "diagnostic_msgs/msg/DiagnosticArray"
 TRANSFORMS = "tf2_msgs/msg/TFMessage"
@@ -34,7 +35,7 @@ TAKES: Mapping[str, Mapping[str, int | None]] = {
     "sensor_msgs/msg/BatteryState": {"percentage": 1, "voltage": 1, "current": 1},
     DIAGNOSTICS: {"level": 1},
     "std_msgs/msg/Bool": {"data": 1},
-    "std_msgs/msg/Float64": {"data": 1},
+    NUMBER: {"data": 1},
     STRING: {"word": 1},
     TRANSFORMS: _POSE,
 }
@@ -158,6 +159,16 @@ class Ros2SensorParameters:
     def taken(self) -> str:
         """Value that is taken from a message; empty if `values` lists fields."""
         return "" if self.values else self.take or next(iter(TAKES[self.type]))
+
+    def scale(self, declared: float) -> float:
+        """Factor from the numbers of a message to the values of a reading.
+
+        `unit` is the unit of fields (`values`) and of a Float64; all other short forms are in SI by definition.
+
+        Args:
+            declared: Factor from the sensor's `unit` to SI.
+        """
+        return declared if self.values or self.type == NUMBER else 1.0
 
     @property
     def size(self) -> int | None:
