@@ -102,10 +102,13 @@ def _environment(robot: str, catalog: Catalog) -> Environment:
 def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> list[tuple[str, RuleSet]]:
     """Load a rule file with its tests for each robot that uses it.
 
+    The tests of a file state what its own thresholds do. So only a robot that is named overrides them.
+
     Args:
         entry: Entry of the rule file.
         catalog: Catalog of robots and scenarios.
-        robot: Name of the only robot for which to load the file; by default all robots that use it in scenarios.
+        robot: Name of the only robot for which to load the file, with the thresholds of the robot; by default all
+            robots that use it in scenarios, with the thresholds of the file.
 
     Returns:
         Pairs of robot's name and rules.
@@ -117,7 +120,8 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     for name in [robot] if robot is not None else _users(entry, catalog) or _any_robot(entry, catalog):
         spec = catalog.load_robot(name)
         environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
-        rules = load_rules(entry.path, environment, ACTIONS, overrides=thresholds(spec, entry.path))
+        own = {} if robot is None else thresholds(spec, entry.path)
+        rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
         rules, faults = add_test_files(rules, environment, ACTIONS)
         if faults:
             raise InputError(*faults)

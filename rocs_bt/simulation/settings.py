@@ -19,8 +19,11 @@ OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position"
 
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),
-    **dict.fromkeys(("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics"), "s"),
-    **dict.fromkeys(("shortest_path", "tolerance", "z"), "m"),
+    **dict.fromkeys(
+        ("after", "at", "duration", "forget_after", "jitter", "latency", "lost_after", "physics", "until"), "s"
+    ),
+    **dict.fromkeys(("grain", "height", "height_tolerance", "length", "shortest_path", "tolerance", "width", "z"), "m"),
+    "force": "N",
 }
 """Units of numeric fields."""
 

@@ -68,6 +68,7 @@ value = st.one_of(number, st.integers(-(2**53), 2**53), text, st.booleans(), st.
 fields = {float: number, str: text, int: st.integers(-(2**31), 2**31), bytes: st.binary(max_size=40)}
 fields[float | None] = st.one_of(number, st.none())
 fields[tuple[float, ...]] = st.lists(number, max_size=3).map(tuple)
+fields[tuple[float, float, float]] = st.tuples(number, number, number)
 fields[bool] = st.booleans()
 fields[tuple[tuple[str, str, str], ...]] = st.lists(st.tuples(text, text, text), max_size=3).map(tuple)
 

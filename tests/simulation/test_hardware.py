@@ -222,7 +222,7 @@ def test_files_and_summary_of_a_run_on_hardware(
     told = capsys.readouterr().out
     assert told.startswith("R2 success in ")
     assert "collision" not in told
-    assert " s driven" in told
+    assert " s in all" in told
 
 
 def test_a_device_that_refuses_stops_the_robot_and_is_told(real: Callable[[str], Catalog]) -> None:

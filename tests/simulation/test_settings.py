@@ -14,7 +14,9 @@ from rocs_bt.catalog import (
     ActorSpec,
     AgentSpec,
     FactSpec,
+    GroundSpec,
     PlaceSpec,
+    PushSpec,
     RateSpec,
     RequirementSpec,
     ScenarioSpec,
@@ -26,11 +28,14 @@ from rocs_bt.simulation.reuse import _pairs
 from rocs_bt.simulation.settings import OMITTED, UNITS, settings
 
 HERE = Pose2(1.0, -2.0, 0.5)
-SPECS = (ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, ActorSpec, RequirementSpec, FactSpec, ShareSpec)
+SPECS = (
+    *(ScenarioSpec, RateSpec, PlaceSpec, AgentSpec, ActorSpec),
+    *(RequirementSpec, FactSpec, ShareSpec, GroundSpec, PushSpec),
+)
 LEFT_OUT = {
     *(f"ScenarioSpec.{name}" for name in ("name", "file", "doc", "bases")),
     *(f"RequirementSpec.{name}" for name in ("doc", "position")),
-    *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share")),
+    *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share", "Ground", "Push")),
     "AgentSpec.parameters_line",
 }
 """Words for people, and where things stand in which file."""
@@ -49,8 +54,17 @@ FULL = ScenarioSpec(
     end_on_collision=False,
     rate=RateSpec(sensors=20.0),
     places=(
-        PlaceSpec("goal", "goal", HERE, 0.1, ("R1", "R2"), z=0.5),
-        PlaceSpec("box", "object", HERE._replace(yaw=math.nan), 0.1, ("R1",), {"width": 0.5, "near": ["goal"]}, z=1.0),
+        PlaceSpec("goal", "goal", HERE, 0.1, ("R1", "R2"), z=0.5, height_tolerance=0.2),
+        PlaceSpec(
+            "box",
+            "object",
+            HERE._replace(yaw=math.nan),
+            0.1,
+            ("R1",),
+            {"width": 0.5, "near": ["goal"]},
+            z=1.0,
+            height_tolerance=0.3,
+        ),
     ),
     agents=tuple(
         AgentSpec(name, "pioneer_p3dx", "go_to", ("a", "b"), HERE, HERE, "goal", False, {"box": 5.0}, 3.0, 0.1, told)
@@ -67,6 +81,8 @@ FULL = ScenarioSpec(
     ),
     bases=(Path("base.toml"),),
     share=ShareSpec(("R1",), ("peer",), ("near",), ("x",), listen="a:1", peers=("b:2",), keys=Path("keys")),
+    grounds=(GroundSpec("bumps", "rough", HERE, 4.0, 3.0, 0.04, 0.2, 2, 5),),
+    pushes=(PushSpec("R1", (10.0, -60.0, 0.5), 3.0, 9.0, 0.1, 7),),
 )
 
 
@@ -146,7 +162,9 @@ def test_words_for_people_and_places_in_files_are_no_settings(where: str) -> Non
 
 def test_what_is_left_out_is_no_more_than_that():
     every = [(spec.__name__, field.name) for spec in SPECS for field in fields(spec)]
-    called = {f"{spec}.name" for spec in ("PlaceSpec", "AgentSpec", "ActorSpec", "RequirementSpec")}  # in the rows
+    called = {
+        f"{spec}.name" for spec in ("PlaceSpec", "AgentSpec", "ActorSpec", "RequirementSpec", "GroundSpec")
+    }  # in the rows
     assert {f"{spec}.{name}" for spec, name in every if name in OMITTED} == LEFT_OUT | called
 
 
@@ -175,6 +193,9 @@ def test_texts_are_for_people_and_numbers_in_full_where_rounding_would_hide_a_di
     assert rows["script's max_speed"] == ("", "0.3 m/s")
     rows = {row.what: (row.first, row.second) for row in settings(FULL, None)}
     assert rows["duration"] == ("60 s", "")
-    assert rows["place goal"][0] == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2; z: 0.5 m"
+    assert (
+        rows["place goal"][0]
+        == "kind: goal; pose: 1 m, -2 m, 0.5 rad; tolerance: 0.1 m; agents: R1, R2; z: 0.5 m; height tolerance: 0.2 m"
+    )
     assert rows["fact hall #2"][0] == "node: hall; agents: R2; at: 5 s; table: width 3 m"
     assert (rows["rate's control"][0], rows["actors"][0]) == ("20 Hz", "M1, door")
