@@ -56,10 +56,10 @@ from rocs_bt.units import Seconds
 class Fans(MujocoActuator):
     """Body twists: forward, left [m/s] and turn [rad/s]."""
 
-    def __init__(self, name: str, mount: Mount, *, lag: Seconds) -> None:
+    def __init__(self, name: str, mount: Mount, *, time_constant: Seconds) -> None:
         super().__init__(name, 3, mount)
         self.fans = mount.world.controls(mount.robot, ["ahead", "aside", "round"])
-        self.gain = np.array([4.0, 4.0, 0.08]) / lag  # mass [kg] and moment of inertia [kg m2]
+        self.gain = np.array([4.0, 4.0, 0.08]) / time_constant  # mass [kg] and moment of inertia [kg m2]
         self.wanted = np.zeros(3)
 
     def command(self, values) -> None:
@@ -102,7 +102,7 @@ width = "0.4 m"
 [[actuator]]
 name = "fans"
 driver = "fans.py:Fans"
-lag = "0.1 s"
+time_constant = "0.1 s"
 
 [[sensor]]
 name = "sonar"
@@ -112,7 +112,10 @@ rate = "20 Hz"
 range = ["0.02 m", "1.0 m"]
 half_angle = "11 deg"
 rays = 5
-sites = [SITES]
+sites = [
+    "sonar00", "sonar01", "sonar02", "sonar03", "sonar04", "sonar05", "sonar06", "sonar07",
+    "sonar08", "sonar09", "sonar10", "sonar11", "sonar12", "sonar13", "sonar14", "sonar15",
+]
 monitor = "range"
 
 [[sensor]]
@@ -142,7 +145,10 @@ monitor = "MotionMonitor"
 name = "range"
 class = "RangeMonitor"
 beams = 16
-bearings = [BEARINGS]
+bearings = [                      # anticlockwise from straight ahead
+    "0 deg", "22.5 deg", "45 deg", "67.5 deg", "90 deg", "112.5 deg", "135 deg", "157.5 deg",
+    "180 deg", "202.5 deg", "225 deg", "247.5 deg", "270 deg", "292.5 deg", "315 deg", "337.5 deg",
+]
 [monitor.group.front]
 beams = [14, 15, 0, 1, 2]
 weights = [0.6, 1.0, 1.0, 1.0, 0.6]
@@ -186,10 +192,7 @@ def write_project(project: Path) -> rocs_bt.Catalog:
     """Write the robot and a scenario to the folders of a project."""
     puck = project / "robots" / "puck"
     puck.mkdir(parents=True)
-    sites = ", ".join(f'"sonar{i:02}"' for i in range(16))
-    bearings = ", ".join(f'"{22.5 * i} deg"' for i in range(16))
-    table = ROBOT.replace("SITES", sites).replace("BEARINGS", bearings)
-    files = {"robot.xml": MODEL, "fans.py": DRIVER, "robot.toml": table}
+    files = {"robot.xml": MODEL, "fans.py": DRIVER, "robot.toml": ROBOT}
     for name, text in files.items():
         (puck / name).write_text(text.lstrip())
     (project / "scenarios").mkdir()

@@ -13,11 +13,13 @@ from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
 from ..device import Actuator
 from ..drivers import Ros2Settings
+from ..errors import Fault, InputError
 from ..event import EventSink
 from ..geometry import Pose2
 from ..python_content import is_reference
 from ..safety import Landing, Limits, SafetyGate
 from ..units import NONE, Dimension
+from ..words import counted
 from .values import to_si
 
 
@@ -229,6 +231,25 @@ class RobotSpec:
         """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""
         found = [file.parent / name for file in (self.file, *self.bases)]
         return next((path for path in found if is_file(path)), found[0])
+
+    def check_twists(self, device: Actuator) -> None:
+        """Check that the actuator of a body without wheels takes one value for each axis of the twist.
+
+        Args:
+            device: Any actuator of the robot; those that do not move the body are ignored.
+
+        Raises:
+            InputError: The number of values differs from the number of axes.
+        """
+        if device.name != self.locomotion.actuator:
+            return
+        locomotion = robot_locomotion(self.locomotion)
+        if not locomotion.wheeled and device.size != len(locomotion.values):
+            axes = ", ".join(locomotion.values)
+            message = f"{type(device).__name__} takes {counted(device.size, 'value')}, but the locomotion has {axes}."
+            hint = "The values are in the order of the axes; an axis without a table in [locomotion] has no value."
+            # Usually the first axis is not the wrong one, and it may be that of a base.
+            raise InputError(Fault(message, self.file, *self.position("locomotion", "vy", "vz", "wz", "vx"), hint))
 
     @property
     def code(self) -> tuple[Path, ...]:

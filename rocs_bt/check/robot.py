@@ -104,7 +104,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
                 if isinstance(device, SensorSpec):
                     made[device.name] = make_sensor(where, _NAME, device.name, driver.make, driver.parameters)
                 else:
-                    make_actuator(where, _NAME, device.name, driver.make, driver.parameters)
+                    robot.check_twists(make_actuator(where, _NAME, device.name, driver.make, driver.parameters))
         except InputError as error:
             yield from error.at(robot.file, device.line).faults
     return made

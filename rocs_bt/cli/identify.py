@@ -33,14 +33,15 @@ def command(robot: str, as_json: bool, dry_run: bool, no_code: bool) -> None:
     catalog = catalog_for(robot, code=not no_code)
     spec = catalog.load_robot(robot)
     found = identify(spec, catalog)
-    echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else "\n".join(_text(found)))
+    twists = "axes" in spec.locomotion.parameters
+    echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else "\n".join(_text(found, twists=twists)))
     if not dry_run:
         file = write_identified(spec, found.axes, found.wheels)
         if not as_json:
             echo(f"\nWritten to {file}; `rocs-bt check {file.parent}` compares robot.toml with it.")
 
 
-def _text(found: Identified) -> Iterator[str]:
+def _text(found: Identified, *, twists: bool) -> Iterator[str]:
     yield f"{found.robot} on a plane:"
     yield ""
     yield "  axis   max_speed       lag  latency  deceleration  stop distance  fit error"
@@ -54,6 +55,8 @@ def _text(found: Identified) -> Iterator[str]:
     yield ""
     yield "  lag: behind a ramp at the maximum acceleration; delay + lag in robot.toml."
     yield "  latency: delay until braking begins; latency in robot.toml is one sensor period more."
+    if twists:
+        yield "  deceleration: depends on the declared one (the gate permits 1.5 times it); declare what can be held."
     yield "  stop distance: from max_speed, by latency and deceleration."
     if found.wheels is not None:
         wheels = found.wheels

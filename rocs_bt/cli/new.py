@@ -17,6 +17,7 @@ _PROJECT = Path(__file__).parent / "project"
 _CONTENT = Path(__file__).parent / "content"
 _ROBOT = "pioneer_p3dx"
 _IGNORED = shutil.ignore_patterns("__pycache__", "*.pyc")
+_UNMEASURED = shutil.ignore_patterns("__pycache__", "*.pyc", "identified.toml")  # of another body soon
 
 # Files of each kind in a project, with their templates.
 _FILES: dict[str, dict[str, Path | None]] = {
@@ -95,7 +96,7 @@ def _add(kind: str, name: str, files: dict[str, Path | None]) -> None:
         for path, template in targets.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             if template is None:
-                shutil.copytree(Catalog().find("robot", _ROBOT).path.parent, path, ignore=_IGNORED)
+                shutil.copytree(Catalog().find("robot", _ROBOT).path.parent, path, ignore=_UNMEASURED)
             else:
                 path.write_text(template.read_text("utf-8").replace("@NAME@", name), "utf-8")
             echo(f"Created {path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}.")

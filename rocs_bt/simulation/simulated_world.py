@@ -228,6 +228,7 @@ def _actuator(
     with located_at(robot.file, spec.line), driver.running():
         rng = stream(scenario.name, seed, owner, loop_of(spec.name))
         device = make_actuator(world, owner, spec.name, driver.make, driver.parameters, rng)
+        robot.check_twists(device)
         gate = spec.guard(device, world.clock, scenario.rate.control_rate.period, sink, owner)
     if isinstance(device, MujocoActuator) and device.has_loop:
         world.attach(partial(gate.run, device.before_step))

@@ -96,4 +96,5 @@ def test_outside_a_project_there_is_nothing_to_add_to(rocs_bt, tmp_path):
 
 def test_hiding_shipped_content_is_told(rocs_bt, project):
     told = rocs_bt("new", "jackal", "--kind", "robot")
+    assert not (project / "robots/jackal/identified.toml").exists(), "it is that of another body"
     assert "In this project it hides the shipped robot 'jackal'." in told.out

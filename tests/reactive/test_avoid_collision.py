@@ -8,7 +8,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.expression import Environment
 from rocs_bt.python_content import load_module
-from rocs_bt.reactive import RuleModel, check_rules, load_rules
+from rocs_bt.reactive import Override, RuleModel, check_rules, load_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
 
@@ -25,9 +25,10 @@ SHIPPED = Catalog().find("rules", "avoid_collision").path
 PASSED = load_module(Catalog().find("robot", "summit_xl").path.with_name("encounter.py")).PASSED
 
 
-def wanted(*, before=None, **changes):
+def wanted(*, before=None, robot=None, **changes):
     """Parameters of each latched rule after some values were held for 1 s, and others before them."""
-    model, told = RuleModel(load_rules(SHIPPED, ENVIRONMENT, ACTIONS)), []
+    overrides = {name: Override(value) for name, value in (robot or {}).items()}
+    model, told = RuleModel(load_rules(SHIPPED, ENVIRONMENT, ACTIONS, overrides=overrides)), []
     for t, values in ((0.0, before or changes), (0.05, changes), (0.8, changes), (1.0, changes)):
         x = np.array([v for name, s in ENVIRONMENT.signals.items() for v in [(OTHERWISE | values)[name]] * s.size])
         told = model.react(x, t)
@@ -38,7 +39,7 @@ def test_it_is_short_and_has_three_active_rules_on_robots_that_cannot_move_sidew
     lines = [
         line for line in SHIPPED.read_text("utf-8").splitlines() if line.strip() and not line.lstrip().startswith("#")
     ]
-    assert len(lines) <= 80
+    assert len(lines) <= 85
     assert check_rules(SHIPPED, ENVIRONMENT, ACTIONS) == []
     catalog = Catalog()
     for robot in ("jackal", "pioneer_p3dx", "pioneer_p3dx_localised", "summit_xl"):
@@ -46,6 +47,18 @@ def test_it_is_short_and_has_three_active_rules_on_robots_that_cannot_move_sidew
         assert [rule.name.rpartition("/")[2] for rule in rules.rules] == ["AvoidCollision", "Flinch", "Blind"]
         assert [rule.name.rpartition("/")[2] for rule in rules.inactive] == ["AvoidCourse"]
         assert not catalog.load_robot(robot).thresholds, "no robot needs values of its own"
+
+
+def test_a_long_slow_robot_sets_how_it_backs_off_and_turns():
+    slow = {"flinch_near": "0.35 m", "flinch_clear": "0.45 m", "flinch_speed": "0.2 m/s", "flinch_distance": "0.6 m"}
+    assert "Flinch" not in wanted(front=0.3)
+    flinch = wanted(front=0.3, robot=slow)["Flinch"]
+    assert (flinch["speed"], flinch["distance"]) == pytest.approx((-0.2, 0.6))
+    assert "Flinch" in wanted(before={"front": 0.3}, front=0.44, robot=slow)
+    assert "Flinch" not in wanted(before={"front": 0.3}, front=0.46, robot=slow)
+    turn = {"near": "0.9 m", "clear": "1.1 m", "avoid_turn_rate": "0.7 rad/s", "avoid_speed": "0.25 m/s"}
+    avoid = wanted(front=0.8, robot=turn)["AvoidCollision"]
+    assert (avoid["rate"], avoid["speed"]) == pytest.approx((0.7, 0.25))
 
 
 @pytest.mark.parametrize("room", [1.0, np.inf])

@@ -362,11 +362,29 @@ def test_the_axes_of_a_body_that_takes_twists_are_found_as_it_was_built(
         assert of.latency == pytest.approx(DELAY, abs=0.002)
         assert of.deceleration == pytest.approx(BRAKING[axis], rel=0.02)
         assert of.stop_distance == pytest.approx(top * DELAY + top**2 / (2.0 * BRAKING[axis]), rel=0.02)
-    assert "vz      0.50 m/s" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "vz      0.50 m/s" in told
+    assert "deceleration: depends on the declared one" in told
     assert not check_content([drone]).faults
     (fault,) = changed(drone, 'deceleration = "1 m/s2"', 'deceleration = "2 m/s2"').faults
     assert fault.line == line_of(drone, "[locomotion.vy]") + 3
     assert "along vy" in fault.message
+
+
+def test_a_driver_that_takes_another_number_of_values_is_refused_at_the_axis(drone: Path) -> None:
+    text, driver = drone.read_text("utf-8"), drone.with_name("hover.py")
+    i, j, k = (text.index(f"[locomotion.{axis}]") for axis in ("vy", "vz", "wz"))
+    drone.write_text((text[:i] + text[k:]).replace("flying", "twist"), "utf-8")
+    driver.write_text(
+        driver.read_text("utf-8").replace("super().__init__(name, 4, mount)", "super().__init__(name, 2, mount)")
+    )
+    assert not [fault for fault in check_content([drone]).faults if not fault.warning]
+    wide = drone.parents[1] / "wide" / "robot.toml"
+    wide.parent.mkdir()
+    wide.write_text('format = "robot/3"\nbase = "drone"\n' + text[i:j], "utf-8")
+    (fault,) = [fault for fault in check_content([wide]).faults if not fault.warning]
+    assert fault.message == "Hover takes 2 values, but the locomotion has vx, vy, wz."
+    assert (fault.file, fault.line) == (wide, 3)
 
 
 def test_a_body_that_falls_or_does_not_move_is_refused(drone: Path) -> None:
