@@ -110,12 +110,13 @@ class Ros2Topics:
     def take(self, event: ev.SensorRead) -> Iterator[Published]:
         """Messages that are complete with a reading."""
         values, topics = event.values, self._of[event.sensor]
-        if len(values) != topics[0].parts[event.sensor].given.size or all(map(math.isnan, values)):
+        if len(values) != topics[0].parts[event.sensor].given.size:
             return
         each = len(values) // len(topics)
         for i, topic in enumerate(topics):
             part = topic.parts[event.sensor]
-            if event.stamp == part.stamp:
+            read = values[i * each : (i + 1) * each]
+            if event.stamp == part.stamp or all(map(math.isnan, read)):
                 continue
             if topic.waiting and (event.sensor in topic.waiting or abs(event.stamp - topic.stamp) > _SAME):
                 yield self._message(topic, event.t)
@@ -123,7 +124,7 @@ class Ros2Topics:
                 topic.since, topic.stamp = event.t, event.stamp
             part.stamp = event.stamp
             scale = part.given.scale(part.spec.scale)
-            part.values = [value / scale for value in values[i * each : (i + 1) * each]]
+            part.values = [value / scale for value in read]
             topic.waiting.add(event.sensor)
             if len(topic.waiting) == len(topic.parts):
                 yield self._message(topic, event.t)
