@@ -2,10 +2,11 @@
 
 It prints a line of JSON for each thing that happens to it. The goals of `fibonacci`: an order below 0 is rejected, one
 of 40 or more is aborted, and any other is computed at 20 numbers a second, with feedback, until it is done or cancelled
-(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does; a goal of
-NAVIGATE begins when that topic has a subscription, because it may be discovered later than the action. `lamp`
-(SetBool) answers; `deaf` (SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and, latched, on
-`last`; `beat` (best effort) counts at 20 Hz.
+(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does. A goal of
+NAVIGATE begins when that topic has a subscription, because it may be discovered later than the action, and takes twice
+as long, because the subscription may receive the first messages up to 3 s later. `lamp` (SetBool) answers; `deaf`
+(SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and, latched, on `last`; `beat` (best effort)
+counts at 20 Hz.
 """
 
 from __future__ import annotations
@@ -58,8 +59,9 @@ def execute(handle: Any, drive: Callable[[], None], heard: Callable[[], int]) ->
             return Fibonacci.Result(sequence=sequence)
         sequence.append((sequence[-1] + sequence[-2]) % 2**31)
         handle.publish_feedback(Fibonacci.Feedback(sequence=sequence))
-        drive()
-        time.sleep(0.05)
+        for _ in range(2 if order == NAVIGATE else 1):
+            drive()
+            time.sleep(0.05)
     if order < 40:
         handle.succeed()
     else:
