@@ -163,6 +163,7 @@ class SafetyGate(Actuator):
         landing: Landing of a flying body; None for other devices.
 
     Attributes:
+        max_age: Maximum time between commands [s].
         on_failure: Handler that is called once, at the first exception of the driver; None to leave it to the caller.
 
     Raises:
@@ -188,7 +189,7 @@ class SafetyGate(Actuator):
         self._limits = limits.of_size(device.size)
         self._rest = self._limits.rest()
         self._period = period
-        self._max_age = max_age
+        self.max_age = max_age
         self._sink = NullSink() if sink is None else sink
         self._agent = agent
         self._lock = threading.Lock()
@@ -208,7 +209,7 @@ class SafetyGate(Actuator):
     def expiry(self) -> float:
         """Time at which `check` will send the device to neutral, or to land, without a new command [s]; else +inf."""
         last = self._last
-        neutral = math.inf if last is None else last + self._max_age
+        neutral = math.inf if last is None else last + self.max_age
         return neutral if self._landing is None else min(neutral, self._landing_at)
 
     @property
@@ -404,7 +405,7 @@ class SafetyGate(Actuator):
 
     def _overdue(self, last: float | None, now: float) -> bool:
         # Tolerance of 0.5 us for the rounding of k * step: a command of age max_age is still valid.
-        return last is not None and now - last > self._max_age + 5e-7
+        return last is not None and now - last > self.max_age + 5e-7
 
     def _report_expiry(self, now: float) -> None:
         self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))

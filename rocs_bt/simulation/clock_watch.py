@@ -4,26 +4,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 
 from ..catalog import RobotSpec
 from ..clock import WallClock
 from ..drivers.ros2.sim_clock import SimTimeClock
-from ..errors import DeviceError
+from ..errors import ActuatorError, DeviceError
+from ..safety import SafetyGate
 
 PATIENCE = 5.0
 """Wall time without a new time of the simulator until the notice [s]."""
+
+_INTERVALS = 5  # messages of the simulator that must be missing before a gate goes to neutral
 
 
 class ClockWatch:
     """Watch of the clock of a run; without effect on a wall clock.
 
+    The watchdogs of the gates follow the clock of the run, so they stop with it. The watch therefore sends moving
+    gates to neutral by wall time.
+
     Args:
         clock: Clock of the run.
+        gates: Safety gates of all robots.
         notice: Function that is called with each notice; None for none.
     """
 
-    def __init__(self, clock: WallClock, notice: Callable[[str], None] | None) -> None:
+    def __init__(self, clock: WallClock, gates: Iterable[SafetyGate], notice: Callable[[str], None] | None) -> None:
         self._clock = clock if isinstance(clock, SimTimeClock) else None
+        self._gates = list(gates)
         self._notice = notice or (lambda text: None)
         self._stopped = False
 
@@ -34,7 +43,7 @@ class ClockWatch:
             self._notice(f"use_sim_time: isolated = true has no effect on {', '.join(names)}.")
 
     def check(self, limit: float = math.inf) -> None:
-        """Check the clock, and give notice when the simulator's time stops or goes on.
+        """Check the clock: send the gates to neutral, and give notice, when the simulator's time stops.
 
         Args:
             limit: Wall time without a new time of the simulator until the error [s]; at least `PATIENCE`.
@@ -46,6 +55,10 @@ class ClockWatch:
             return
         self._clock.check()
         age = self._clock.stopped_for
+        for gate in self._gates:
+            if gate.active and age > max(gate.max_age, _INTERVALS * self._clock.interval):
+                with suppress(ActuatorError):  # reported by the gate, and the others must stop
+                    gate.neutral()
         if age >= max(limit, PATIENCE):
             raise DeviceError(f"no new time on /clock for {age:.1f} s: the simulator is paused, or has ended.")
         stopped = age >= PATIENCE

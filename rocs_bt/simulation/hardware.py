@@ -151,7 +151,7 @@ def _preflight(
 def _poll(devices: HardwareDevices, robots: Mapping[str, RobotSpec], options: RunOptions) -> Callable[..., str]:
     """Function that checks the clock, and returns the reason why a robot must not move (`MotionPermission.poll`)."""
     permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
-    watch = ClockWatch(devices.clock, options.notice)
+    watch = ClockWatch(devices.clock, devices.gates, options.notice)
     watch.report_isolation(robots.values())
 
     def poll(ready: bool = True, limit: float = math.inf) -> str:
@@ -204,7 +204,7 @@ class HardwareEpisode:
     ) -> None:
         self.t = start
         self._agents = agents
-        self._gates = [gate for each in devices.robots.values() for gate in each.actuators.values()]
+        self._gates = devices.gates
         self._motion = devices.motion
         self._links = devices.links
         self._clock = clock

@@ -85,6 +85,11 @@ class HardwareDevices:
         self.topics: list[PreflightTopic] = []
         self.stop_topics: list[StopTopics] = []
 
+    @property
+    def gates(self) -> list[SafetyGate]:
+        """Safety gates of all actuators of all robots."""
+        return [gate for each in self.robots.values() for gate in each.actuators.values()]
+
     def open(
         self,
         name: str,

@@ -63,16 +63,18 @@ class Simulator(threading.Thread):
 
 
 class Drive(threading.Thread):
-    """`rocs_bt.drive` of a mission that stays, with what it reports."""
+    """`rocs_bt.drive` of a mission that stays, or turns, with what it reports."""
 
     def __init__(self, catalog) -> None:
         super().__init__(daemon=True)
         self.catalog, self.wait, self.error = catalog, 10.0, None
+        self.turns = False
         self.notices: list[str] = []
         self.sink, self.progress, self.polled = ListSink(), [], threading.Event()
 
     def run(self) -> None:
-        missions = {"R2": lambda mission: py_trees.behaviours.Running("stay")}
+        stay = py_trees.behaviours.Running("stay")
+        missions = {"R2": lambda mission: mission.act("SetTwist", turn=0.5) if self.turns else stay}
         options = {
             "notice": self.notices.append,
             "sinks": [self.sink],
@@ -162,3 +164,20 @@ def test_a_pause_of_the_simulator_is_a_notice_and_the_stop_topic_still_counts(si
     before = len(run.progress)
     simulator.paused = False
     run.until(lambda: len(run.progress) > before + 5 and run.notices[-1] == "/clock goes on: the run continues.")
+
+
+def test_a_robot_that_moves_when_the_clock_stops_is_commanded_zero_and_then_drives_on(simulator, run):
+    def newest():
+        sent = simulator.network.published.get("/r1/cmd_vel")
+        return sent[-1].twist.angular.z if sent else 0.0
+
+    run.turns = True
+    run.start()
+    run.until(lambda: newest() > 0.1)
+    simulator.paused = True
+    run.until(lambda: newest() == 0.0)
+    time.sleep(0.2)
+    assert newest() == 0.0
+    assert simulator.paused
+    simulator.paused = False
+    run.until(lambda: newest() > 0.1)

@@ -82,6 +82,11 @@ class SimTimeClock(WallClock):
         self.ros_time()  # polls for messages
         return time.monotonic() - self._received
 
+    @property
+    def interval(self) -> float:
+        """Wall time between the last two messages, by the measured speed [s]."""
+        return self.wall_time(self._interval)
+
     def start(self) -> None:
         self._zero = self.ros_time()
 
