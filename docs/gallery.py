@@ -1,4 +1,4 @@
-"""Make the pictures of the gallery: `python docs/gallery.py [NAME ...]`, all ten by default.
+"""Make the pictures of the gallery: `python docs/gallery.py [NAME ...]`, all eleven by default.
 
 The commands of docs/gallery.md are run in build/gallery, and the pictures that they leave are copied to docs/gallery.
 Finished runs in build/gallery are kept; delete the folder after a change of behaviour.
@@ -33,6 +33,7 @@ _SOURCES = {  # file that the last command of a picture writes
     "exp3-arena": "runs/exp3-1/figures/arena.png",
     "exp3-knowledge": "knowledge.svg",
     "dock-arena": "runs/dock-1/figures/arena.png",
+    "inspect-arena": "runs/inspect-1/figures/arena.png",
     "barn-arena": "runs/barn_like-17-1/figures/arena.png",
     "comparison": "comparison.html",
 }
