@@ -224,6 +224,8 @@ def _discovery(network: str) -> Iterator[None]:
             for key in _OTHERS:
                 os.environ.pop(key, None)
             os.environ[_RANGE] = "LOCALHOST"
+            if os.environ.get("ROS_DISTRO") == "humble":  # which does not know the range yet
+                os.environ["ROS_LOCALHOST_ONLY"] = "1"
         else:
             os.environ.setdefault(_RANGE, "SUBNET")
         yield

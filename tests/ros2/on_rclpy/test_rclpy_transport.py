@@ -42,6 +42,14 @@ def test_nothing_in_the_environment_opens_the_loopback(seen, monkeypatch):
     assert [os.environ[key] for key in (RANGE, PEERS, ONLY)] == ["SUBNET", "192.0.2.1", "0"]
 
 
+def test_humble_restricts_discovery_by_the_variable_that_it_knows(seen, monkeypatch):
+    monkeypatch.setenv("ROS_DISTRO", "humble")
+    monkeypatch.delenv(ONLY, raising=False)
+    opened().close()
+    assert seen == [["LOCALHOST", None, "1"]]
+    assert ONLY not in os.environ
+
+
 @pytest.mark.parametrize(("key", "value"), [(RANGE, "LOCALHOST"), (RANGE, "OFF"), (ONLY, "1")])
 def test_an_environment_that_contradicts_the_local_network_is_refused(seen, monkeypatch, key, value):
     monkeypatch.delenv(RANGE)
