@@ -65,7 +65,7 @@ class TestMissions:
     def test_every_shipped_mission_plays_to_its_end(self, name):
         needed = [p.name for p in mission_parameters(CATALOG.load_mission(name)).values() if p.required]
         leaves = {"*": "RS"} | ({"Ask": "SSSSF"} if name == "errands" else {})  # it ends when no task is left
-        known = {"R2": (2.0, 0.0)} if name == "circle" else {}  # it needs the position of its object
+        known = {"R2": (2.0, 0.0)} if name in ("circle", "inspect") else {}  # it needs the position of its object
         parameters = dict.fromkeys(needed, "R2")
         trace = play(name, leaves=leaves, knowledge=known, parameters=parameters, catalog=CATALOG)
         assert trace.outcome == "SUCCESS"
