@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -54,6 +55,8 @@ class PushSpec:
         at: Time of the push, or earliest time [s].
         until: Latest time of the push [s]; the time is sampled uniformly with the seed.
         duration: Duration of the push [s].
+        spread: Largest angle to either side by which the force is turned about the vertical [rad]; the angle is
+            sampled uniformly with the seed.
         line: Line of the table in the file.
     """
 
@@ -62,6 +65,7 @@ class PushSpec:
     at: float
     until: float
     duration: float
+    spread: float = 0.0
     line: int = 0
 
 
@@ -127,5 +131,6 @@ def _push(table: Table, robots: Sequence[str]) -> PushSpec:
         at=at,
         until=until,
         duration=table.quantity("duration", TIME, 0.1, low=1e-3, high=60.0),
+        spread=table.quantity("spread", ANGLE, 0.0, low=0.0, high=math.pi),
         line=table.position()[0],
     )

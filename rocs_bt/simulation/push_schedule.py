@@ -1,6 +1,9 @@
-"""Scheduled pushes: forces on robots at times that are sampled with the seed."""
+"""Scheduled pushes: forces on robots at times, and in directions, that are sampled with the seed."""
 
 from __future__ import annotations
+
+import math
+from dataclasses import replace
 
 from ..catalog import PushSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
@@ -40,16 +43,26 @@ class PushSchedule:
 
 
 def push_schedules(scenario: ScenarioSpec, seed: int, world: MujocoWorld, sink: EventSink) -> list[PushSchedule]:
-    """Create the pushes of a scenario.
+    """Create the pushes of a scenario, with their times and directions.
 
     Args:
         scenario: The scenario.
-        seed: Seed of the episode, for the times.
+        seed: Seed of the episode, for times and directions.
         world: World of the robots.
         sink: Sink for events.
     """
     agents, made = {agent.name for agent in scenario.agents}, []
     for i, push in enumerate(scenario.pushes):
-        at = float(stream(scenario.name, seed, push.robot, push_of(i)).uniform(push.at, push.until))
-        made.append(PushSchedule(push, at, world, sink, push.robot if push.robot in agents else ""))
+        rng = stream(scenario.name, seed, push.robot, push_of(i))
+        at = float(rng.uniform(push.at, push.until))
+        angle = float(rng.uniform(-push.spread, push.spread))
+        turned = replace(push, force=_turned(push.force, angle))
+        made.append(PushSchedule(turned, at, world, sink, push.robot if push.robot in agents else ""))
     return made
+
+
+def _turned(force: tuple[float, float, float], angle: float) -> tuple[float, float, float]:
+    """The force, turned to the left about the vertical by an angle [rad]."""
+    forward, left, up = force
+    c, s = math.cos(angle), math.sin(angle)
+    return c * forward - s * left, s * forward + c * left, up

@@ -170,6 +170,7 @@ at = "2 s"
 until = "3 s"
 duration = "0.1 s"
 force = { forward = "1 N", left = "60 N", up = "1 N" }
+spread = "90 deg"
 # zzz scenario.push
 [[fact]]
 node = "hall"

@@ -17,6 +17,7 @@ NOT_YET = {
     "exp1_quadruped",
     "inspect",
     "pass_person",
+    "patrol_rough",
 }
 SHIPPED = [name for name in runs.shipped(CATALOG) if name not in NOT_YET]
 

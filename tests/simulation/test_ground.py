@@ -149,6 +149,19 @@ def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:
     assert all(0.5 <= t <= 2.5 for t in times)
 
 
+def test_the_direction_of_a_push_is_that_of_the_seed_within_its_spread(built) -> None:
+    push, forces = dataclasses.replace(PUSH, force=(0.0, 40.0, 5.0), spread=math.radians(30.0)), []
+    for seed in (1, 1, 2, 3):
+        sink = ListSink()
+        driven(built(pushes=(push,), sink=sink, seed=seed), 0.6, 0.0)
+        forces.append(next(e.force for e in sink.events if isinstance(e, RobotPushed)))
+    assert forces[0] == forces[1]
+    assert len(set(forces)) == 3
+    for forward, left, up in forces:
+        assert (math.hypot(forward, left), up) == pytest.approx((40.0, 5.0))
+        assert abs(math.atan2(-forward, left)) <= math.radians(30.0)
+
+
 BOOM = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>
 <body name="boom" mocap="true" pos="0 0 0.2"><geom name="beam" type="box" size="0.8 0.05 0.05" pos="0.8 0 0"/></body>
 </worldbody></mujoco>"""
