@@ -63,7 +63,8 @@ class Ros2Topics:
     """Topics of the sensors with `driver = "ros2"` of one agent.
 
     Values that several sensors take from one message are in one message again. A reading that a sensor repeats, because
-    its topic was silent, makes no message. Sensors that list fields (`values`) are left out.
+    its topic was silent, makes no message. Each transform has messages of its own. Of several sensors that take a scan
+    from one topic, the one with the widest span makes its messages. Sensors that list fields (`values`) are left out.
 
     Args:
         robot: Robot of the agent; None if unknown.
@@ -74,17 +75,21 @@ class Ros2Topics:
     def __init__(self, robot: RobotSpec | None, names: BagMessages, period: float) -> None:
         self._names = names
         self._period = period
-        self._topics: dict[tuple[str, str], _Topic] = {}
-        self._of: dict[str, list[_Topic]] = {}
+        self._topics: dict[tuple[str, ...], _Topic] = {}
+        self._of: dict[str, list[tuple[_Topic, _Part]]] = {}
         for spec in robot.sensors if robot else ():
             if spec.driver != ROS2:
                 continue
             given = read_parameters(Ros2SensorParameters, spec.parameters, f"sensor '{spec.name}'")
             if given.taken:
-                keys = [(name, given.type) for name in given.all_topics]
-                self._of[spec.name] = [self._topics.setdefault(key, _Topic(*key)) for key in keys]
-                for topic in self._of[spec.name]:
-                    topic.parts[spec.name] = _Part(spec, given)
+                ends = (given.frame, given.child) if given.type == TRANSFORMS else ()
+                for name in given.all_topics:
+                    topic = self._topics.setdefault((name, given.type, *ends), _Topic(name, given.type))
+                    part = topic.parts[spec.name] = _Part(spec, given)
+                    self._of.setdefault(spec.name, []).append((topic, part))
+        for topic in self._topics.values():
+            if topic.type == SCAN:
+                topic.parts = dict([max(topic.parts.items(), key=_width)])
 
     def __contains__(self, sensor: str) -> bool:
         return sensor in self._of
@@ -92,13 +97,13 @@ class Ros2Topics:
     @property
     def names(self) -> set[str]:
         """Full names of the topics."""
-        return {name if name.startswith("/") else self._names.topic(name) for name, _ in self._topics}
+        return {name if name.startswith("/") else self._names.topic(name) for name, *_ in self._topics}
 
     @property
     def ranging(self) -> set[str]:
         """Names of the sensors that measure ranges."""
         kinds = (SCAN, "sensor_msgs/msg/Range")
-        return {name for (_, kind), topic in self._topics.items() if kind in kinds for name in topic.parts}
+        return {sensor for sensor, pairs in self._of.items() if pairs[0][0].type in kinds}
 
     def frames(self) -> Iterator[tuple[str, Pose3]]:
         """Frames of the laser scanners with a declared mount, and their poses on the body."""
@@ -109,14 +114,13 @@ class Ros2Topics:
 
     def take(self, event: ev.SensorRead) -> Iterator[Published]:
         """Messages that are complete with a reading."""
-        values, topics = event.values, self._of[event.sensor]
-        if len(values) != topics[0].parts[event.sensor].given.size:
+        values, pairs = event.values, self._of[event.sensor]
+        if len(values) != pairs[0][1].given.size:
             return
-        each = len(values) // len(topics)
-        for i, topic in enumerate(topics):
-            part = topic.parts[event.sensor]
+        each = len(values) // len(pairs)
+        for i, (topic, part) in enumerate(pairs):
             read = values[i * each : (i + 1) * each]
-            if event.stamp == part.stamp or all(map(math.isnan, read)):
+            if event.sensor not in topic.parts or event.stamp == part.stamp or all(map(math.isnan, read)):
                 continue
             if topic.waiting and (event.sensor in topic.waiting or abs(event.stamp - topic.stamp) > _SAME):
                 yield self._message(topic, event.t)
@@ -152,6 +156,16 @@ _Make = Callable[[Sequence[_Part], BagMessages, float], Fields]
 """Function from the sensors of a message, names and stamp [s] to the fields of the message."""
 
 
+def _width(named: tuple[str, _Part]) -> tuple[float, int]:
+    """Span of a sensor's scan [rad], and its number of rays."""
+    return named[1].given.span, named[1].given.rays
+
+
+def _newest(parts: Sequence[_Part]) -> _Part:
+    """Sensor with the newest reading."""
+    return max(parts, key=lambda part: part.stamp)
+
+
 def _taken(parts: Sequence[_Part]) -> dict[str, Sequence[float]]:
     """Values of the sensors by what they take."""
     return {part.given.taken: part.values for part in parts}
@@ -165,15 +179,16 @@ def _pose(taken: Mapping[str, Sequence[float]]) -> Pose3:
 
 
 def _scan(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
-    spec, given, ranges = parts[-1].spec, parts[-1].given, parts[-1].values
+    (part,) = parts
+    spec, given = part.spec, part.given
     frame = names.frame(BASE if spec.mount is None else spec.name)
     step = given.span / (given.rays - 1)
     # The limits of the scanner are not recorded, but the readings keep to them.
-    return messages.laser_scan(stamp, frame, ranges, first=-0.5 * given.span, step=step, limits=(0.0, math.inf))
+    return messages.laser_scan(stamp, frame, part.values, first=-0.5 * given.span, step=step, limits=(0.0, math.inf))
 
 
 def _range(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
-    (distance,) = parts[-1].values
+    (distance,) = _newest(parts).values
     return messages.sonar_range(stamp, names.frame(BASE), distance, opening=0.0, limits=(0.0, math.inf))
 
 
@@ -230,11 +245,12 @@ def _diagnostics(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fi
 
 
 def _word(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
-    return {"data": parts[-1].given.words[int(parts[-1].values[0])]}
+    newest = _newest(parts)
+    return {"data": newest.given.words[int(newest.values[0])]}
 
 
 def _transforms(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
-    given = parts[-1].given
+    given = parts[0].given  # the frames are those of all parts
     return messages.transforms([messages.transform(stamp, given.frame, given.child, _pose(_taken(parts)))])
 
 
@@ -248,8 +264,8 @@ _FIELDS: Mapping[str, _Make] = {
     "geometry_msgs/msg/PoseStamped": _pose_stamped,
     "sensor_msgs/msg/BatteryState": _battery,
     DIAGNOSTICS: _diagnostics,
-    "std_msgs/msg/Bool": lambda parts, names, stamp: {"data": bool(parts[-1].values[0])},
-    NUMBER: lambda parts, names, stamp: {"data": parts[-1].values[0]},
+    "std_msgs/msg/Bool": lambda parts, names, stamp: {"data": bool(_newest(parts).values[0])},
+    NUMBER: lambda parts, names, stamp: {"data": _newest(parts).values[0]},
     STRING: _word,
     TRANSFORMS: _transforms,
 }
