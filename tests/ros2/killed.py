@@ -51,24 +51,26 @@ class DrivenRobot:
         time.sleep(duration)
 
     def stopped(self, since: float) -> tuple[float, float]:
-        """Wait for the robot's standstill, by commands of zero only.
+        """Wait for the robot's standstill, by commands of zero.
+
+        A machine under load may delay the agent before, so that zero and motion alternate: what counts is the last
+        command that moves the robot.
 
         Args:
-            since: Time after which, once zero was commanded, nothing may move the robot [s since 1970].
+            since: Time of the fault [s since 1970].
 
         Returns:
-            Time from the last moving command to the first of zero, by the publisher's stamps [s]; and that without the
-            time in which the machine gave the robot no processor [s].
+            Time from the last moving command, or from the fault if that came earlier, to the first of zero, by the
+            publisher's stamps [s]; and that without the time in which the machine gave the robot no processor [s].
         """
-        lines = self.robot.follow(lambda lines: any(line.rests and line.t > since for line in lines))
-        commands = [line for line in lines if line.what == "command"]
-        zero = next(i for i, line in enumerate(commands) if line.rests and line.t > since)
-        before = next(line for line in reversed(commands[:zero]) if line.moves)
-        first = commands[commands.index(before) + 1]
+        self.robot.follow(lambda lines: any(line.rests and line.t > since for line in lines))
         self.robot.until("speeds == [0.0, 0.0]")
-        assert not any(line.moves for line in self.robot.lines() if line.t > first.t)
-        took = first.sent - before.sent
-        return took, took - late_between(lines, before.t, first.t)
+        lines = self.robot.lines()
+        commands = [line for line in lines if line.what == "command"]
+        last = max(i for i, line in enumerate(commands) if line.moves)
+        before, first = commands[last : last + 2]
+        took = first.sent - min(before.sent, since)
+        return took, took - late_between(lines, min(before.t, since), first.t)
 
 
 @contextmanager
@@ -114,8 +116,7 @@ def both_killed(driven: DrivenRobot) -> tuple[float, float]:
     driven.main.kill()
     lines = driven.robot.follow(lambda lines: lines[-1].what == "stopped")
     last = next(line for line in reversed(lines) if line.what == "command")
-    assert last.moves
-    assert driven.robot.report()["expired"] >= 1
+    assert driven.robot.report()["expired"] >= last.moves
     took = lines[-1].t - last.t
     return took, took - late_between(lines, last.t, lines[-1].t)
 
