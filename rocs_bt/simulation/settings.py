@@ -24,6 +24,7 @@ UNITS = {
     ),
     **dict.fromkeys(("grain", "height", "height_tolerance", "length", "shortest_path", "tolerance", "width", "z"), "m"),
     "force": "N",
+    "spread": "rad",
 }
 """Units of numeric fields."""
 

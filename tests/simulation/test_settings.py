@@ -82,7 +82,7 @@ FULL = ScenarioSpec(
     bases=(Path("base.toml"),),
     share=ShareSpec(("R1",), ("peer",), ("near",), ("x",), listen="a:1", peers=("b:2",), keys=Path("keys")),
     grounds=(GroundSpec("bumps", "rough", HERE, 4.0, 3.0, 0.04, 0.2, 2, 5),),
-    pushes=(PushSpec("R1", (10.0, -60.0, 0.5), 3.0, 9.0, 0.1, 7),),
+    pushes=(PushSpec("R1", (10.0, -60.0, 0.5), 3.0, 9.0, 0.1, 0.5, 7),),
 )
 
 
