@@ -1,4 +1,4 @@
-"""Make the pictures of the gallery: `python docs/gallery.py [NAME ...]`, all twelve by default.
+"""Make the pictures of the gallery: `python docs/gallery.py [NAME ...]`, all thirteen by default.
 
 The commands of docs/gallery.md are run in build/gallery, and the pictures that they leave are copied to docs/gallery.
 Finished runs in build/gallery are kept; delete the folder after a change of behaviour.
@@ -35,6 +35,7 @@ _SOURCES = {  # file that the last command of a picture writes
     "dock-arena": "runs/dock-1/figures/arena.png",
     "inspect-arena": "runs/inspect-1/figures/arena.png",
     "patrol-height": "runs/patrol_rough-1/figures/height.png",
+    "team-arena": "runs/team-1/figures/arena.png",
     "barn-arena": "runs/barn_like-17-1/figures/arena.png",
     "comparison": "comparison.html",
 }

@@ -103,6 +103,7 @@ class ActorSpec:
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
         parameters: Script parameters, in SI units.
         line: Line of the table in the file.
+        one_of: Group of objects of which the seed selects one, the only one that follows its script; empty for none.
     """
 
     name: str
@@ -112,6 +113,7 @@ class ActorSpec:
     jitter: Pose2
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
+    one_of: str = ""
 
 
 @dataclass(frozen=True)
@@ -304,7 +306,9 @@ def _after(table: Table) -> dict[str, float]:
 
 
 def _actor(table: Table, missing: Missing) -> ActorSpec:
-    known = ("name", "robot", "script", "x", "y", "yaw", "jitter")
+    known = ("name", "robot", "script", "x", "y", "yaw", "jitter", "one_of")
+    if "robot" in table and "one_of" in table:
+        table.fault("one_of", "one_of is for objects of the world, and this actor is a robot.", "Remove it.")
     return ActorSpec(
         name=_name(table),
         robot=_content(table, "robot", missing) if "robot" in table else "",
@@ -313,6 +317,7 @@ def _actor(table: Table, missing: Missing) -> ActorSpec:
         jitter=_jitter(table),
         parameters=free_parameters(table, known),
         line=table.position()[0],
+        one_of=table.text("one_of", ""),
     )
 
 

@@ -16,6 +16,9 @@ NETWORK: Final = "network"
 GROUND: Final = "ground"
 """Purpose: bumps of rough ground; the owner is the ground."""
 
+CHOICE: Final = "choice"
+"""Purpose: the object of a group that follows its script; the owner is the group."""
+
 
 def push_of(number: int) -> str:
     """Purpose: time of one push on the owner, by its number in the scenario from 0."""

@@ -31,7 +31,7 @@ from .ground import ground_pieces
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
-from .random_streams import START, loop_of, noise_of, stream
+from .random_streams import CHOICE, START, loop_of, noise_of, stream
 from .scripted_objects import FREE, FreeParameters, ScriptedObject, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
 
@@ -115,7 +115,7 @@ def build_world(
             for a in scenario.agents
         },
         actors=[
-            *objects,
+            *_moving(objects, scenario, seed),
             *_actors(world, catalog, scenario, robots, seed, wheels),
             *push_schedules(scenario, seed, world, sink),
         ],
@@ -285,6 +285,19 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
                 )
             )
     return made
+
+
+def _moving(objects: Sequence[ScriptedObject], scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
+    """Objects that follow their scripts: those without a group, and of each group one, selected by the seed."""
+    groups: dict[str, list[str]] = {}
+    for actor in scenario.actors:
+        if actor.one_of:
+            groups.setdefault(actor.one_of, []).append(actor.name)
+    selected = [
+        names[int(stream(scenario.name, seed, group, CHOICE).integers(len(names)))] for group, names in groups.items()
+    ]
+    at_rest = {name for names in groups.values() for name in names}.difference(selected)
+    return [each for each in objects if each.name not in at_rest]
 
 
 def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:

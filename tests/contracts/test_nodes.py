@@ -34,6 +34,7 @@ def test_the_nodes_of_our_own_are_these():
         "Speak",
         "UseStrategy",
         "WaitForChange",
+        "WaitForOpenDoor",
         "When",
     ]
     assert set(EVERY) == {*BUILTIN, *OWN, *ACTIONS, *(node.tag for node in ROS_NODES)}, "no name is used twice"

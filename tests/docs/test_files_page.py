@@ -296,12 +296,13 @@ def load(kind, text, folder):
     return load_rules(file, Environment.of(signals), ACTIONS)
 
 
-OTHER_KINDS = {  # a differential drive refuses the former, and a planner that is a mission the latter
+OTHER_KINDS = {  # a differential drive refuses the first, a planner that is a mission the second, a robot the last
     "robot.locomotion": {
         *("effective_wheel_separation", "icr_offset", "base_radius", "half_length", "half_width"),
         *("max_speed", "max_acceleration", "land_after"),
     },
     "planner": {"python"},
+    "scenario.actor": {"one_of"},
 }
 FILES = {"robot": ROBOT, "scenario": SCENARIO, "rules": RULES, "planner": PLANNER}
 

@@ -14,7 +14,8 @@ from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
 from rocs_bt.errors import InputError, UnknownName
-from rocs_bt.simulation import make_scripted_object
+from rocs_bt.event import NullSink
+from rocs_bt.simulation import build_world, make_scripted_object
 from rocs_bt.toml_text import as_toml
 
 PERIOD = 0.05
@@ -143,6 +144,35 @@ def test_a_thing_that_the_world_lacks_is_a_fault_of_the_scenario(tmp_path: Path)
     )
     with pytest.raises(InputError, match="no mocap body is named 'P7'") as caught:
         run("hall", catalog, seed=1, report=False)
+    assert caught.value.faults[0].line > 0
+
+
+def sliders(**more: str) -> list[dict[str, object]]:
+    to = {"to_y": "6 m", "depart_at": "0 s", "script": "slide", **more}
+    return [{"name": name, "x": x, "y": "5 m", "to_x": x, **to} for name, x in (("P1", "3 m"), ("P2", "7 m"))]
+
+
+def test_of_a_group_the_seed_selects_the_one_that_follows_its_script(tmp_path: Path) -> None:
+    catalog = hall(tmp_path, *sliders(one_of="doors"))
+    assert not check_content([tmp_path]).has_errors
+    moved = []
+    for seed in (*range(1, 13), 1):
+        simulated = build_world(catalog.load_scenario("hall"), catalog, seed, NullSink())
+        for i in range(30):
+            for actor in simulated.actors:
+                actor.step(i * PERIOD)
+            simulated.world.advance(10)
+        moved.append([name for name in ("P1", "P2") if simulated.world.object_pose(name).y > 5.9])
+        assert sorted(simulated.world.object_pose(name).y for name in ("P1", "P2")) == pytest.approx([5.0, 6.0])
+    assert {len(names) for names in moved} == {1}
+    assert {names[0] for names in moved} == {"P1", "P2"}
+    assert moved[-1] == moved[0]
+
+
+def test_a_robot_belongs_to_no_group(tmp_path: Path) -> None:
+    robot = {"name": "M", "robot": "pioneer_p3dx", "script": "random_walk", "x": "5 m", "y": "6 m", "one_of": "robots"}
+    with pytest.raises(InputError, match="one_of is for objects of the world") as caught:
+        hall(tmp_path, robot).load_scenario("hall")
     assert caught.value.faults[0].line > 0
 
 

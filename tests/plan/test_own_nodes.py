@@ -193,6 +193,62 @@ class TestWaitForChange:
         assert [attribute for attribute, _ in tree.root.bound_faults()] == ["kind", "relation"]
 
 
+class TestWaitForOpenDoor:
+    @pytest.fixture
+    def graph(self, mind):
+        for name, x in (("a", 5.0), ("b", 2.0), ("c", 1.0)):
+            mind.rig.knowledge.world.place(name, Pose2(x, 0.0), kind="door")
+        return mind.rig.knowledge.graph
+
+    @staticmethod
+    def observe(graph, door, is_open, confidence=0.95):
+        graph.set(door, open=is_open)
+        graph.add(f"{door} seen", "observation", confidence=confidence)
+        graph.relate(f"{door} seen", "observes", door)
+
+    def test_it_runs_until_an_open_door_is_observed_and_finds_the_nearest(self, mind, grow, graph):
+        tree = grow('<WaitForOpenDoor found="{door}"/>')
+        begin(mind)
+        assert tree.tick() is RUNNING
+        self.observe(graph, "c", False)
+        assert tree.tick() is RUNNING
+        self.observe(graph, "a", True)
+        self.observe(graph, "b", True)
+        assert tree.tick() is SUCCESS
+        assert tree.board["door"] == "b"
+
+    def test_a_door_without_a_sure_observation_does_not_count(self, mind, grow, graph):
+        tree = grow('<WaitForOpenDoor confidence="0.9"/>')
+        begin(mind)
+        graph.set("a", open=True)
+        self.observe(graph, "b", True, confidence=0.8)
+        assert tree.tick() is RUNNING
+        assert "not observed: a, b, c" in tree.root.feedback_message
+
+    def test_it_fails_when_all_doors_are_closed(self, mind, grow, graph):
+        tree = grow("<WaitForOpenDoor/>")
+        for name in ("a", "b", "c"):
+            self.observe(graph, name, False)
+        begin(mind)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "closed: a, b, c"
+
+    def test_it_can_wait_for_one_door_and_not_for_ever(self, mind, grow, graph):
+        tree = grow('<WaitForOpenDoor door="c" patience="2 s"/>')
+        begin(mind)
+        self.observe(graph, "a", True)
+        assert tree.tick() is RUNNING
+        mind.rig.clock.advance(1000)
+        assert tree.tick() is FAILURE
+        assert "not observed: c" in tree.root.feedback_message
+
+    def test_without_any_door_it_fails_at_once(self, mind, grow):
+        tree = grow("<WaitForOpenDoor/>")
+        begin(mind)
+        assert tree.tick() is FAILURE
+        assert tree.root.feedback_message == "no door is known"
+
+
 class TestFinishTask:
     def test_open_tasks_that_serve_the_goal_are_done(self, mind, grow):
         graph = mind.rig.knowledge.graph

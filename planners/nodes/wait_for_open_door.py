@@ -1,0 +1,50 @@
+"""WaitForOpenDoor: wait until a robot has observed an open door."""
+
+from math import inf
+
+from rocs_bt.plan import mission_of
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from rocs_bt.units import TIME
+
+
+class WaitForOpenDoor(Leaf):
+    """RUNNING until a door is known to be open, then SUCCESS; FAILURE if all doors are closed, or none is open in time.
+
+        <WaitForOpenDoor patience="2 min" found="{door}"/>
+        <WaitForOpenDoor door="hatch" patience="3 s"/>
+
+    A door counts only with an observation of it in Knowledge that has at least `confidence`, made by this robot or by
+    one that shares its knowledge. The nearest open door is found first.
+    """
+
+    door = Input(str, "", "name of the door; any door if empty")
+    confidence = Input(float, 0.9, "minimum confidence of the observation, 0 to 1")
+    patience = Input(float, inf, "time after which it fails [s]", dimension=TIME)
+    found = Output(str, "name of the open door")
+
+    def __init__(self, name="", /, **attributes):
+        super().__init__(name, **attributes)
+        self._since = 0.0
+
+    def initialise(self) -> None:
+        self._since = mission_of(self).clock.now()
+
+    def update(self) -> Outcome:
+        mission = mission_of(self)
+        doors = [self.door] if self.door else mission.knowledge.graph.nodes("door")
+        answers = mission.knowledge.ask(
+            "observation observes door where observation.confidence >= least order by distance(door) give door.open",
+            least=self.confidence,
+        )
+        observed = {row["door"]: row["door.open"] for row in answers.dicts if row["door"] in doors}
+        if (door := next((name for name, is_open in observed.items() if is_open), None)) is not None:
+            self.found = door
+            self.feedback_message = f"{door} is open"
+            return SUCCESS
+        if all(name in observed for name in doors):
+            self.feedback_message = f"closed: {', '.join(doors)}" if doors else "no door is known"
+            return FAILURE
+        waited = mission.clock.now() - self._since
+        unseen = ", ".join(name for name in doors if name not in observed)
+        self.feedback_message = f"no door is known to be open after {waited:.1f} s; not observed: {unseen}"
+        return RUNNING if waited < self.patience else FAILURE
