@@ -1,5 +1,7 @@
 """The figures show what was recorded."""
 
+import copy
+
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -66,6 +68,14 @@ def test_the_arena_shows_paths_by_route_actions_and_switches(run):
     assert to_hex(other.get_color()) == OTHER
     assert len(artists(canvas, "arena-outline")) == len(run.header.outlines)
     assert len(artists(canvas, "arena-place")) == 1
+
+
+def test_the_legend_of_the_arena_wraps_a_long_list_of_bodies(run):
+    crowded = copy.copy(run)
+    crowded.bodies = run.bodies | {f"door_{i}": run.bodies["R1"] for i in range(5)}
+    canvas = named("arena").make([crowded])
+    (label,) = [text for text in canvas.axes[0].get_legend().get_texts() if "door_4" in text.get_text()]
+    assert label.get_text().splitlines() == ["R1, door_0, door_1,", "door_2, door_3, door_4"]
 
 
 def test_the_coordinates_are_those_of_every_body(run):

@@ -44,10 +44,18 @@ class Watcher:
         self.knowledge.world.place("door", Pose2(0.0, 0.0, 0.0), kind="door", **door)
 
     def watch(
-        self, wall: Wall, *, x: float = -1.2, y: float = 0.0, yaw: float = 0.0, height: float = 0.8, tilt: float = 0.0
+        self,
+        wall: Wall,
+        *,
+        x: float = -1.2,
+        y: float = 0.0,
+        yaw: float = 0.0,
+        height: float = 0.8,
+        tilt: float = 0.0,
+        sweep: float = 0.25,
     ) -> bool | None:
-        """Turn by 29 deg within a second, with true ranges to a wall; returns `open` of the door."""
-        for turn in np.linspace(yaw - 0.25, yaw + 0.25, 21).tolist():
+        """Turn within a second, by `sweep` to both sides, with true ranges to a wall; returns `open` of the door."""
+        for turn in np.linspace(yaw - sweep, yaw + sweep, 21).tolist():
             self.publisher.publish(
                 self.clock.now(),
                 {
@@ -129,6 +137,10 @@ def test_a_door_out_of_view_stays_unknown(where: dict[str, float]) -> None:
 
 def test_a_gap_that_is_too_narrow_is_not_open() -> None:
     assert Watcher().watch(lambda along: abs(along) > 0.25, x=-0.9) is not True
+
+
+def test_a_look_through_a_part_of_the_doorway_is_not_enough() -> None:
+    assert Watcher().watch(opened, sweep=0.0) is None
 
 
 @pytest.mark.parametrize("unknown", [{"width": None}, {"height": None}, {"pose": None}])

@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure as Canvas
 
+LABEL_WIDTH = 22
+"""Maximum number of characters in a line of the legend, beside which the arena needs its room."""
+
 
 class Arena(Figure):
     """Arena from above: obstacles, goals and paths; dots mark atomic actions, squares switches of the route."""
@@ -58,7 +61,7 @@ class Arena(Figure):
                 label="plan/reflex switch",
             ),
         ]
-        route_legend(axes, runs, marks, bodies, borderaxespad=0.0, **legend)
+        route_legend(axes, runs, marks, bodies, LABEL_WIDTH, borderaxespad=0.0, **legend)
 
     def _agent(self, axes: Axes, run: History, name: str, i: int) -> None:
         body, agent = run.bodies[name], run.agents[name]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Iterator, Sequence
+from textwrap import fill
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -166,7 +167,12 @@ def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> Non
 
 
 def route_legend(
-    axes: Axes, runs: Sequence[History], extra: Sequence[Any] = (), bodies: Collection[str] | None = None, **place: Any
+    axes: Axes,
+    runs: Sequence[History],
+    extra: Sequence[Any] = (),
+    bodies: Collection[str] | None = None,
+    width: int = 200,
+    **place: Any,
 ) -> None:
     """Draw the legend: routes, bodies without an agent, and line styles of several runs.
 
@@ -175,6 +181,7 @@ def route_legend(
         runs: Runs that are drawn.
         extra: Further entries.
         bodies: Names of the drawn bodies; all by default.
+        width: Maximum number of characters in a line of the list of bodies.
         place: Placement options of the legend.
     """
     from matplotlib.lines import Line2D
@@ -185,7 +192,7 @@ def route_legend(
     handles += extra
     others = [n for n in runs[0].bodies if n not in runs[0].agents and (bodies is None or n in bodies)]
     if others:
-        handles.append(Line2D([], [], color=OTHER, lw=1.0, label=", ".join(others)))
+        handles.append(Line2D([], [], color=OTHER, lw=1.0, label=fill(", ".join(others), width)))
     if len(runs) > 1:
         handles += [Line2D([], [], color=MUTED, label=run.label, **line_style(i)) for i, run in enumerate(runs)]
     axes.legend(handles=handles, **place)
