@@ -21,6 +21,7 @@ WORLD = "world"
 _WALL = {"r": 0.45, "g": 0.48, "b": 0.55, "a": 1.0}
 _HULL = {"r": 0.16, "g": 0.36, "b": 0.75, "a": 1.0}
 _BEAM = {"r": 0.95, "g": 0.60, "b": 0.10, "a": 0.55}
+_GROUND = {"r": 0.60, "g": 0.45, "b": 0.30, "a": 1.0}
 _PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.9}
 
 # String templates are faster than dictionaries; they are filled for every body.
@@ -58,14 +59,15 @@ class Viewer:
         return self._draw.get(kind)
 
     def scene(self, time: int) -> Message:
-        """Message with the obstacles, places and hulls of bodies, sent once at the beginning."""
+        """Message with the obstacles, ground, places and hulls of bodies, sent once at the beginning."""
         outlines = [_outline(o, time) for o in self._header.outlines]
+        grounds = [_ground(o, time) for o in self._header.grounds]
         places = [_place(p, time) for p in self._header.places]
         hulls = [_hull(b, time) for b in self._header.bodies if b.hull]
         return (
             "/world/scene",
             foxglove.SCENE,
-            _json({"deletions": [], "entities": [*outlines, *places, *hulls]}),
+            _json({"deletions": [], "entities": [*outlines, *grounds, *places, *hulls]}),
         )
 
     def log(self, agent: str, time: int, level: int, text: str) -> Message:
@@ -165,6 +167,12 @@ def _outline(outline: Outline, time: int) -> foxglove.Json:
         return foxglove.entity(time, WORLD, outline.name, cylinders=[disc])
     loops = [foxglove.line(1, loop, _WALL, 0.02) for loop in (points, top)]
     return foxglove.entity(time, WORLD, outline.name, lines=loops)
+
+
+def _ground(ground: Outline, time: int) -> foxglove.Json:
+    """Outline on the floor of ground that is not level."""
+    loop = foxglove.line(1, [(x, y, 0.0) for x, y in ground.points], _GROUND, 0.02)
+    return foxglove.entity(time, WORLD, ground.name, lines=[loop])
 
 
 def _place(place: Place, time: int) -> foxglove.Json:

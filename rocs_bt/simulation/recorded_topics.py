@@ -83,7 +83,7 @@ class RecordedTopics:
         frames = [messages.transform(t, *frame) for agent in self._agents.values() for frame in agent.frames()]
         yield Published("/tf_static", t, _TF, messages.transforms(frames), latched=True)
         hulls = {self._movers.get(b.name) or self._agents[b.name].names.frame(BASE): b for b in header.bodies if b.hull}
-        drawn = scene(t, MAP, header.outlines, header.places, hulls)
+        drawn = scene(t, MAP, header, hulls)
         yield Published("/scene", t, "visualization_msgs/msg/MarkerArray", drawn, latched=True)
 
     def _finished(self, t: float, *, over: bool = False) -> Iterator[Published]:

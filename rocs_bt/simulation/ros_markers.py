@@ -1,36 +1,35 @@
-"""Markers of a recorded world for rviz and Foxglove: obstacles, places and hulls of bodies."""
+"""Markers of a recorded world for rviz and Foxglove: obstacles, ground, places and hulls of bodies."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ..drivers.ros2.messages import Fields, pose_fields, time_fields, vector
 from ..geometry import Pose3
-from ..record import BodyInfo, Outline, Place
+from ..record import BodyInfo, Outline, Place, RunHeader
 
 _CYLINDER, _LINE_STRIP, _TEXT = 3, 4, 9  # types of markers
 _WALL = {"r": 0.45, "g": 0.48, "b": 0.55, "a": 1.0}
 _HULL = {"r": 0.16, "g": 0.36, "b": 0.75, "a": 1.0}
+_GROUND = {"r": 0.60, "g": 0.45, "b": 0.30, "a": 1.0}
 _PLACE = {"r": 0.10, "g": 0.60, "b": 0.35, "a": 0.6}
 _ORIGIN = Pose3(0.0, 0.0, 0.0)
 
 
-def scene(
-    stamp: float, frame: str, outlines: Iterable[Outline], places: Iterable[Place], bodies: Mapping[str, BodyInfo]
-) -> Fields:
+def scene(stamp: float, frame: str, header: RunHeader, bodies: Mapping[str, BodyInfo]) -> Fields:
     """Fields of a visualization_msgs/msg/MarkerArray.
 
     Args:
         stamp: Time [s].
-        frame: Frame of the obstacles and places.
-        outlines: Obstacles.
-        places: Places.
+        frame: Frame of the obstacles, ground and places.
+        header: Header of the run; ground that is not level is drawn as its outline on the floor.
         bodies: Bodies by their frame; their hulls are drawn.
     """
     drawn = [
-        *(each for outline in outlines for each in _outline(frame, outline)),
-        *(each for place in places for each in _place(frame, place)),
+        *(each for outline in header.outlines for each in _outline(frame, outline)),
+        *(_loop(frame, "ground", ground.points, 0.0, _GROUND) for ground in header.grounds),
+        *(each for place in header.places for each in _place(frame, place)),
         *(_loop(where, "hulls", body.hull, z, _HULL) for where, body in bodies.items() for z in (0.0, body.height)),
     ]
     for number, marker in enumerate(drawn):

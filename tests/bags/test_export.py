@@ -220,6 +220,14 @@ def test_metadata_describe_the_bag(exp1_bag):
     assert latched == {"/tf_static", "/scene"}
 
 
+def test_the_scene_shows_the_ground(record, export):
+    recording = record("patrol_rough", 0.2)
+    ((_, scene),) = read(export(recording))["/scene"]
+    drawn = [len(marker.points) for marker in scene.markers if marker.ns == "ground"]
+    assert drawn == [5] * len(recording.header.grounds)
+    assert drawn
+
+
 def test_times_begin_at_the_given_start(record, export):
     topics = read(export(record("exp1", 2.0), start=start_time("2026-11-20T10:00:00+01:00")))
     assert topics["/clock"][0][0] == 1763629200_000000000 + 365 * 86400_000000000

@@ -3,11 +3,13 @@
 import json
 import math
 
+import msgspec
 import pytest
 from mcap.reader import make_reader
 
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, OutcomeDecided, SensorFailed, SensorRead, pack
-from rocs_bt.geometry import Pose3
+from rocs_bt.geometry import Pose2, Pose3
+from rocs_bt.record import Outline
 from rocs_bt.record.recorder import Recorder
 
 from . import synthetic
@@ -158,6 +160,17 @@ def test_the_world_is_drawn_once(file):
     assert corners == {(-0.25, 1.25), (-0.75, 1.25), (-0.75, 0.75), (-0.25, 0.75)}
     assert names["post"]["cylinders"][0]["size"]["x"] == pytest.approx(0.3)
     assert names["R2/hull"]["frame_id"] == "R2"
+
+
+def test_ground_that_is_not_level_is_drawn_on_the_floor(tmp_path):
+    slope = Outline.box("slope", Pose2(1.0, 0.0, 0.0), (2.0, 1.0), 0.2)
+    recorder = Recorder(tmp_path / "run.mcap", msgspec.structs.replace(synthetic.header(), grounds=(slope,)))
+    recorder.close()
+    ((_, scene),) = read(recorder.path)[1]["/world/scene"][1]
+    (drawn,) = [entity["lines"] for entity in scene["entities"] if entity["id"] == "slope"]
+    assert {(p["x"], p["y"], p["z"]) for line in drawn for p in line["points"]} == {
+        (x, y, 0.0) for x in (0.0, 2.0) for y in (-0.5, 0.5)
+    }
 
 
 def test_the_log_tells_firings_failures_and_the_outcome(file):
