@@ -121,6 +121,17 @@ def both_killed(driven: DrivenRobot) -> tuple[float, float]:
     return took, took - late_between(lines, last.t, lines[-1].t)
 
 
+def shortest(attempt: Callable[[int], float], limit: float) -> float:
+    """Shortest time of up to three attempts [s]; the first one within the limit is the last attempt.
+
+    Load of the machine delays single attempts, a defect delays all.
+    """
+    took = [attempt(0)]
+    while len(took) < 3 and min(took) > limit:
+        took.append(attempt(len(took)))
+    return min(took)
+
+
 def moments(seed: int, count: int) -> list[float]:
     """Random moments of a run [s]."""
     chance = random.Random(seed)
