@@ -1,0 +1,23 @@
+"""docs/bodies.md: its table has every body that EXP1 can be played on, with the figures of the campaign."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from . import bodies
+
+TEXT = bodies.PAGE.read_text("utf-8")
+ROWS = {match[1]: match[0] for match in re.finditer(r"^\| `(\w+)` \|.*\n", TEXT, re.MULTILINE)}
+(COMMAND,) = re.findall(r"<!-- (campaign.py .*) -->", TEXT)
+
+
+def test_every_body_is_in_the_table():
+    assert list(ROWS) == bodies.bodies()
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("robot", ROWS)
+def test_a_campaign_gives_the_figures_of_the_page(robot):
+    assert bodies.row(robot, COMMAND) == ROWS[robot], "run: python tests/docs/bodies.py"
