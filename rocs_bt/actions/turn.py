@@ -49,7 +49,8 @@ class TurnAngle(AtomicAction):
             if not (math.isfinite(self.angle) and self.rate > 0.0):
                 return Failure(Reason.CANNOT, f"an angle of {self.angle} rad at a rate of {self.rate} rad/s")
             self._left = self.angle
-            self._deadline = body.clock.now() + 2.0 * abs(self.angle) / self.rate + SLACK
+            ideal = abs(self.angle) / min(self.rate, body.locomotion.turn_limit)
+            self._deadline = body.clock.now() + 2.0 * ideal + SLACK
         else:
             self._left -= wrap_angle(pose.yaw - self._yaw)
         self._yaw = pose.yaw

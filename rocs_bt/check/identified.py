@@ -20,6 +20,9 @@ TOLERANCE = 0.1
 LAG_TOLERANCE = 0.02
 """Difference of the lag that is never reported [s]: less than half a control period."""
 
+DISTANCE_TOLERANCE = 0.02
+"""Difference of a distance that is never reported [m]: about the noise of a position and a range."""
+
 ICR_TOLERANCE = 0.05
 """Difference of the ICR offset above which it is reported [m]."""
 
@@ -97,8 +100,12 @@ def _speed(robot: RobotSpec, locomotion: Locomotion, axis: str, measured: AxisFi
 
 def _lag(robot: RobotSpec, locomotion: Locomotion, axes: dict[str, AxisFigures]) -> Iterator[Fault]:
     """Compare the lag with that of the axis with the largest difference."""
-    lags = {axis: figures.lag for axis, figures in axes.items() if axis in ("vx", "vy")}
     declared = locomotion.response.late
+    lags = {
+        axis: figures.lag
+        for axis, figures in axes.items()
+        if axis in ("vx", "vy") and abs(figures.lag - declared) * figures.max_speed > DISTANCE_TOLERANCE
+    }
     axis = max(lags, key=lambda name: abs(lags[name] - declared), default="")
     if not axis or abs(declared - lags[axis]) <= max(LAG_TOLERANCE, TOLERANCE * lags[axis]):
         return
@@ -118,7 +125,7 @@ def _stopping(robot: RobotSpec, locomotion: Locomotion, axis: str, measured: Axi
     for speed in (top, 0.5 * top):
         twist = {"vx": Twist3(speed), "vy": Twist3(0.0, speed), "vz": Twist3(0.0, 0.0, speed)}[axis]
         declared, needed = locomotion.stop_distance(twist), speed * latency + speed**2 / (2.0 * deceleration)
-        if declared < needed * (1.0 - TOLERANCE):
+        if declared < needed - max(TOLERANCE * needed, DISTANCE_TOLERANCE):
             late = locomotion.response.latency < latency * (1.0 - TOLERANCE)
             keys = ("latency",) if late else (f"{axis}.deceleration", "deceleration")
             message = (

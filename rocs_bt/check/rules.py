@@ -130,11 +130,16 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
 
 
 def _any_robot(entry: Entry, catalog: Catalog) -> list[str]:
-    """First robot with all signals that the rules require, or else the first one, for a file that no scenario uses."""
-    robots = [robot.name for robot in catalog.list("robot")]
+    """First robot for which a file loads that no scenario uses; or else the first one with the required signals."""
     required = required_signals(entry.path)
-    fitting = (name for name in robots if required <= _environment(name, catalog).signals.keys())
-    return [next(fitting, robots[0])] if required and robots else robots[:1]
+    robots = [robot.name for robot in catalog.list("robot")]
+    environments = {robot: _environment(robot, catalog) for robot in robots}
+    fitting = [robot for robot in robots if required <= environments[robot].signals.keys()] or robots
+    for robot in fitting:
+        with suppress(InputError):
+            load_rules(entry.path, environments[robot], ACTIONS)
+            return [robot]
+    return fitting[:1]
 
 
 def _users(entry: Entry, catalog: Catalog) -> list[str]:

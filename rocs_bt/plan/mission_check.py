@@ -36,20 +36,23 @@ from .tree import shape_faults
 _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN_RATE: ("turn_limit", "rad/s")}
 
 
-def mission_faults(tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None) -> list[Fault]:
+def mission_faults(
+    tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None, *, fit: bool = True
+) -> list[Fault]:
     """Errors and warnings of a mission's tree: those of any tree, and actions that the robot cannot execute.
 
     Args:
         tree: Tree of the mission.
         knowledge: Knowledge of the robot, with its limits and places.
         later: Names of nodes that may become known during the run; None if any node may.
+        fit: Whether the mission is meant for this robot; the limits of an arbitrary one do not count.
     """
     flow = flow_of(tree)
-    return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later))))
+    return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later, fit=fit))))
 
 
 def infeasible_actions(
-    tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None
+    tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None, *, fit: bool = True
 ) -> Iterator[Fault]:
     """Faults of actions that exceed the robot's limits, and of goals that are not known.
 
@@ -58,8 +61,10 @@ def infeasible_actions(
         flow: Uses of the blackboard keys; a goal in a key that a node changes is not checked.
         knowledge: Knowledge of the robot at the beginning of the run.
         later: Names of nodes that may become known during the run; None if any node may.
+        fit: Whether the mission is meant for this robot; the limits of an arbitrary one do not count.
     """
-    yield from _beyond_limits(tree, knowledge)
+    if fit:
+        yield from _beyond_limits(tree, knowledge)
     yield from dict.fromkeys(_unknown_goals(tree, flow, knowledge, later))
 
 
@@ -228,7 +233,7 @@ def check_mission(
         tree = Tree(root, board=mission.board, clock=clock, owner=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *misfits, *_tree_faults(root, mission), *mission_faults(tree, knowledge, later)]
+    return [*mission.faults, *misfits, *_tree_faults(root, mission), *mission_faults(tree, knowledge, later, fit=fit)]
 
 
 def _tree_faults(root: Behaviour, mission: Mission) -> list[Fault]:

@@ -42,7 +42,7 @@ _CURVES = ((0.15, 0.3), (0.3, 0.15), (0.4, 0.55), (0.55, 0.4))  # factors of the
 _BRAKINGS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # initial speeds of the braking tests, factors of the speed limit
 _SETTLE, _WATCH = 2.0, 2.0  # [s] settling time of a motion; duration of its measurement
 _WINDOW = 0.5  # [s] duration over which a steady speed is averaged
-_GAIT_WINDOW = 2.0  # [s] the same for a body with legs, which sways: a whole number of the steps of most gaits
+_GAIT_WINDOW = 6.0  # [s] the same for a body with legs, which sways: a whole number of the steps of most gaits
 _STEADY = 2e-3  # maximum change of a steady speed from window to window, relative to the command
 _STOPPED = 0.005  # [m/s, rad/s] maximum speed that counts as stopped
 _MOVES = 0.05  # minimum speed of a body that moves, relative to the command
@@ -162,6 +162,7 @@ class _TestRig:
         self._every = rate.control_rate.every
         self._robot = robot
         self._locomotion = locomotion
+        self._window = _GAIT_WINDOW if locomotion.kind == "legged" else _WINDOW
         self._motion = simulated.actuators[_NAME][robot.locomotion.actuator]
         self._commanded = list(locomotion.rest)
         self._measured_speeds = simulated.wheels.get(_NAME, lambda: self._commanded)
@@ -213,7 +214,7 @@ class _TestRig:
         """Command the wheel linear speeds of the left and the right side [m/s] for a duration [s]."""
         self.hold(self._locomotion.values_from_q @ np.array([left, right]), duration)
 
-    def reach(self, axis: str, speed: float) -> tuple[float, float]:
+    def reach(self, axis: str, speed: float) -> tuple[float, float, float]:
         """Accelerate along an axis by a ramp at the maximum acceleration, and hold the speed until it is steady.
 
         Args:
@@ -221,7 +222,7 @@ class _TestRig:
             speed: Commanded speed [m/s, rad/s].
 
         Returns:
-            Steady speed [m/s, rad/s], and lag behind the ramp [s].
+            Steady speed [m/s, rad/s], lag behind the ramp [s], and distance moved, without the sway [m, rad].
 
         Raises:
             InputError: The robot does not move along the axis, or fell over.
@@ -232,30 +233,34 @@ class _TestRig:
             given = min(given + change, speed)
             self.step(self.along(axis, given))
             commanded += given * self.period
-        last, steady = math.nan, math.nan
-        window = _GAIT_WINDOW if self._locomotion.kind == "legged" else _WINDOW
+        last, steady, before = math.nan, math.nan, self.travel[axis] - start
+        window = self._window
         for _ in range(round(_TIMEOUT / window)):
-            before = self.travel[axis]
-            self.hold(self.along(axis, speed), window)
-            commanded += speed * window
-            last, steady = steady, (self.travel[axis] - before) / window
+            moments = []
+            for _ in range(round(window / self.period)):
+                self.step(self.along(axis, speed))
+                commanded += speed * self.period
+                moments.append((commanded / speed, self.travel[axis] - start))
+            last, steady = steady, (moments[-1][1] - before) / window
+            before = moments[-1][1]
             if abs(steady - last) <= _STEADY * speed:
                 break
         if not steady > _MOVES * speed:
             message = f"the robot does not move along {axis}: commanded {speed:.3g}, reached {steady:.3g}."
             hint = "Correct the order and signs of its motors, or its driver."
             raise InputError(Fault(message, self._robot.file, hint=hint))
-        # Load reduces the steady speed a little, which is no lag.
-        return steady, commanded / speed - (self.travel[axis] - start) / steady
+        # Load reduces the steady speed a little, which is no lag. The mean leaves out the sway of a body with legs.
+        lag = float(np.mean([time - distance / steady for time, distance in moments]))
+        return steady, lag, start + steady * (commanded / speed - lag)
 
-    def brake(self, axis: str) -> tuple[float, float]:
-        """Command not to move until the robot is stationary; returns distance [m, rad] and time [s]."""
-        start, time, rest = self.travel[axis], 0.0, np.array(self._locomotion.rest)
+    def brake(self, axis: str, start: float) -> tuple[float, float]:
+        """Command not to move until the robot is stationary; returns distance from start [m, rad] and time [s]."""
+        time, rest = 0.0, np.array(self._locomotion.rest)
         while self.speed(axis) > _STOPPED and time < _TIMEOUT:
             self.step(rest)
             time += self.period
         farthest = self.travel[axis]
-        for _ in range(round(_WINDOW / self.period)):  # a swaying body may stop for a moment only
+        for _ in range(round(self._window / self.period)):  # a swaying body may stop for a moment only
             self.step(rest)
             farthest = max(farthest, self.travel[axis])
         return farthest - start, time
@@ -266,18 +271,18 @@ class _TestRig:
             if self.travel["vz"] >= _CLIMB:
                 break
             self.step(up)
-        self.brake("vz")
+        self.brake("vz", self.travel["vz"])
 
 
 def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> IdentifiedAxis:
     """Measure the motion along one axis."""
     limit, braking = locomotion.axis_limits(axis).max_speed, []
-    top, _ = rig().reach(axis, limit)
-    _, lag = rig().reach(axis, 0.5 * limit)
+    top, _, _ = rig().reach(axis, limit)
+    _, lag, _ = rig().reach(axis, 0.5 * limit)
     robot = rig()
     for factor in _BRAKINGS:
-        speed, _ = robot.reach(axis, factor * limit)
-        braking.append(Braking(speed, *robot.brake(axis)))
+        speed, _, start = robot.reach(axis, factor * limit)
+        braking.append(Braking(speed, *robot.brake(axis, start)))
     latency, deceleration, misfit = _fit(braking)
     stop_distance = top * latency + top * top / (2.0 * deceleration)
     return IdentifiedAxis(top, lag, latency, deceleration, stop_distance, misfit, tuple(braking))

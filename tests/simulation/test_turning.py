@@ -12,7 +12,17 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
 from rocs_bt.record.recording import Recording
 
-ROBOTS = ["jackal", "pioneer_p3dx", "quadrotor", "quadruped", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"]
+ROBOTS = [
+    "humanoid",
+    "jackal",
+    "pioneer_p3dx",
+    "quadrotor",
+    "quadruped",
+    "robotino",
+    "rosbot_xl",
+    "summit_xl",
+    "turtlebot3_burger",
+]
 
 MISSION = """<root BTCPP_format="4" main_tree_to_execute="turn"><BehaviorTree ID="turn"><Sequence>
 <TurnAngle angle="90 deg" rate="2.5 rad/s"/><Stop/><TurnAngle angle="-60 deg" rate="2.5 rad/s"/><Stop/>
