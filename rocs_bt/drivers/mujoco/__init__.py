@@ -6,6 +6,7 @@ MuJoCo itself is imported only when a world is constructed.
 from .actuators import ACTUATORS, MujocoActuator, Velocity, make_actuator
 from .body import Controls, Motors
 from .compose import RobotInstance, SensorMount, compile_model, compose_world
+from .lidar import Rays
 from .mount import DriverWorld, Mount
 from .sensor import MujocoSensor
 from .sensors import SENSORS, make_sensor
@@ -22,6 +23,7 @@ __all__ = [
     "MujocoActuator",
     "MujocoSensor",
     "MujocoWorld",
+    "Rays",
     "RobotInstance",
     "SensorMount",
     "Velocity",

@@ -1,0 +1,82 @@
+"""A scanner with many layers in the head, which also sees low things around the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from rocs_bt.drivers.mujoco import SENSORS, Mount, MujocoSensor, Rays
+from rocs_bt.units import Metres, Radians
+
+
+class LayeredScan(MujocoSensor):
+    """Horizontal ranges [m] around the base along evenly spaced bearings, from right to left, +inf without an echo.
+
+    The nearest echo of all layers counts. Echoes of the floor are removed by their height, which is known from the
+    attitude of the body, and echoes of the robot's own legs by its outline, as drivers of real scanners do.
+
+    Args:
+        name: Name of the sensor in robot.toml.
+        mount: Robot, world and noise of a range.
+        site: Site of the scanner, above the origin of the base and level with it.
+        rays: Number of bearings.
+        span: Angle from the first to the last bearing [rad].
+        layers: Number of layers.
+        elevations: Elevation of the lowest and the highest layer, up positive [rad].
+        range: Minimum and maximum horizontal range [m].
+        heights: Minimum and maximum height of an echo above the origin of the base [m].
+        outline: Rear, front and half the width of the box that contains the legs, base frame [m].
+    """
+
+    def __init__(
+        self,
+        name: str,
+        mount: Mount,
+        *,
+        site: str,
+        rays: int,
+        span: Radians,
+        layers: int,
+        elevations: tuple[Radians, Radians],
+        range: tuple[Metres, Metres],
+        heights: tuple[Metres, Metres],
+        outline: tuple[Metres, Metres, Metres],
+    ) -> None:
+        super().__init__(name, mount)
+        model = mount.world.model
+        self._site, self._base = model.site(f"{mount.robot}/{site}").id, model.body(f"{mount.robot}/base").id
+        self._range, self._heights = range, heights
+        bearings = np.linspace(-0.5 * span, 0.5 * span, rays)
+        up = np.linspace(*elevations, layers)[:, None]
+        flat, ahead, left = np.cos(up), np.cos(bearings), np.sin(bearings)
+        directions = np.stack(np.broadcast_arrays(flat * ahead, flat * left, np.sin(up)), axis=-1)
+        self._directions, self._flat = directions.reshape(-1, 3), np.broadcast_to(flat, (layers, rays))
+        rear, front, side = outline
+        edge = np.where(ahead > 0.0, front, -rear) / np.maximum(np.abs(ahead), 1e-9)
+        self._nearest = np.minimum(edge, side / np.maximum(np.abs(left), 1e-9))  # [m] to the outline
+        self._cast = Rays(model, self._base)
+
+    @classmethod
+    def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
+        SENSORS["lidar"].prepare(
+            model, name, {"site": parameters["site"], "rays": 2, "span": 1.0, "range": parameters["range"]}
+        )
+
+    def sample(self) -> list[float]:
+        world, data = self.mount.world, self.mount.world.data
+        world.update_poses()
+        directions = self._directions @ data.site_xmat[self._site].reshape(3, 3).T
+        origin = data.site_xpos[self._site]
+        found = self._cast.distances(data, origin, directions, 2.0 * self._range[1]).reshape(self._flat.shape)
+        height = origin[2] - data.xpos[self._base, 2] + found * directions[:, 2].reshape(found.shape)
+        ranges = found * self._flat
+        seen = (found >= 0.0) & (height > self._heights[0]) & (height < self._heights[1]) & (ranges > self._nearest)
+        nearest: list[float] = np.where(seen, ranges, math.inf).min(axis=0).tolist()
+        return nearest
+
+    def limit(self, values: list[float]) -> list[float]:
+        low, high = self._range
+        return [max(value, low) if value <= high else math.inf for value in values]

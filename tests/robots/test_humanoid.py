@@ -1,0 +1,146 @@
+"""The humanoid shifts its weight, walks and turns as commanded, and stays on its feet when it is pushed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rocs_bt.geometry import Twist2, wrap_angle
+from rocs_bt.python_content import load_module
+from rocs_bt.simulation.fall import FallWatch
+from tests.robots.walker import CATALOG, Walker
+
+LEGS = CATALOG.load_robot("humanoid").file.parent / "legs.py"
+MakeWalker = Callable[..., Walker]
+
+
+@pytest.fixture
+def walker(tmp_path: Path) -> MakeWalker:
+    return lambda geoms="": Walker("humanoid", tmp_path, geoms)
+
+
+def soles(robot: Walker) -> list[float]:
+    """Heights of the middles of both soles [m]."""
+    data = robot.world.data
+    robot.world.update_poses()
+    return [float(data.geom(f"R/{side}_foot").xpos[2]) - 0.0125 for side in ("left", "right")]
+
+
+def test_it_stands_still_on_both_feet(walker: MakeWalker) -> None:
+    robot = walker()
+    robot.wait(1.0)
+    start = robot.world.pose("R")
+    for _ in range(20):
+        robot.wait(0.5)
+        assert max(soles(robot)) < 0.003
+    end = robot.world.pose("R")
+    assert start.distance(end) < 0.003
+    assert abs(wrap_angle(end.yaw - start.yaw)) < math.radians(0.5)
+    assert robot.tilt < math.radians(2.0)
+
+
+def test_it_shifts_its_weight_before_it_lifts_a_foot(walker: MakeWalker) -> None:
+    robot = walker()
+    robot.wait(1.0)
+    robot.gait.command([0.1, 0.0, 0.0])
+    while max(soles(robot)) < 0.01:
+        robot.wait(0.05)
+        assert robot.world.stamp < 3.0, "it lifts a foot"
+    lifted = int(np.argmax(soles(robot)))
+    left = robot.world.data.body("R/left_foot").xpos[1], robot.world.data.body("R/right_foot").xpos[1]
+    mass = float(robot.world.data.subtree_com[robot.world.body("R").root][1])
+    assert abs(mass - left[1 - lifted]) < 0.75 * abs(mass - left[lifted]), "it is over the foot that stays"
+
+
+@pytest.mark.parametrize(
+    "twist",
+    [
+        Twist2(0.1), Twist2(0.25), Twist2(-0.15), Twist2(0.0, left=0.08), Twist2(0.0, left=-0.08),
+        Twist2(0.0, turn=0.4), Twist2(0.0, turn=-0.8), Twist2(0.2, turn=0.4), Twist2(0.1, left=0.05, turn=-0.3),
+    ],
+    ids=str,
+)  # fmt: skip  # a table
+def test_it_walks_as_commanded_within_a_few_per_cent(walker: MakeWalker, twist: Twist2) -> None:
+    robot = walker()
+    robot.go(twist, 5.0)
+    found = robot.mean_twist(3.0)  # ten steps
+    speed = math.hypot(twist.forward, twist.left)
+    assert math.hypot(found.forward - twist.forward, found.left - twist.left) < 0.08 * speed + 0.01
+    assert abs(found.turn - twist.turn) < 0.05 * abs(twist.turn) + 0.03
+    assert robot.tilt < math.radians(5.0)
+    assert robot.upright
+
+
+@pytest.mark.parametrize("twist", [Twist2(0.25), Twist2(0.0, left=-0.08), Twist2(0.0, turn=0.8)], ids=str)
+def test_neutral_at_full_speed_leaves_it_standing_within_its_stop_distance(walker: MakeWalker, twist: Twist2) -> None:
+    robot = walker()
+    robot.go(twist, 4.0)
+    before = robot.world.pose("R")
+    robot.gait.neutral()
+    robot.wait(2.0)
+    stopped = robot.world.pose("R")
+    sway = 0.04  # [m] of the body over the feet
+    assert before.distance(stopped) <= robot.locomotion.stop_distance(twist) + sway
+    robot.wait(1.0)
+    assert robot.world.pose("R").distance(stopped) < 0.005, "it does not step any more"
+    assert max(soles(robot)) < 0.003
+    assert robot.upright
+
+
+@pytest.mark.parametrize("walking", [Twist2(0.0), Twist2(0.15)], ids=str)
+@pytest.mark.parametrize("force", [30.0, 60.0])
+@pytest.mark.parametrize("direction", range(0, 360, 90))
+def test_a_push_does_not_throw_it_over(walker: MakeWalker, walking: Twist2, force: float, direction: int) -> None:
+    robot = walker()
+    robot.go(walking, 1.5)
+    robot.push(force, math.radians(direction))
+    robot.go(walking, 1.5)
+    assert robot.tilt < math.radians(10.0)
+    robot.go(Twist2(0.0), 2.0)
+    assert robot.upright
+    assert max(soles(robot)) < 0.003, "it rests again"
+
+
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 12))])
+def test_a_minute_of_random_commands_does_not_throw_it_over(walker: MakeWalker, seed: int) -> None:
+    robot, rng = walker(), np.random.default_rng(seed)
+    limit = robot.locomotion
+    while robot.world.stamp < 60.0:
+        forward, left, turn = rng.uniform(-1.0, 1.0, 3) * rng.integers(0, 2, 3)
+        robot.go(Twist2(0.25 * forward, limit.turn_limit * turn, 0.08 * left), float(rng.uniform(0.2, 3.0)))
+        assert robot.upright, f"after {robot.world.stamp:.1f} s"
+    assert robot.tilt < math.radians(6.0)
+
+
+def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker) -> None:
+    robot, watch, fallen = walker(), FallWatch(), False
+    robot.wait(0.2)
+    robot.push(600.0, 0.0)
+    for k in range(160):
+        robot.wait(0.05)
+        fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
+    assert fallen
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.floats(-0.12, 0.12), st.floats(-0.1, 0.1), st.floats(-0.48, -0.35),
+    st.floats(-0.2, 0.2), st.floats(-0.2, 0.2), st.floats(-0.4, 0.4),
+)  # fmt: skip  # position and attitude
+def test_inverse_kinematics_places_the_foot(
+    x: float, y: float, z: float, roll: float, pitch: float, yaw: float
+) -> None:
+    legs = load_module(LEGS)
+    rotation = legs.rotation
+    foot, ankle = rotation(roll, pitch, yaw), np.array([x, y, z])
+    a, b, c, knee, d, e = legs.joint_angles(ankle, foot)
+    thigh = rotation(0.0, 0.0, a) @ rotation(b, 0.0, 0.0) @ rotation(0.0, c, 0.0)
+    shin = thigh @ rotation(0.0, knee, 0.0)
+    assert np.allclose(shin @ rotation(0.0, d, 0.0) @ rotation(e, 0.0, 0.0), foot, atol=1e-9)
+    assert np.allclose(thigh @ (0.0, 0.0, -0.26) + shin @ (0.0, 0.0, -0.26), ankle, atol=1e-9)
