@@ -26,7 +26,7 @@ WITHOUT = frozenset({"circle_box", "exp1_mecanum", "exp1_omni", "exp1_quadrotor"
 
 
 def machine() -> dict[str, Any]:
-    """Versions and machine that the bits of a run depend on; BLAS chooses its code by the vector instructions."""
+    """Versions and machine that the bits of a run depend on; BLAS chooses its code by the processor."""
     versions = {name: version for name, version in computing().items() if name not in ("python", "rocs_bt")}
     simd = np.show_config(mode="dicts")["SIMD Extensions"]
     return {
@@ -35,7 +35,16 @@ def machine() -> dict[str, Any]:
         "system": platform.system(),
         "libc": " ".join(platform.libc_ver()),
         "simd": sorted([*simd["baseline"], *simd["found"]]),
+        "processor": _processor(),
     }
+
+
+def _processor() -> str:
+    """Vendor, family and model of the processor; empty if the system does not tell."""
+    info = Path("/proc/cpuinfo")
+    lines = info.read_text(encoding="utf-8").splitlines() if info.is_file() else []
+    found = dict(reversed([[part.strip() for part in line.split(":", 1)] for line in lines if ":" in line]))
+    return " ".join(found.get(key, "") for key in ("vendor_id", "cpu family", "model")).strip()
 
 
 def play(scenario: str, seed: int, catalog: Catalog) -> dict[str, Any]:
