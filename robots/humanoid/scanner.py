@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rocs_bt.drivers.mujoco import SENSORS, Mount, MujocoSensor, Rays
+from rocs_bt.errors import InputError
 from rocs_bt.units import Metres, Radians
 
 
@@ -46,6 +47,9 @@ class LayeredScan(MujocoSensor):
         outline: tuple[Metres, Metres, Metres],
     ) -> None:
         super().__init__(name, mount)
+        if layers < 1 or not heights[0] < heights[1]:
+            found = f"layers = {layers}, heights = {list(heights)}"
+            raise InputError(f"sensor '{name}' needs at least one layer and heights that rise, found {found}.")
         model = mount.world.model
         self._site, self._base = model.site(f"{mount.robot}/{site}").id, model.body(f"{mount.robot}/base").id
         self._range, self._heights = range, heights

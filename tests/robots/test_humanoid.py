@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shutil
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.check import check_content
 from rocs_bt.geometry import Twist2, wrap_angle
 from rocs_bt.python_content import load_module
 from rocs_bt.simulation.fall import FallWatch
@@ -144,3 +146,17 @@ def test_inverse_kinematics_places_the_foot(
     shin = thigh @ rotation(0.0, knee, 0.0)
     assert np.allclose(shin @ rotation(0.0, d, 0.0) @ rotation(e, 0.0, 0.0), foot, atol=1e-9)
     assert np.allclose(thigh @ (0.0, 0.0, -0.26) + shin @ (0.0, 0.0, -0.26), ankle, atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("valid", "wrong"),
+    [("layers = 17", "layers = 0"), ('heights = ["-0.47 m", "0.60 m"]', 'heights = ["0.60 m", "-0.47 m"]')],
+)
+def test_a_scanner_without_layers_or_heights_is_a_fault_of_its_table(tmp_path: Path, valid: str, wrong: str) -> None:
+    file = shutil.copytree(LEGS.parent, tmp_path / "robots" / "mine") / "robot.toml"
+    text = file.read_text("utf-8")
+    assert valid in text
+    file.write_text(text.replace(valid, wrong), "utf-8")
+    (fault,) = (fault for fault in check_content([file]).faults if not fault.warning)
+    assert "needs at least one layer and heights that rise" in fault.message
+    assert text.splitlines()[fault.line - 1] in ("[[sensor]]", 'name = "lidar"')
