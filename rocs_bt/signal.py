@@ -45,7 +45,13 @@ _OPTIONAL = (
     Signal("height", 1, (LENGTH,), _ANY_LENGTH, doc="Height of the body above the plane z = 0 of the world."),
     Signal("course_range", 1, (LENGTH,), _RANGE, doc="Range in the direction of motion; +inf while stationary."),
     Signal("above", 1, (LENGTH,), _RANGE, doc="Ranges of the upward beams, each divided by its weight."),
-    Signal("below", 1, (LENGTH,), _RANGE, doc="Ranges of the downward beams, each divided by its weight."),
+    Signal(
+        "below",
+        1,
+        (LENGTH,),
+        _RANGE,
+        doc="Ranges of the downward beams, each divided by its weight; the first one straight down.",
+    ),
 )
 OPTIONAL_SIGNALS: Mapping[str, Signal] = MappingProxyType({signal.name: signal for signal in _OPTIONAL})
 """Standard signals that only some robots have, by name; a rule that reads one must list it in `require`.

@@ -30,7 +30,7 @@ def build(
     *,
     home: str = "pad",
     distance: PositiveMetres = 1.2,
-    height: PositiveMetres = 0.8,
+    height: PositiveMetres = 0.7,
     cruise: PositiveMetresPerSecond = 0.5,
     patience: PositiveSeconds = 3.0,
 ) -> Behaviour:
@@ -62,8 +62,7 @@ def build(
             f"look at {door}",
             memory=True,
             children=[
-                # Ahead, so that reflexes can climb, and without a height, so that it does not descend on an obstacle.
-                mission.act("FollowPath", name=f"to {door}", points=there, cruise=cruise),
+                mission.act("FollowPath", name=f"to {door}", points=there, cruise=cruise, height=height),
                 face("left", SWEEP),
                 face("right", -SWEEP),
                 mission.node("WaitForOpenDoor", name=f"{door} is open", door=door, patience=patience),

@@ -2,16 +2,17 @@
 
 The robot takes off, flies to a point of the circle, circles the object anticlockwise at the first height and again at
 the second, and returns to the place `home`. It must be able to fly and to move sideways. After a reflex, it continues
-from the nearest point of its half of the circle.
+from the nearest point of its half of the circle; a half in which it has missed a point is flown again.
 """
 
-from math import cos, pi, sin
+from math import cos, dist, pi, sin
 
 from py_trees.behaviour import Behaviour
-from py_trees.composites import Sequence
+from py_trees.composites import Selector, Sequence
 
 from rocs_bt.errors import InputError, unknown
-from rocs_bt.plan import Mission
+from rocs_bt.plan import Mission, mission_of
+from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Decorator, Outcome
 from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, Radians
 
 CORNERS = 12
@@ -22,6 +23,41 @@ LOW = 0.3
 
 DESCENT = 0.3
 """Speed of the descent to the ground [m/s]."""
+
+PASSED = 0.3
+"""Distance within which a point of a circle counts as passed [m]."""
+
+ATTEMPTS = 4
+"""How often each half of a circle is flown at most."""
+
+
+class Passes(Decorator):
+    """Ticks its child, a flight, and fails if the flight succeeds without having passed all points.
+
+    Args:
+        name: Name in displays.
+        child: The flight.
+        points: Points to pass, world frame: x, y, z [m].
+    """
+
+    def __init__(self, name: str, child: Behaviour, points: list[tuple[float, float, float]]) -> None:
+        super().__init__(name, child)
+        self._points = points
+        self._missed = set(points)
+
+    def tick_once(self) -> Outcome:
+        if self.status is not RUNNING:
+            self._missed = set(self._points)
+        knowledge, now = mission_of(self).knowledge, mission_of(self).clock.now()
+        pose = knowledge.robot.pose(now)
+        position = pose.x, pose.y, knowledge.signals.value("height", now)
+        self._missed = {point for point in self._missed if not dist(point, position) <= PASSED}
+        outcome = self.tick_child()
+        if outcome is SUCCESS and self._missed:
+            self.feedback_message = f"{len(self._missed)} of {len(self._points)} points were not passed"
+            outcome = FAILURE
+        self.status = outcome
+        return outcome
 
 
 def build(
@@ -35,7 +71,7 @@ def build(
     cruise: PositiveMetresPerSecond = 0.4,
     start: Radians = pi,
 ) -> Behaviour:
-    """Build a sequence: to the circle, twice two halves of it, back to the place `home`, and down.
+    """Build a sequence: to the circle, two halves of it at both heights, back to the place `home`, and down.
 
     Args:
         mission: Context of the mission.
@@ -72,14 +108,27 @@ def build(
             height=height,
         )
 
+    def inspected(name: str, begin: float, height: float) -> Behaviour:
+        """Fly along half a circle; if it has missed points, fly back and try again."""
+
+        def attempt(number: int) -> Behaviour:
+            flight = leg(f"{name}, attempt {number}", half(begin), height)
+            passes = Passes(f"{name}, all points", flight, [(x, y, height) for x, y in half(begin)])
+            if number == 1:
+                return passes
+            back = leg(f"{name}, back {number}", half(begin)[::-1], height)
+            return Sequence(f"{name} again", memory=True, children=[back, passes])
+
+        return Selector(name, memory=True, children=[attempt(number + 1) for number in range(ATTEMPTS)])
+
     begin = half(start)[0]
     away = centre.x + 1.2 * (begin[0] - centre.x), centre.y + 1.2 * (begin[1] - centre.y)
     legs = [leg("to the circle", [away, begin], first)]
     for name, height in (("first", first), ("second", second)):
         legs += [
             leg(f"{name} height", [begin, begin], height),
-            leg(f"{name} circle, first half", half(start), height),
-            leg(f"{name} circle, second half", half(start + pi), height),
+            inspected(f"{name} circle, first half", start, height),
+            inspected(f"{name} circle, second half", start + pi, height),
         ]
     return Sequence(
         f"inspect {object}",

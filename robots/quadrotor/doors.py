@@ -37,14 +37,14 @@ class ObserveDoors(Analyze):
     """Sets `open` of doors in view: true if beams pass through, false if echoes come from the door itself.
 
     Pose, `width` and `height` of a door must be known; its pose points through the doorway. Only beams count that have
-    their cone between the posts, and at the present tilt below the top of the doorway. A door is open only if beams
-    have also passed through `min_width` of it side by side. Each result has an `observation` of the door with pose of
-    the robot, time and confidence, made by this robot.
+    their cone between the posts, and at the present tilt above the floor and below the top of the doorway. A door is
+    open only if beams have also passed through `min_width` of it side by side. Each result has an `observation` of the
+    door with pose of the robot, time and confidence, made by this robot.
 
     Args:
         ranges: Signal with the ranges of the ring, anticlockwise from straight ahead, with equal angles between beams.
         radius: Distance of the range finders from the centre of the robot [m].
-        below: Distance of the range finders below the origin of the robot [m].
+        height: Height of the range finders above the origin of the robot [m].
         half_angle: Half the opening angle of each beam [rad].
         max_range: Maximum range [m].
         depth: Distance behind the door up to which an echo counts as the door [m].
@@ -59,7 +59,7 @@ class ObserveDoors(Analyze):
         *args: Any,
         ranges: str,
         radius: Metres,
-        below: Metres,
+        height: Metres,
         half_angle: Radians,
         max_range: Metres,
         depth: Metres = 0.3,
@@ -72,7 +72,7 @@ class ObserveDoors(Analyze):
             raise InputError(
                 f"radius, half_angle, max_range, depth and min_width of '{self.name}' must be above 0, found {found}."
             )
-        self._ranges, self._radius, self._below, self._half_angle = ranges, radius, below, half_angle
+        self._ranges, self._radius, self._above, self._half_angle = ranges, radius, height, half_angle
         self._max_range, self._depth, self._min_width = max_range, depth, min_width
         self._state: dict[str, Sequence[float]] = {}
         self._odds: dict[str, float] = {}
@@ -103,8 +103,8 @@ class ObserveDoors(Analyze):
         near, far, aside = self._crossings(pose, len(ranges))
         inside = (near > 0.0) & (far + self._depth < self._max_range)
         inside &= np.abs(aside).max(axis=1) < 0.5 * width - MARGIN
-        z, tilt = self._state["height"][0] - self._below, math.tan(self._state["tilt"][0])
-        inside &= (z - tilt * (far + self._depth) > MARGIN) & (z + tilt * (far + self._depth) < height - MARGIN)
+        z, rise = self._state["height"][0] + self._above, math.tan(self._state["tilt"][0] + self._half_angle)
+        inside &= (z - rise * (far + self._depth) > MARGIN) & (z + rise * (far + self._depth) < height - MARGIN)
         passed = inside & (ranges > far + self._depth)
         stopped = inside & (ranges > near - MARGIN) & (ranges <= far + self._depth)
         if not (passed | stopped).any():

@@ -16,6 +16,7 @@ from rocs_bt.units import Metres
 GRAVITY = 9.81  # [m/s2]
 MAX_TILT = math.tan(math.radians(20.0))  # tangent of the maximum tilt that is commanded
 MAX_CHANGE = 3.0  # [m/s2, rad/s2] maximum rate of change of the velocity that is tracked
+SPEED_UP = 1.2  # [m/s2] the same in the plane while it becomes faster, as after a take-off
 SMOOTH = 0.05  # [s] time constant with which a command is smoothed: one control period
 VELOCITY_GAIN, POSITION_GAIN = 3.0, 1.5  # [1/s]
 WIND_GAIN, MAX_WIND = 1.5, 2.0  # [1/s2], [m/s2] integral of the velocity error, against wind and a wrong mass
@@ -32,6 +33,7 @@ class Rotors(MujocoActuator):
     """Body twists: forward, left, up [m/s] and turn [rad/s].
 
     The rotors are off on the ground. The first command to move starts a take-off; the body moves in the plane after it.
+    A command to rest pauses the take-off.
     Commanded to rest, it holds position, height and yaw. It stops the rotors when a descent ends on something solid.
 
     Args:
@@ -78,7 +80,7 @@ class Rotors(MujocoActuator):
         if not self._flies and not self._starts((x, y, z), yaw):
             return
         forward, left, up, turn = self._wanted
-        if self._takes_off:
+        if self._takes_off and any(self._wanted):
             forward = left = turn = 0.0
             up = self._rise(z)
         c, s = math.cos(yaw), math.sin(yaw)
@@ -215,6 +217,7 @@ class Rotors(MujocoActuator):
     def _follow(self, axis: int, wanted: float) -> float:
         """Move the tracked velocity of an axis toward the desired one; returns its rate of change [m/s2, rad/s2]."""
         change = (wanted - self._tracked[axis]) / SMOOTH
-        change = max(-MAX_CHANGE, min(MAX_CHANGE, change))
+        most = SPEED_UP if axis < 2 and change * self._tracked[axis] >= 0.0 else MAX_CHANGE
+        change = max(-most, min(most, change))
         self._tracked[axis] += change * self._step
         return change

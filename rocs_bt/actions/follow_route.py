@@ -76,7 +76,7 @@ class FollowRoute(PathAction):
         patience: Time without progress after which the action fails as STUCK [s].
         heading: Yaw on the way: `along` the route, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
             An angle holds on arrival, too, within 5 deg.
-        height: Height to fly at [m]; no change by default.
+        height: Height to fly at [m], 0.15 m away from what `above` and `below` detect; no change by default.
     """
 
     live: ClassVar[tuple[str, ...]] = ("points",)

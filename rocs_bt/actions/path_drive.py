@@ -223,6 +223,8 @@ class PathDrive:
     def follow(self, pose: Pose2, reference: Reference) -> Action:
         """Compute the motion of this period with the follower, and return the action that commands it."""
         body = self._body
+        if self._altitude is not None and self._altitude.climbs_first():
+            return self.brake()
         if self._backward:  # the follower plans for a robot turned by 180 deg
             pose = Pose2(pose.x, pose.y, wrap_angle(pose.yaw + math.pi))
         measured = None if self._owns_motion else self._measured()

@@ -226,7 +226,7 @@ class MockRangeCone(MockSensor):
         found = []
         for site in self.parameters.sites:
             x, y, yaw = self.robot.pose.compose(self.robot.mounts[site])
-            nearest = min(self.robot.world.ray(x, y, yaw + angle) for angle in self.parameters.angles)
+            nearest = min(self.robot.world.ray(x, y, yaw + left) for left, _ in self.parameters.angles)
             found.append(math.inf if nearest > high else max(nearest, low))
         return found
 

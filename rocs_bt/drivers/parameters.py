@@ -90,13 +90,15 @@ class RangeConeParameters:
         sites: Sites of the model, one per beam; the axis of the beam is the +z axis of the site.
         range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
         half_angle: Half the opening angle of a beam [rad].
-        rays: Number of rays per beam, evenly spaced over the opening angle; the nearest hit is the range.
+        rays: Number of rays per beam and layer, evenly spaced over the opening angle; the nearest hit is the range.
+        layers: Number of layers of rays, evenly spaced over the opening angle; one is a fan in the plane of the body.
     """
 
     sites: tuple[str, ...]
     range: tuple[Metres, ...]
     half_angle: Radians = 0.0
     rays: int = 1
+    layers: int = 1
 
     def __post_init__(self) -> None:
         if not self.sites:
@@ -104,8 +106,9 @@ class RangeConeParameters:
         _check_distinct("sites", self.sites)
         if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1]:
             raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
-        if not 1 <= self.rays <= MAX_SIZE:
-            raise InputError(Fault(f"rays must be 1 to {MAX_SIZE} for each beam, found {self.rays}."))
+        for name in ("rays", "layers"):
+            if not 1 <= getattr(self, name) <= MAX_SIZE:
+                raise InputError(Fault(f"{name} must be 1 to {MAX_SIZE} for each beam, found {getattr(self, name)}."))
         if not 0.0 <= self.half_angle < math.pi / 2:
             raise InputError(
                 Fault(f"half_angle must be less than 90 deg, found {math.degrees(self.half_angle):.4g} deg.")
@@ -117,11 +120,12 @@ class RangeConeParameters:
         return len(self.sites)
 
     @property
-    def angles(self) -> list[float]:
-        """Angles between the rays of a beam and its axis, left positive [rad]."""
-        if self.rays == 1:
-            return [0.0]
-        return [self.half_angle * (2.0 * i / (self.rays - 1) - 1.0) for i in range(self.rays)]
+    def angles(self) -> list[tuple[float, float]]:
+        """Angles between each ray of a beam and its axis, left and up positive [rad]."""
+        return [(left, up) for up in self._spread(self.layers) for left in self._spread(self.rays)]
+
+    def _spread(self, count: int) -> list[float]:
+        return [self.half_angle * (2.0 * i / (count - 1) - 1.0) for i in range(count)] if count > 1 else [0.0]
 
 
 @dataclass(frozen=True, kw_only=True)

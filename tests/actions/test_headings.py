@@ -56,7 +56,8 @@ class Device(Actuator):
 class Robot:
     """Agent's Execute on such a body, in lockstep."""
 
-    def __init__(self, kind="mecanum"):
+    def __init__(self, kind="mecanum", ranges=None):
+        self.ranges = ranges or {}
         self.locomotion = locomotion = BODIES[kind]
         self.clock, self.sink, self.device = SimulatedClock(PERIOD), ListSink(), Device(locomotion)
         self.pose, self.height, self.sees_height, self.path = Pose2(0.0, 0.0), 0.0, True, []
@@ -66,6 +67,8 @@ class Robot:
         signals += [("lateral_speed", (SPEED,)), ("climb", (SPEED,)), ("height", (LENGTH,))]
         for name, dimensions in signals:
             self.knowledge.signals.declare(Signal(name, len(dimensions), dimensions, max_age=0.15))
+        for name in self.ranges:
+            self.knowledge.signals.declare(Signal(name, 2, (LENGTH, LENGTH), max_age=0.15))
         if locomotion.wheels:
             self.knowledge.signals.declare(Signal("wheel_speeds", len(locomotion.wheels), (SPEED,), max_age=0.15))
         self.knowledge.signals.freeze()
@@ -96,6 +99,8 @@ class Robot:
         if self.sees_height:
             signals.write("climb", [twist.up], t)
             signals.write("height", [self.height], t)
+        for name, measure in self.ranges.items():
+            signals.write(name, measure(self), t)
         if self.locomotion.wheels:
             signals.write("wheel_speeds", self.device.values, t)
 
@@ -360,6 +365,53 @@ class TestHeight:
             robot.sense()
             robot.run()
         assert ticket.failure.reason is Reason.STUCK
+
+    def test_it_keeps_its_distance_from_a_thing_below_also_while_few_beams_detect_it(self):
+        def below(robot):
+            over = robot.pose.x < 0.8 and robot.clock.now() % 0.5 < 0.05  # in one of ten periods
+            return [robot.height, robot.height - 0.5 if over else robot.height]
+
+        robot = Robot("flying", {"below": below})
+        robot.place("dock", 2.0, 0.0, "goal")
+        robot.height = 0.9
+        robot.sense()
+        assert robot.go(GoTo(goal="dock", height=0.3, cruise=0.2)).state is TicketState.SUCCEEDED
+        assert min(h for x, _, _, h in robot.path if x < 0.8) > 0.6
+        assert robot.height == pytest.approx(0.3, abs=0.06)
+
+    def test_it_keeps_its_distance_from_a_roof_and_flies_in_the_middle_of_a_narrow_gap(self):
+        robot = Robot("flying", {"above": lambda robot: [1.0 - robot.height] * 2})
+        robot.place("dock", 2.0, 0.0, "goal")
+        robot.pipeline.submit(GoTo(goal="dock", height=1.5), Priority.NORMAL, "test")
+        robot.run(240)
+        assert max(h for *_, h in robot.path) == pytest.approx(0.85, abs=0.03)
+        narrow = {"above": lambda robot: [0.6 - robot.height] * 2, "below": lambda robot: [robot.height - 0.4] * 2}
+        robot = Robot("flying", narrow)
+        robot.place("dock", 2.0, 0.0, "goal")
+        robot.height = 0.45
+        robot.sense()
+        robot.pipeline.submit(GoTo(goal="dock", height=1.5), Priority.NORMAL, "test")
+        robot.run(240)
+        assert robot.height == pytest.approx(0.5, abs=0.03)
+
+    @pytest.mark.parametrize(("group", "height"), [("below", 0.3), ("above", 1.5)])
+    def test_it_does_not_move_toward_an_invalid_range(self, group, height):
+        robot = Robot("flying", {group: lambda robot: [3.0, math.nan]})
+        robot.place("dock", 2.0, 0.0, "goal")
+        robot.height = 1.0
+        robot.sense()
+        robot.pipeline.submit(GoTo(goal="dock", height=height), Priority.NORMAL, "test")
+        robot.run(200)
+        assert robot.height == pytest.approx(1.0, abs=0.05)
+
+    def test_it_climbs_first_and_descends_while_it_moves(self):
+        robot = self.flying()
+        robot.go(GoTo(goal="dock", height=1.0))
+        assert max(x for x, _, _, h in robot.path if h < 0.6) < 0.1
+        robot.place("dock", 0.0, 0.0, "goal")
+        before = len(robot.path)
+        robot.go(GoTo(goal="dock", height=0.3, heading="keep"))
+        assert min(h for x, _, _, h in robot.path[before:] if x > 1.5) < 0.9
 
     def test_without_a_height_it_stays_level(self):
         robot = self.flying()

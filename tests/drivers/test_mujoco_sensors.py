@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import mujoco
@@ -223,6 +224,7 @@ def test_noise_is_the_sensors_own_and_repeats(make_world: MakeWorld) -> None:
     [
         ({"sites": ["sonar0", "sonar99"]}, "no site for sensor 'sonar' is named 'sonar99'"),
         ({"rays": 0}, "rays must be 1 to 1000 for each beam, found 0"),
+        ({"layers": 0}, "layers must be 1 to 1000 for each beam, found 0"),
         ({"rays": 1001}, "rays must be 1 to 1000 for each beam, found 1001"),
         ({"range": [1.0, 0.1]}, "the minimum and the maximum distance"),
         ({"half_angel": 0.1}, r"no parameter of .* is named 'half_angel'.*Did you mean 'half_angle'"),
@@ -235,6 +237,38 @@ def test_wrong_parameters_are_told(p3dx: RobotSpec, tmp_path: object, changes: d
     placed = RobotInstance("R2", p3dx.model, [SensorMount("sonar", "range_cone", {**spec.parameters, **changes})])
     with pytest.raises(InputError, match=message):
         compose_world(p3dx.model.parents[2] / "scenarios" / "worlds" / "arena_box.xml", [placed])
+
+
+CONE = math.radians(20.0)
+
+
+@pytest.mark.parametrize(
+    ("axis", "target", "seen"),
+    [
+        ("1 0 0", "1 0 0.3", True),  # 17 deg up
+        ("1 0 0", "1 0 -0.3", True),
+        ("1 0 0", "1 0.3 0", True),
+        ("1 0 0", "1 0.25 0.25", True),
+        ("1 0 0", "1 0 0.5", False),
+        ("0 0 -1", "0 0.3 -1", True),
+        ("0 0 -1", "0.3 0 -1", True),
+        ("0 0 -1", "0.5 0 -1", False),
+        ("1 0 -1", "1 0 -0.6", True),  # 14 deg over the axis
+        ("1 0 -1", "1 0 -0.2", False),
+    ],
+)
+def test_layers_spread_the_rays_of_a_beam_in_all_directions(tmp_path: Path, axis: str, target: str, seen: bool) -> None:
+    robot, world = tmp_path / "robot.xml", tmp_path / "world.xml"
+    robot.write_text(
+        '<mujoco><worldbody><body name="base"><freejoint/><geom name="hull" size="0.01"/>'
+        f'<site name="eye" zaxis="{axis}"/></body></worldbody></mujoco>'
+    )
+    x, y, z = map(float, target.split())
+    world.write_text(f'<mujoco><worldbody><geom name="ball" size="0.09" pos="{x} {y} {z + 2.0}"/></worldbody></mujoco>')
+    parameters = {"sites": ["eye"], "range": [0.0, 3.0], "half_angle": CONE, "rays": 9, "layers": 9}
+    found = compose_world(world, [RobotInstance("R", robot, [SensorMount("cone", "range_cone", parameters)])])
+    found.data.qpos[2] = 2.0
+    assert math.isfinite(make_sensor(found, "R", "cone", "range_cone", parameters).read().values[0]) == seen
 
 
 class Tilt(MujocoSensor):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from pathlib import Path
 
@@ -37,7 +38,7 @@ tolerance = "0.1 m"
 [[agent]]
 name = "D"
 robot = "drone"
-mission = "go_to"
+mission = "{mission}"
 rules = {rules}
 x = "0 m"
 y = "0 m"
@@ -46,6 +47,29 @@ success = {{ goal = "goal" }}
 goal = "goal"
 cruise = "0.8 m/s"
 """
+
+
+MISSION = """
+from math import inf
+
+from py_trees.composites import Sequence
+from rocs_bt.plan import Mission
+from rocs_bt.units import Metres, PositiveMetresPerSecond, PositiveSeconds
+
+
+def build(
+    mission: Mission,
+    *,
+    goal: str,
+    cruise: PositiveMetresPerSecond,
+    rise: PositiveSeconds = 1.0,
+    height: Metres = inf,
+    hover: bool = False,
+):
+    go = mission.act("SetTwist", turn=0.001, duration=20.0) if hover else mission.act("GoTo", goal=goal, height=height)
+    return Sequence("fly", memory=True, children=[mission.act("SetTwist", up=0.4, duration=rise), go])
+"""
+"""Climbs at 0.4 m/s, then goes to the goal at a height, or hovers."""
 
 
 class Flight:
@@ -58,6 +82,9 @@ class Flight:
         *,
         rules: bool = True,
         charge: float = 1.0,
+        mission: str = "go_to",
+        parameters: str = "",
+        actors: str = "",
         duration: float = 15.0,
         prepare: Callable[[SimulatedWorld], None] | None = None,
     ) -> None:
@@ -65,7 +92,12 @@ class Flight:
             "scenarios/worlds/field.xml": '<mujoco><worldbody><geom name="floor" type="plane" size="9 9 1"/>'
             f"{geoms}</worldbody></mujoco>",
             "robots/drone/robot.toml": ROBOT.format(charge=charge),
-            "scenarios/fly.toml": SCENARIO.format(duration=duration, rules='["airborne"]' if rules else "[]"),
+            "planners/missions/rise.py": MISSION,
+            "scenarios/fly.toml": SCENARIO.format(
+                duration=duration, rules='["airborne"]' if rules else "[]", mission=mission
+            )
+            + parameters
+            + actors,
         }
         for name, text in files.items():
             (project / name).parent.mkdir(parents=True, exist_ok=True)
@@ -105,7 +137,7 @@ def test_low_battery_lands(tmp_path: Path) -> None:
     assert found.agent.collisions == 0
 
 
-@pytest.mark.parametrize("sensor", ["ring", "vertical", "height"])
+@pytest.mark.parametrize("sensor", ["ring", "vertical", "height", "twist"])
 def test_a_lost_sensor_makes_it_hover_and_then_land(tmp_path: Path, sensor: str) -> None:
     found = Flight(tmp_path, duration=11.0, prepare=lambda world: break_sensor(world, sensor, DeadSensor, at=2.5))
     assert found.fired == {"Blind"}
@@ -113,3 +145,69 @@ def test_a_lost_sensor_makes_it_hover_and_then_land(tmp_path: Path, sensor: str)
     assert max(abs(e.x - hover[0].x) for e in hover) < 0.02
     assert all(e.height == pytest.approx(0.4, abs=0.03) for e in hover)
     assert found.moves[-1].height == pytest.approx(0.1, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    ("low", "high"),
+    [(0.0, 0.34), (0.31, 0.33), (0.38, 0.5), (0.4, 0.44), (0.48, 0.6)],
+    ids=str,
+)
+def test_it_does_not_touch_a_bar_at_any_height_of_its_body(tmp_path: Path, low: float, high: float) -> None:
+    bar = f'<geom name="bar" type="box" size="0.05 3 {0.5 * (high - low)}" pos="1.6 0 {0.5 * (high + low)}"/>'
+    found = Flight(tmp_path, bar)
+    assert found.agent.collisions == 0
+    assert found.fired & {"Climb", "Halt"}
+
+
+def test_it_stops_its_take_off_under_a_roof(tmp_path: Path) -> None:
+    found = Flight(tmp_path, '<geom name="roof" type="box" size="2 2 0.02" pos="0 0 0.42"/>', duration=6.0)
+    assert found.agent.collisions == 0
+    assert "StopClimb" in found.fired
+
+
+def test_it_stops_a_climb_under_a_roof(tmp_path: Path) -> None:
+    roof = '<geom name="roof" type="box" size="2 2 0.02" pos="0 0 1.5"/>'
+    found = Flight(tmp_path, roof, mission="rise", parameters='rise = "9 s"\nhover = true\n', duration=8.0)
+    assert found.agent.collisions == 0
+    assert found.fired == {"StopClimb"}
+    assert max(e.height for e in found.moves) > 1.2
+
+
+def test_a_height_beyond_a_roof_is_not_reached(tmp_path: Path) -> None:
+    """The action keeps its distance by the ranges alone, without the rules."""
+    roof = '<geom name="roof" type="box" size="4 4 0.02" pos="1 0 1.6"/>'
+    found = Flight(tmp_path, roof, rules=False, mission="rise", parameters='height = "2 m"\n', duration=10.0)
+    assert found.agent.collisions == 0
+    assert found.moves[-1].x == pytest.approx(3.0, abs=0.1)
+    assert 1.3 < max(e.height for e in found.moves) < 1.45
+
+
+def test_it_descends_behind_what_it_flies_over(tmp_path: Path) -> None:
+    """Also by the ranges alone."""
+    table = '<geom name="table" type="box" size="0.5 0.6 0.02" pos="1 0 0.6"/>'
+    found = Flight(
+        tmp_path, table, rules=False, mission="rise", parameters='rise = "2.5 s"\nheight = "0.4 m"\n', duration=15.0
+    )
+    assert (found.agent.outcome, found.agent.collisions) == ("success", 0)
+    assert min(e.height for e in found.moves if 0.3 < e.x < 1.8) > 0.7
+    assert found.moves[-1].height == pytest.approx(0.4, abs=0.1)
+
+
+@pytest.mark.parametrize("bearing", [0, 45, 90, 101, 107, 112, 118, 135, 180, -112])
+def test_it_evades_a_post_that_comes_from_any_side(tmp_path: Path, bearing: float) -> None:
+    c, s = math.cos(math.radians(bearing)), math.sin(math.radians(bearing))
+    post = '<body name="post" mocap="true" pos="0 0 0.5"><geom type="cylinder" size="0.05 0.5"/></body>'
+    slide = f"""
+[[actor]]
+name = "post"
+script = "slide"
+x = "{1.2 * c} m"
+y = "{1.2 * s} m"
+to_x = "{0.2 * c} m"
+to_y = "{0.2 * s} m"
+depart_at = "2 s"
+duration = "6.7 s"
+"""
+    found = Flight(tmp_path, post, mission="rise", parameters="hover = true\n", actors=slide, duration=10.0)
+    assert found.agent.collisions == 0
+    assert found.fired & {"BackOff", "DriftLeft", "DriftRight"}

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ...errors import InputError, unknown
 from ...knowledge.share import MessageQueue, packed
@@ -159,7 +160,7 @@ class RangeCone(MujocoSensor):
         addresses = [
             mount.world.sensor_address(mount.robot, f"{name}/{site}/{ray}")
             for site in self.parameters.sites
-            for ray in range(self.parameters.rays)
+            for ray in range(len(self.parameters.angles))
         ]
         self._addresses = np.array(addresses, dtype=np.intp)
 
@@ -174,10 +175,9 @@ class RangeCone(MujocoSensor):
             found = compiled.site(site)
             body = model.body(compiled.body(int(compiled.site_bodyid[found.id])).name)
             axis = _axis(found.quat)
-            for ray, angle in enumerate(wanted.angles):
-                c, s = math.cos(angle), math.sin(angle)
+            for ray, (left, up) in enumerate(wanted.angles):
                 quat = np.zeros(4)
-                mujoco.mju_quatZ2Vec(quat, np.array([c * axis[0] - s * axis[1], s * axis[0] + c * axis[1], axis[2]]))
+                mujoco.mju_quatZ2Vec(quat, _ray(axis, left, up))
                 label = f"{name}/{site}/{ray}"
                 body.add_site(name=label, pos=found.pos, quat=quat, size=[0.001] * 3, group=5)
                 model.add_sensor(
@@ -191,7 +191,7 @@ class RangeCone(MujocoSensor):
     def sample(self) -> list[float]:
         rays = self.mount.world.sensed(self._addresses)  # -1 where a ray hits nothing
         nearest: list[float] = (
-            np.where(rays < 0.0, math.inf, rays).reshape(-1, self.parameters.rays).min(axis=1).tolist()
+            np.where(rays < 0.0, math.inf, rays).reshape(len(self.parameters.sites), -1).min(axis=1).tolist()
         )
         return nearest
 
@@ -303,6 +303,18 @@ def _axis(quat: Any) -> list[float]:
     mujoco.mju_quat2Mat(matrix, quat)
     axis: list[float] = matrix.reshape(3, 3)[:, 2].tolist()
     return axis
+
+
+def _ray(axis: Sequence[float], left: float, up: float) -> npt.NDArray[np.float64]:
+    """Direction of a ray at angles to the left and up from the axis of its beam, shape (3,)."""
+    c, s = math.cos(left), math.sin(left)
+    x, y, z = axis
+    if math.hypot(x, y) > 1e-6:
+        turned = np.array([c * x - s * y, s * x + c * y, z])
+        across = np.array([-turned[1], turned[0], 0.0]) / math.hypot(x, y)
+    else:  # a vertical beam: its rays spread along the y and x axes of the body
+        turned, across = np.array([0.0, s, c * z]), np.array([0.0, c, -s * z])
+    return math.cos(up) * turned + math.sin(up) * np.cross(turned, across)
 
 
 def _require_sites(model: Any, sites: Sequence[str], sensor: str) -> None:
