@@ -8,11 +8,12 @@ from functools import partial
 from typing import Any
 
 from ..agent import RobotDevices, robot_locomotion
-from ..catalog import ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
+from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
 from ..drivers import read_parameters
 from ..drivers.mujoco import (
+    FreeObject,
     MujocoActuator,
     MujocoWorld,
     RobotInstance,
@@ -115,7 +116,7 @@ def build_world(
             for a in scenario.agents
         },
         actors=[
-            *_moving(objects, scenario, seed),
+            *objects,
             *_actors(world, catalog, scenario, robots, seed, wheels),
             *push_schedules(scenario, seed, world, sink),
         ],
@@ -177,10 +178,7 @@ def _compose(
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
         placed.append(RobotInstance(name, spec.model, mounts))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
-    masses = {}
-    for actor in (m for m in scenario.actors if m.script == FREE):
-        with located_at(scenario.file, actor.line):
-            masses[actor.name] = read_parameters(FreeParameters, actor.parameters, f"{FREE} '{actor.name}'").mass
+    free = [_free_object(scenario, actor) for actor in scenario.actors if not actor.robot and actor.script == FREE]
     named = (scenario.name, seed) if any(ground.kind == "rough" for ground in scenario.grounds) else ()
     grounds = (*scenario.grounds, *named)
     key = (
@@ -188,14 +186,14 @@ def _compose(
         arena,
         step,
         grounds,
-        tuple(masses.items()),
+        tuple(free),
         *((name, spec.file, name in agents) for name, spec in robots.items()),
     )
 
     def compiled() -> Any:
         ground = ground_pieces(scenario, seed)
         return compile_model(
-            arena.path, placed, step=step, within=catalog.roots, text=arena.text, ground=ground, masses=masses
+            arena.path, placed, step=step, within=catalog.roots, text=arena.text, ground=ground, free=free
         )
 
     model = catalog.cached(key, compiled)
@@ -205,6 +203,15 @@ def _compose(
             with located_at(spec.file):
                 world.allow_ground_contact(name, spec.ground_contact)
     return world, robots
+
+
+def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
+    with located_at(scenario.file, actor.line):
+        if actor.one_of:
+            message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
+            raise InputError(Fault(message, hint="Remove one_of."))
+        mass = read_parameters(FreeParameters, actor.parameters, f"{FREE} '{actor.name}'").mass
+    return FreeObject(actor.name, mass, scenario.file, actor.line)
 
 
 def _mount(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec) -> SensorMount:
@@ -269,26 +276,29 @@ def _actors(
 
 
 def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
-    made = []
+    """Place all objects of the scenario, and construct those that follow their scripts."""
+    made, at_rest = [], _at_rest(scenario, seed)
     for actor in (m for m in scenario.actors if not m.robot):
-        rng = stream(scenario.name, seed, actor.name, START)
+        start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
         with located_at(scenario.file, actor.line):
-            made.append(
-                make_scripted_object(
-                    actor.script,
-                    actor.parameters,
-                    name=actor.name,
-                    world=world,
-                    start=jittered(actor.pose, actor.jitter, rng),
-                    rng=stream(scenario.name, seed, actor.name, actor.script),
-                    period=scenario.rate.control_rate.period,
-                )
+            each = make_scripted_object(
+                actor.script,
+                actor.parameters,
+                name=actor.name,
+                world=world,
+                start=start,
+                rng=stream(scenario.name, seed, actor.name, actor.script),
+                period=scenario.rate.control_rate.period,
             )
+        if actor.name in at_rest:
+            world.place_object(actor.name, start)  # a script may begin at another pose
+        else:
+            made.append(each)
     return made
 
 
-def _moving(objects: Sequence[ScriptedObject], scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
-    """Objects that follow their scripts: those without a group, and of each group one, selected by the seed."""
+def _at_rest(scenario: ScenarioSpec, seed: int) -> set[str]:
+    """Objects that do not follow their scripts: of each group all except one, which the seed selects."""
     groups: dict[str, list[str]] = {}
     for actor in scenario.actors:
         if actor.one_of:
@@ -296,8 +306,7 @@ def _moving(objects: Sequence[ScriptedObject], scenario: ScenarioSpec, seed: int
     selected = [
         names[int(stream(scenario.name, seed, group, CHOICE).integers(len(names)))] for group, names in groups.items()
     ]
-    at_rest = {name for names in groups.values() for name in names}.difference(selected)
-    return [each for each in objects if each.name not in at_rest]
+    return {name for names in groups.values() for name in names}.difference(selected)
 
 
 def _goals_of(scenario: ScenarioSpec, agent: str | None = None) -> list[Goal]:

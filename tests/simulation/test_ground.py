@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -227,6 +228,22 @@ def test_a_boom_swings_periodically_with_the_phase_of_the_seed(swinging) -> None
     assert yaws(swinging(-3.0, seed=2)[0], 1.0) != found[:20]
 
 
+def test_only_the_selected_boom_of_a_group_has_a_phase(swinging, tmp_path) -> None:
+    swinging(-3.0)
+    world = tmp_path / "scenarios/worlds/yard.xml"
+    boom = BOOM[BOOM.index("<body") : BOOM.index("</worldbody>")]
+    world.write_text(BOOM.replace(boom, boom + boom.replace("boom", "gate").replace("beam", "bar")))
+    actor = SCENARIO[SCENARIO.index("[[actor]]") :].replace("script", 'one_of = "barriers"\nscript')
+    text = SCENARIO.partition("[[actor]]")[0] + actor + actor.replace('"boom"', '"gate"').replace("0.5 m", "-6 m")
+    (tmp_path / "scenarios/swing.toml").write_text(text.format(x=-3.0))
+    catalog = Catalog(tmp_path)
+    simulated = build_world(catalog.load_scenario("swing"), catalog, 1, ListSink())
+    (moving,) = (actor.name for actor in simulated.actors)
+    turned = {name: abs(simulated.world.object_pose(name).yaw - math.pi / 2) for name in ("boom", "gate")}
+    assert turned.pop(moving) > 0.05
+    assert list(turned.values()) == [pytest.approx(0.0)]
+
+
 def test_a_boom_that_hits_a_robot_is_a_contact(swinging) -> None:
     simulated, _ = swinging(1.5, seed=6)
     yaws(simulated, 2.0)
@@ -250,10 +267,10 @@ mass = "{mass} kg"
 
 @pytest.fixture
 def pushing(swinging, tmp_path):
-    def build(mass: float = 2.0, yaw: float = 0.0):
-        text = SCENARIO.format(x=0).partition("[[actor]]")[0] + FREE_CRATE.format(mass=mass, yaw=yaw)
+    def build(mass: float = 2.0, yaw: float = 0.0, body: str = "", more: str = ""):
+        text = SCENARIO.format(x=0).partition("[[actor]]")[0] + FREE_CRATE.format(mass=mass, yaw=yaw) + more
         (tmp_path / "scenarios/crate.toml").write_text(text.replace("yard", "store"))
-        (tmp_path / "scenarios/worlds/store.xml").write_text(CRATE)
+        (tmp_path / "scenarios/worlds/store.xml").write_text(CRATE.replace("</body>", f"{body}</body>"))
         catalog = Catalog(tmp_path)
         return build_world(catalog.load_scenario("crate"), catalog, 1, ListSink())
 
@@ -302,13 +319,49 @@ def test_a_check_puts_objects_at_their_starts(pushing, tmp_path) -> None:
     assert list(check_feasible(catalog.load_scenario("crate"), catalog)) == []
 
 
-def test_an_object_that_the_world_lacks_cannot_be_free(pushing, tmp_path) -> None:
+VISUAL = '<geom name="lid" size="0.3" pos="0 0 0.6" contype="0" conaffinity="0"/>'
+SMALL = '<geom name="small" type="box" size="0.15 0.3 0.05" pos="0 0 0.2" mass="9"/>'
+
+
+@pytest.mark.parametrize(
+    ("body", "centre"),
+    [
+        ("", 0.0),
+        (VISUAL, 0.0),
+        (SMALL, 0.05),
+        (f'<body pos="0 0 0.2">{SMALL.replace("0 0 0.2", "0 0 0")}</body>', 0.05),
+    ],
+    ids=["one geom", "with a visual geom", "two geoms", "with a child"],
+)
+def test_the_mass_of_a_free_object_is_shared_by_volume(pushing, body, centre) -> None:
+    world = pushing(body=body).world
+    root = world.model.body("crate").id
+    assert world.model.body_subtreemass[root] == pytest.approx(2.0)
+    mujoco.mj_forward(world.model, world.data)
+    assert world.data.subtree_com[root, 2] - world.data.xpos[root, 2] == pytest.approx(centre)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (('name = "crate"', 'name = "crates"'), "Did you mean 'crate'"),
+        (('name = "crate"', 'name = "crate"\none_of = "boxes"'), "Remove one_of"),
+        (('name = "crate"', 'name = "crate"\nrobot = "pioneer_p3dx"'), "script is named 'free'"),
+        (('mass = "2.0 kg"', ""), "mass"),
+        (("</body>", '<inertial pos="0 0 0" mass="7" diaginertia="1 1 1"/></body>'), "has an <inertial>"),
+        (('size="0.15 0.3 0.15"', 'size="1 1 1" contype="0" conaffinity="0"'), "has no geom that collides"),
+    ],
+)
+def test_faults_of_free_objects_name_their_line(pushing, tmp_path, change, fault) -> None:
     pushing()
-    file = tmp_path / "scenarios/crate.toml"
-    file.write_text(file.read_text().replace('name = "crate"', 'name = "crates"'))
+    for file in (tmp_path / "scenarios/crate.toml", tmp_path / "scenarios/worlds/store.xml"):
+        file.write_text(file.read_text().replace(*change))
     catalog = Catalog(tmp_path)
-    with pytest.raises(InputError, match="Did you mean 'crate'"):
+    with pytest.raises(InputError, match=fault) as caught:
         build_world(catalog.load_scenario("crate"), catalog, 1, ListSink())
+    (found,) = caught.value.faults
+    assert found.file == tmp_path / "scenarios/crate.toml"
+    assert found.line == 13
 
 
 AREA = 'x = "0 m"\ny = "0 m"\nlength = "{0} m"\nwidth = "{0} m"\nheight = "1 cm"\n'

@@ -5,7 +5,7 @@ MuJoCo itself is imported only when a world is constructed.
 
 from .actuators import ACTUATORS, MujocoActuator, Velocity, make_actuator
 from .body import Controls, Motors
-from .compose import RobotInstance, SensorMount, compile_model, compose_world
+from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
 from .lidar import Rays
 from .mount import DriverWorld, Mount
 from .sensor import MujocoSensor
@@ -18,6 +18,7 @@ __all__ = [
     "Contact",
     "Controls",
     "DriverWorld",
+    "FreeObject",
     "Motors",
     "Mount",
     "MujocoActuator",

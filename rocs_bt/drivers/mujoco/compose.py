@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
@@ -17,6 +18,8 @@ from .sensor import MujocoSensor
 from .sensors import SENSORS
 from .terrain import GroundPiece, add_ground
 from .world import MujocoWorld
+
+_DENSITY = 1000.0  # [kg/m3] density of free objects in the compiler, before their masses are set
 
 
 @dataclass(frozen=True)
@@ -54,6 +57,22 @@ class RobotInstance:
     sensors: Sequence[SensorMount] = ()
 
 
+@dataclass(frozen=True)
+class FreeObject:
+    """Mocap body of an arena that becomes a free body.
+
+    Attributes:
+        name: Name of the body.
+        mass: Mass [kg], shared by the colliding geoms of the body and its children in proportion to their volumes.
+        file, line: Location of the object's table in a scenario, for messages.
+    """
+
+    name: str
+    mass: float
+    file: Path | None = None
+    line: int = 0
+
+
 def compose_world(
     arena: Path,
     robots: Sequence[RobotInstance],
@@ -86,7 +105,7 @@ def compile_model(
     within: Sequence[Path] = (),
     text: str | None = None,
     ground: Sequence[GroundPiece] = (),
-    masses: Mapping[str, float] = {},
+    free: Sequence[FreeObject] = (),
 ) -> Any:
     """Compile the MjModel of an arena and its robots. Several worlds can use it, one after the other.
 
@@ -101,18 +120,20 @@ def compile_model(
         within: Folders with files that a model may reference, in addition to those in the model's own folder.
         text: MJCF text of a generated arena; `arena` is then only its name in faults.
         ground: Ground that is not level, added to the floor.
-        masses: Masses [kg] of mocap bodies of the arena that become free bodies, by name.
+        free: Mocap bodies of the arena that become free bodies.
 
     Raises:
-        InputError: A file is missing or is not valid MJCF, or a model lacks an element that a driver needs.
+        InputError: A file is missing or is not valid MJCF, a model lacks an element that a driver needs, or the mass of
+            a free object cannot be set.
     """
     import mujoco
 
     sparse = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     spec = read_model(arena, within, text)
     add_ground(spec, ground)
-    for name, mass in masses.items():
-        _set_free(spec, name, mass)
+    for each in free:
+        with located_at(each.file, each.line):
+            _set_free(spec, each.name)
     for robot in robots:
         model = read_model(robot.model, within)
         jacobian = sparse if sparse in (model.option.jacobian, spec.option.jacobian) else spec.option.jacobian
@@ -130,7 +151,9 @@ def compile_model(
     # Sensors are computed when they are read, not at each step.
     spec.option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
     with _compiling(arena):
-        return spec.compile()
+        compiled = spec.compile()
+    _set_masses(compiled, free)
+    return compiled
 
 
 def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None) -> Any:
@@ -168,16 +191,46 @@ def _compiling(file: Path, what: str = "the model does not compile") -> Iterator
         raise InputError(Fault(f"{what}: {_one_line(error)}.", file, line, column)) from error
 
 
-def _set_free(spec: Any, name: str, mass: float) -> None:
-    """Make a mocap body of an arena a free body with a mass [kg], equally shared by its geoms."""
+def _set_free(spec: Any, name: str) -> None:
+    """Make a mocap body of an arena a free body; only its colliding geoms, all of one density, have a mass."""
     known = [body.name for body in spec.worldbody.bodies if body.mocap and body.name]
     if name not in known:
         raise UnknownName(unknown("mocap body", name, known, "The world"))
     body = spec.body(name)
+    if any(each.explicitinertial for each in (body, *body.find_all("body"))):
+        raise InputError(
+            Fault(
+                f"the world's body '{name}' has an <inertial>, and a free object has the mass of its script.",
+                hint="Remove the <inertial>.",
+            )
+        )
+    geoms = body.find_all("geom")
+    if not any(geom.contype or geom.conaffinity for geom in geoms):
+        raise InputError(
+            Fault(
+                f"the world's body '{name}' has no geom that collides, so a free object would fall through the floor.",
+                hint='Add a geom without contype="0" conaffinity="0" to it.',
+            )
+        )
     body.mocap = False
     body.add_freejoint()
-    for geom in body.geoms:
-        geom.mass = mass / len(body.geoms)
+    for geom in geoms:
+        geom.mass = math.nan if geom.contype or geom.conaffinity else 0.0  # NaN: density times volume
+        geom.density = _DENSITY
+
+
+def _set_masses(model: Any, free: Sequence[FreeObject]) -> None:
+    """Scale masses and inertias of free objects in a compiled model."""
+    import mujoco
+
+    for each in free:
+        root = model.body(each.name).id
+        bodies = model.body_rootid == root
+        factor = each.mass / float(model.body_mass[bodies].sum())
+        model.body_mass[bodies] *= factor
+        model.body_inertia[bodies] *= factor
+    if free:
+        mujoco.mj_setConst(model, mujoco.MjData(model))  # quantities that depend on masses
 
 
 def _check_base(model: Any, file: Path) -> None:
