@@ -118,12 +118,18 @@ class Table:
         """Read a boolean."""
         return bool(self._typed(key, bool, "true or false", default, False))
 
-    def integer(self, key: str, default: Any = _MISSING, low: int | None = None) -> int:
-        """Read an integer of at least `low`."""
-        value = self._typed(key, int, "a whole number", default, 0)
-        if low is not None and key in self.data and value < low:
+    def integer(self, key: str, default: Any = _MISSING, low: int | None = None, high: int | None = None) -> int:
+        """Read an integer of at least `low` and at most `high`."""
+        value = int(self._typed(key, int, "a whole number", default, low or 0))
+        if key not in self.data:
+            return value
+        if low is not None and value < low:
             self.fault(key, f"{key} must be at least {low}, found {value}.")
-        return int(value)
+            return low
+        if high is not None and value > high:
+            self.fault(key, f"{key} must be at most {high}, found {value}.")
+            return high
+        return value
 
     def texts(self, key: str, default: Any = _MISSING) -> list[str]:
         """Read a list of strings."""
@@ -160,7 +166,7 @@ class Table:
         """
         value = self.raw(key, default)
         if key not in self.data:
-            return 0.0 if value is None else value
+            return (low or 0.0) if value is None else value
         return self._quantity(key, value, dimension, low, high)
 
     def quantities(
@@ -240,7 +246,8 @@ class Table:
         if (low is not None and number < low) or (high is not None and number > high):
             span = f"at least {low:g}" if high in (None, math.inf) else f"between {low or 0:g} and {high:g}"
             self.fault(key, f"{key} must be {span} {dimension}, found '{value}'.")
-        elif high is None and math.isinf(number):
+            return low if low is not None and number < low else high or 0.0
+        if high is None and math.isinf(number):
             self.fault(key, f"{key} must be finite, found '{value}'.")
         return number
 

@@ -18,13 +18,19 @@ GROUND_KINDS = ("rough", "slope", "step")
 MOST_CELLS = 250_000
 """Maximum number of bumps of one rough ground."""
 
+MOST_STEPS = 100
+"""Maximum number of steps of one ground."""
+
+_SHORTEST = 0.01  # [m] minimum length and width of a ground, and minimum length of a step
+_HIGHEST = 10.0  # [m] maximum height of a ground over the floor
+
 
 @dataclass(frozen=True)
 class GroundSpec:
     """One `[[ground]]` table: a rectangle of the floor that is not level. It is no obstacle.
 
     Attributes:
-        name: Name, which also seeds the bumps of rough ground.
+        name: Name without `/`, which also seeds the bumps of rough ground.
         kind: One of `GROUND_KINDS`.
         pose: Centre of the rectangle, world frame; the length is along its x axis.
         length, width: Size of the rectangle [m].
@@ -83,22 +89,33 @@ def read_grounds(root: Table) -> tuple[GroundSpec, ...]:
 def _ground(table: Table) -> GroundSpec:
     kind = table.choice("kind", GROUND_KINDS)
     x, y = (table.quantity(key, LENGTH, low=-1e4, high=1e4) for key in ("x", "y"))
-    length, width = (table.quantity(key, LENGTH, low=0.01, high=1e3) for key in ("length", "width"))
+    length, width = (table.quantity(key, LENGTH, low=_SHORTEST, high=1e3) for key in ("length", "width"))
+    height = table.quantity("height", LENGTH, low=1e-4, high=_HIGHEST)
     grain = table.quantity("grain", LENGTH, 0.1, low=0.005, high=100.0)
     if kind == "rough" and (cells := length * width / grain**2) > MOST_CELLS:
         table.fault("grain", f"the ground has {cells:.0f} bumps; the maximum is {MOST_CELLS}.", "Use a coarser grain.")
     for key, owner in (("grain", "rough"), ("count", "step")):
         if key in table and kind != owner:
             table.fault(key, f"a ground of the kind '{kind}' has no '{key}'.", f"Only the kind '{owner}' has.")
+    count = table.integer("count", 1, low=1, high=MOST_STEPS)
+    if length / count < _SHORTEST:
+        each = f"the steps are {1e3 * length / count:.3g} mm long; the minimum is {1e3 * _SHORTEST:g} mm."
+        table.fault("count", each, "Use fewer steps or a greater length.")
+    if height * count > _HIGHEST * (1.0 + 1e-9):
+        total = f"the steps rise to {height * count:.3g} m; the maximum is {_HIGHEST:g} m."
+        table.fault("count", total, "Use fewer or lower steps.")
+    name = read_name(table)
+    if "/" in name:
+        table.fault("name", f"'{name}' is not a valid name of a ground: it contains '/'.", "Use another character.")
     return GroundSpec(
-        name=read_name(table),
+        name=name,
         kind=kind,
         pose=Pose2(x, y, wrap_angle(table.quantity("yaw", ANGLE, 0.0, low=-1e4, high=1e4))),
         length=length,
         width=width,
-        height=table.quantity("height", LENGTH, low=1e-4, high=10.0),
+        height=height,
         grain=grain,
-        count=table.integer("count", 1, low=1),
+        count=count,
         line=table.position()[0],
     )
 

@@ -45,6 +45,7 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
         except InputError as error:
             yield from error.at(scenario.file, agent.line).faults
     yield from share_faults(scenario, catalog.load_schema())
+    yield from _late_pushes(scenario)
     robots = [catalog.load_robot(name) for name in scenario.robots]
     # Not simulated: robots with code that may not run, and robots with drivers for hardware.
     if all((catalog.code or not robot.code) and not on_hardware(catalog, robot) for robot in robots):
@@ -52,12 +53,12 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
-    """Warnings about the agents of a scenario.
+    """Warnings about the agents of a scenario and about pushes after its end.
 
     Raises:
         InputError: An agent can be built but has faults, such as a goal that is no place of the scenario.
     """
-    warnings: list[Fault] = []
+    warnings = list(_late_pushes(scenario))
     for agent in scenario.agents:
         try:
             found = list(_agent_faults(scenario, agent, catalog))
@@ -69,6 +70,18 @@ def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
             raise InputError(*dict.fromkeys(wrong))
         warnings += found
     return warnings
+
+
+def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
+    """Warnings about pushes that do not happen, or may not happen, because the run ends before them."""
+    end = scenario.duration
+    for push in scenario.pushes:
+        if push.at >= end or push.until > end:
+            when = f"at {push.at:g} s" if push.at >= end else f"from {push.at:g} s to {push.until:g} s"
+            what = "does not happen" if push.at >= end else "may not happen"
+            message = f"the push of {push.robot} {when} {what}: the run ends at {end:g} s."
+            hint = "Push earlier, or increase the scenario's duration."
+            yield Fault(message, scenario.file, push.line, hint=hint, warning=True)
 
 
 def _idle_controller(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Controller:
@@ -179,10 +192,11 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
 
 
 def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
-    """Places and starts of actors outside the bounds of the world; an agent's start there is refused earlier."""
+    """Places, grounds and starts of actors outside of the world; an agent's start there is refused earlier."""
     left, low, right, high = simulated.world.bounds()
     named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.actors]
     named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
+    named += [(f"the ground '{g.name}'", g.pose, g.line) for g in scenario.grounds]
     for what, pose, line in named:
         if pose.x < left or pose.x > right or pose.y < low or pose.y > high:
             yield Fault(

@@ -12,7 +12,7 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
-from rocs_bt.check.scenario import check_feasible
+from rocs_bt.check.scenario import agent_warnings, check_feasible, check_scenario_file
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError
@@ -373,6 +373,13 @@ AREA = 'x = "0 m"\ny = "0 m"\nlength = "{0} m"\nwidth = "{0} m"\nheight = "1 cm"
         (f'[[ground]]\nname = "a"\nkind = "mud"\n{AREA.format(1)}', "mud"),
         (f'[[ground]]\nname = "a"\nkind = "slope"\n{AREA.format(1)}count = 2', "'slope' has no 'count'"),
         (f'[[ground]]\nname = "a"\nkind = "rough"\n{AREA.format(99)}grain = "1 cm"', "the maximum is 250000"),
+        (f'[[ground]]\nname = "a"\nkind = "rough"\n{AREA.format(1)}grain = "0 m"', "grain must be between 0.005"),
+        (f'[[ground]]\nname = "a/1"\nkind = "rough"\n{AREA.format(1)}', "contains '/'"),
+        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = 101', "count must be at most 100"),
+        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = 0', "count must be at least 1"),
+        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = "2"', "count must be a whole number"),
+        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(0.1)}count = 20', "steps are 5 mm long"),
+        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(9).replace("cm", "m")}count = 11', "rise to 11 m"),
         ('[[push]]\nrobot = "R9"\nat = "1 s"\nforce = { left = "9 N" }', "no agent or robot is named 'R9'"),
         ('[[push]]\nrobot = "R2"\nat = "2 s"\nuntil = "1 s"\nforce = { left = "9 N" }', "is before its earliest"),
         ('[[push]]\nrobot = "R2"\nat = "2 s"\nforce = { }', "has no force"),
@@ -385,3 +392,40 @@ def test_faults_of_ground_and_pushes_name_their_line(text, fault, tmp_path) -> N
     with pytest.raises(InputError, match=fault) as caught:
         read_scenario(read_toml(file))
     assert caught.value.faults[0].line >= 20
+    assert len(caught.value.faults) == 1
+
+
+def warnings(catalog: Catalog) -> list[str]:
+    """Warnings of the check of the scenario `swing`."""
+    return [str(fault) for fault in check_scenario_file(catalog.find("scenario", "swing"), catalog) if fault.warning]
+
+
+def test_ground_outside_of_the_world_does_not_extend_it(swinging, tmp_path) -> None:
+    swinging(-3.0)
+    file = tmp_path / "scenarios/swing.toml"
+    ground = f'[[ground]]\nname = "far"\nkind = "step"\n{AREA.format(2)}'.replace('x = "0 m"', 'x = "50 m"')
+    place = '[[place]]\nname = "p"\nkind = "place"\nx = "50 m"\ny = "0 m"\n'
+    file.write_text(SCENARIO.format(x=-3.0) + place + ground)
+    found = warnings(Catalog(tmp_path))
+    assert len(found) == 2
+    assert "swing.toml:20: warning: the place 'p' at x = 50 m, y = 0 m is outside of the world" in found[0]
+    assert "swing.toml:25: warning: the ground 'far' at x = 50 m" in found[1]
+
+
+@pytest.mark.parametrize(
+    ("times", "fault"),
+    [
+        ('at = "4 s"', "the push of R2 at 4 s does not happen: the run ends at 4 s."),
+        ('at = "3 s"\nuntil = "5 s"', "the push of R2 from 3 s to 5 s may not happen"),
+        ('at = "3 s"\nuntil = "3.9 s"', ""),
+    ],
+)
+def test_a_push_after_the_end_of_the_run_is_a_warning_at_its_line(swinging, tmp_path, times, fault) -> None:
+    swinging(-3.0)
+    push = f'[[push]]\nrobot = "R2"\nforce = {{ left = "9 N" }}\n{times}\n'
+    (tmp_path / "scenarios/swing.toml").write_text(SCENARIO.format(x=-3.0) + push)
+    catalog = Catalog(tmp_path)
+    found = warnings(catalog)
+    assert len(found) == bool(fault)
+    assert all(f"swing.toml:20: warning: {fault}" in each for each in found)
+    assert [str(each) for each in agent_warnings(catalog.load_scenario("swing"), catalog)] == found

@@ -138,12 +138,15 @@ def outlines(model: Any, robots: Mapping[str, RobotBody]) -> tuple[Outline, ...]
 
 
 def bounds(model: Any) -> tuple[float, float, float, float]:
-    """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for a plane without a size."""
+    """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for a plane without a size.
+
+    Ground that a scenario adds does not count.
+    """
     import mujoco
 
     corners = []
     for geom in range(model.ngeom):
-        if int(model.geom_bodyid[geom]) != 0 or not collides(model, geom):
+        if int(model.geom_bodyid[geom]) != 0 or not collides(model, geom) or model.geom(geom).name.startswith(GROUND):
             continue
         if int(model.geom_type[geom]) == 0:  # a plane; size 0 means infinite
             x, y = (half or np.inf for half in model.geom_size[geom][:2].tolist())
