@@ -83,6 +83,20 @@ def test_bumps_are_those_of_the_seed_and_the_ground_and_robots_start_above_them(
     assert one.position("R2")[2] - built().world.position("R2")[2] > 0.015
 
 
+NARROW = GroundSpec("sill", "step", Pose2(0.05, 0.0, 0.4), 0.02, 2.0, 0.2)
+ROOF = GroundSpec("roof", "slope", Pose2(-0.1, 0.1, 2.0), 0.3, 0.2, 0.15)
+SPIKES = GroundSpec("spikes", "rough", Pose2(0.0, 0.0, 0.7), 1.0, 1.0, 0.1, grain=0.03)
+
+
+@pytest.mark.parametrize("ground", [NARROW, ROOF, SPIKES], ids=lambda ground: ground.name)
+@pytest.mark.parametrize("yaw", [0.0, 1.0])
+def test_a_robot_starts_above_narrow_ground(built, ground, yaw) -> None:
+    world = built(ground, at=Pose2(0.0, 0.0, yaw)).world
+    mujoco.mj_forward(world.model, world.data)
+    assert world.position("R2")[2] > 0.15
+    assert min((contact.dist for contact in world.data.contact), default=0.0) > -1e-3
+
+
 def test_a_robot_on_rough_ground_neither_collides_nor_falls_and_repeats_bit_by_bit(built) -> None:
     first, second = built(GRAVEL), built(GRAVEL)
     heights = driven(first, 3.0)
@@ -265,6 +279,18 @@ mass = "{mass} kg"
 """
 
 
+GROUND_TEXT = """
+[[ground]]
+name = "block"
+kind = "step"
+x = "{} m"
+y = "{} m"
+length = "0.2 m"
+width = "0.2 m"
+height = "0.3 m"
+"""
+
+
 @pytest.fixture
 def pushing(swinging, tmp_path):
     def build(mass: float = 2.0, yaw: float = 0.0, body: str = "", more: str = ""):
@@ -291,6 +317,23 @@ def test_a_robot_pushes_a_free_object_which_is_a_contact_and_comes_to_rest(pushi
     rest = world.object_pose("crate")
     world.advance(100)
     assert world.object_pose("crate") == pytest.approx(rest, abs=1e-3)
+
+
+CHILD = '<body pos="0.4 0 0"><geom type="box" size="0.15 0.3 0.15"/></body>'
+
+
+@pytest.mark.parametrize(
+    ("body", "at", "height"),
+    [("", (0.9, 0.2), 0.3), ("", (1.1, 0.2), 0.0), ("", (0.7, 0.4), 0.0), (CHILD, (0.7, 0.4), 0.3)],
+    ids=["half on it", "beside it", "turned beside it", "its child on it"],
+)
+def test_a_free_object_starts_above_the_ground_below_its_footprint(pushing, tmp_path, body, at, height) -> None:
+    yaw = 90.0 if at[0] < 0.8 else 0.0
+    ground = GROUND_TEXT.format(*at)
+    world = pushing(yaw=yaw, body=body, more=ground).world
+    assert world.data.qpos[world.objects["crate"].q + 2] == pytest.approx(0.15 + height)
+    world.advance(1)
+    assert all(contact.dist > -1e-3 for contact in world.data.contact)
 
 
 def test_a_heavy_object_stops_a_robot(pushing) -> None:

@@ -71,12 +71,14 @@ class FreeBody:
         q: Index of the free joint in qpos: x, y, z, quaternion.
         v: Index of the free joint in qvel.
         geoms: IDs of the geoms of the body.
+        tree: IDs of the geoms of the body and of its children.
     """
 
     name: str
     q: int
     v: int
     geoms: tuple[int, ...]
+    tree: tuple[int, ...]
 
 
 def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, MocapBody | FreeBody]:
@@ -90,7 +92,8 @@ def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, Mocap
         if name and slot >= 0:
             found[name] = MocapBody(name, slot, geoms)
         elif name and body not in roots and joint >= 0 and int(model.jnt_type[joint]) == 0:  # 0: a free joint
-            found[name] = FreeBody(name, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), geoms)
+            tree = tuple(g for g in range(model.ngeom) if int(model.body_rootid[model.geom_bodyid[g]]) == body)
+            found[name] = FreeBody(name, int(model.jnt_qposadr[joint]), int(model.jnt_dofadr[joint]), geoms, tree)
     return found
 
 

@@ -105,7 +105,7 @@ class MujocoWorld:
             self.data.qpos[q : q + 7] = self.model.qpos0[q : q + 7]
             self.data.qpos[q : q + 2] = pose.x, pose.y
             if self._ground:
-                self.data.qpos[q + 2] += self._ground.below(body, pose)
+                self.data.qpos[q + 2] += self._ground.below(pose, body.reach)
             self.data.qpos[q + 3 : q + 7] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
             self.data.qvel[v : v + 6] = 0.0
             self._revision += 1
@@ -185,13 +185,15 @@ class MujocoWorld:
         return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def place_object(self, name: str, pose: Pose2) -> None:
-        """Move a mocap body, or a free body at rest on the ground, at once to a pose, world frame."""
+        """Move a mocap body, or a free body at rest, at once to a pose, world frame; a free body above the ground."""
         if isinstance(free := self.objects.get(name), FreeBody):
             with self.lock:
-                z = float(self.model.qpos0[free.q + 2]) + self._ground.at(pose.x, pose.y)
                 turn = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
-                self.data.qpos[free.q : free.q + 7] = pose.x, pose.y, z, *turn
+                self.data.qpos[free.q : free.q + 7] = pose.x, pose.y, self.model.qpos0[free.q + 2], *turn
                 self.data.qvel[free.v : free.v + 6] = 0.0
+                if self._ground:
+                    self._mj.mj_kinematics(self.model, self.data)
+                    self.data.qpos[free.q + 2] += self._ground.below_geoms(free.tree, pose.yaw)
                 self._revision += 1
             return
         slot = self.mocap_body(name).slot
