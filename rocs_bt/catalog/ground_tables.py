@@ -27,7 +27,7 @@ _HIGHEST = 10.0  # [m] maximum height of a ground over the floor
 
 @dataclass(frozen=True)
 class GroundSpec:
-    """One `[[ground]]` table: a rectangle of the floor that is not level. It is no obstacle.
+    """One `[[ground]]` table: a rectangle of the floor that is not level. Only its side faces are obstacles.
 
     Attributes:
         name: Name without `/`, which also seeds the bumps of rough ground.

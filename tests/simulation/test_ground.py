@@ -125,6 +125,17 @@ def test_a_hull_on_ground_counts_as_on_the_floor(built) -> None:
     assert world.contacts() == []
 
 
+@pytest.mark.parametrize("height", [0.3, 1.0])
+@pytest.mark.parametrize("kind", ["step", "slope"])
+def test_a_robot_that_drives_against_a_side_face_of_the_ground_collides_and_does_not_fall(built, height, kind) -> None:
+    block = dataclasses.replace(BLOCK, kind=kind, height=height, pose=Pose2(1.0, 0.0, math.pi), length=1.4)
+    simulated = built(block, at=Pose2(-0.5, 0.0))
+    driven(simulated, 3.0)
+    contacts = simulated.world.contacts()
+    assert [(c.robot, c.other.partition("/")[0], c.moving) for c in contacts] == [("R2", "block", True)]
+    assert simulated.world.ground_contact("R2") == ""
+
+
 def test_a_scenario_with_level_ground_only_is_the_same_as_before(built) -> None:
     plain = built().world
     assert plain.model.nhfield == 0

@@ -45,7 +45,7 @@ class GroundPiece:
 def add_ground(spec: Any, pieces: Iterable[GroundPiece]) -> None:
     """Add ground to the MjSpec of an arena, with the contact properties of its geom `floor`.
 
-    Ground is part of the floor: contacts with it are no collisions, and clearances ignore it.
+    Ground is part of the floor: clearances ignore it, and only contacts of hulls with its side faces are collisions.
     """
     import mujoco
 

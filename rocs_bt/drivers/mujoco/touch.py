@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from .body import FLOOR, RobotBody, geom_labels
+from .body import FLOOR, GROUND, RobotBody, geom_labels
 
 _APART = 0.2  # [s] minimum time of separation after which a contact of the same pair counts as new
 _STILL = 0.02  # [m/s] maximum speed of a stationary robot
 _STILL_TURN = 0.05  # [rad/s] maximum turn rate of a stationary robot
+_STEEP = 0.5  # [1] maximum vertical component of the normal of a side face of the ground (steeper than 60 deg)
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,8 @@ class Contact:
 class ContactDetector:
     """Detector of new contacts of robots, used after physics steps.
 
+    Contacts with the floor do not count, except those of a hull with a side face of ground that a scenario adds.
+
     Args:
         model: Compiled model.
         robots: Indices of the robots in the model, by name.
@@ -50,6 +53,9 @@ class ContactDetector:
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
         self._robots = robots
         self._names = geom_labels(model, robots)
+        self._hulls = {geom for body in robots.values() for geom in body.hull}
+        names = {geom: str(model.geom(geom).name) for geom in range(model.ngeom)}
+        self._ground = {g: name.removeprefix(GROUND) for g, name in names.items() if name.startswith(GROUND)}
         self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
         self._off_ground: dict[int, tuple[str, int]] = {}  # robots and IDs of geoms that should not touch the ground
         self.grounded: dict[str, int] = {}
@@ -74,10 +80,17 @@ class ContactDetector:
         plain = True
         names, floor, off_ground = self._names, self._floor, self._off_ground
         self.grounded = {}
-        for one, two in data.contact.geom.tolist():
+        for i, (one, two) in enumerate(data.contact.geom.tolist()):
             if one in floor or two in floor:
                 if one in off_ground or two in off_ground:
-                    self.grounded.setdefault(*(off_ground.get(one) or off_ground[two]))
+                    robot, geom = off_ground.get(one) or off_ground[two]
+                    other = two if geom == one else one
+                    ground = self._ground.get(other) if geom in self._hulls else None
+                    if ground is not None and abs(data.contact.frame[i, 2]) < _STEEP:
+                        plain = False
+                        self._touch(robot, ground, t, commanded)
+                    else:
+                        self.grounded.setdefault(robot, geom)
                 continue
             a, b = names[one], names[two]
             if a == b:

@@ -388,7 +388,7 @@ class MujocoWorld:
             self._revision += 1
 
     def contacts(self) -> list[Contact]:
-        """Contacts that began since the last call; contacts with the floor do not count."""
+        """Contacts that began since the last call; on the floor only those with side faces of its ground count."""
         with self.lock:
             return self._touch.drain()
 
