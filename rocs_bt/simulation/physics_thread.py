@@ -63,6 +63,8 @@ class PhysicsThread:
         Raises:
             BlockError: Physics failed.
         """
+        if isinstance(self._failure, BlockError):
+            raise self._failure
         if self._failure is not None:
             raise BlockError("physics", "raised", str(self._failure)) from self._failure
 

@@ -15,7 +15,7 @@ from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.check.scenario import agent_warnings, check_feasible, check_scenario_file
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.errors import InputError
+from rocs_bt.errors import BlockError, InputError
 from rocs_bt.event import BodyMoved, ListSink, RobotPushed
 from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
@@ -161,6 +161,19 @@ def test_a_push_is_a_force_on_the_base_for_its_duration(built) -> None:
     (event,) = (e for e in sink.events if isinstance(e, RobotPushed))
     assert (event.agent, event.body, event.t) == ("R2", "R2", pytest.approx(0.5))
     assert (event.force, event.duration) == (push.force, 0.02)
+
+
+@pytest.mark.parametrize("mode", ["lockstep", "threaded"])
+def test_an_unstable_simulation_is_an_error(exp1, catalog, tmp_path, monkeypatch, mode) -> None:
+    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log there
+    push = PushSpec("R2", (1e5, 0.0, 0.0), 0.2, 0.2, 60.0)
+    scenario = dataclasses.replace(exp1, actors=(), pushes=(push,), duration=5.0)
+    with pytest.raises(BlockError, match=r"'physics' raised: the simulation became unstable by \d\.\d\d s: ") as caught:
+        rocs_bt.run(scenario, catalog, seed=1, mode=mode, out=tmp_path / "run")
+    assert str(caught.value).count("physics' raised") == 1
+    agent = Recording.open(tmp_path / "run/run.mcap").summary.agents["R2"]
+    assert agent.outcome == "error"
+    assert "the simulation became unstable" in agent.reason
 
 
 def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:

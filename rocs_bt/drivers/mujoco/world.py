@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
-from ...errors import DeviceError, Fault, InputError, UnknownName, unknown
+from ...errors import BlockError, DeviceError, Fault, InputError, UnknownName, unknown
 from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
 from ...safety import SafetyGate
 from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
@@ -23,6 +23,11 @@ from .terrain import GroundHeight
 from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
+
+_UNSTABLE = (
+    "MuJoCo found NaN, infinite or huge positions, velocities or accelerations. Use weaker forces, larger masses or a "
+    "shorter physics step."
+)
 
 
 class MujocoWorld:
@@ -52,6 +57,9 @@ class MujocoWorld:
         self._qpos: memoryview[float] = memoryview(self.data.qpos)
         self._qvel: memoryview[float] = memoryview(self.data.qvel)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
+        kinds = mujoco.mjtWarning
+        bad = slice(int(kinds.mjWARN_BADQPOS), int(kinds.mjWARN_BADQACC) + 1)  # of positions, velocities, accelerations
+        self._bad: memoryview[int] = memoryview(self.data.warning.number)[bad]
         self._sensordata: npt.NDArray[np.float64] = self.data.sensordata
         self.clock = clock
         self.step = float(model.opt.timestep)
@@ -353,7 +361,11 @@ class MujocoWorld:
         return robot in self._motion and self._motion[robot].active
 
     def advance(self, steps: int) -> None:
-        """Advance the world by a number of physics steps."""
+        """Advance the world by a number of physics steps.
+
+        Raises:
+            BlockError: The simulation has become unstable.
+        """
         with self.lock:
             touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
             touch.begin(data)
@@ -386,6 +398,10 @@ class MujocoWorld:
                     touch.update(data, now(), self.commanded)
             self.stamp = now()
             self._revision += 1
+            if any(self._bad):
+                raise BlockError(
+                    "physics", "raised", f"the simulation became unstable by {self.stamp:.2f} s: {_UNSTABLE}"
+                )
 
     def contacts(self) -> list[Contact]:
         """Contacts that began since the last call; on the floor only those with side faces of its ground count."""
