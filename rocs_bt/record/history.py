@@ -197,6 +197,7 @@ class History:
         header: Header of the recording.
         bodies: Trajectories by body, in the header's order.
         agents: Histories by agent, in the header's order.
+        pushes: Pushes of all robots, with and without an agent.
         end: Time of the last event [s].
     """
 
@@ -204,6 +205,7 @@ class History:
         self.header = recording.header
         self.label = recording.header.label
         self.agents = {a.name: AgentHistory() for a in self.header.agents}
+        self.pushes: list[RobotPushed] = []
         self.end = self.header.start
         self._moves: dict[str, list[BodyMoved]] = {b.name: [] for b in self.header.bodies}
         self._commands: dict[tuple[str, str], list[ActuatorCommanded]] = {}
@@ -224,6 +226,8 @@ class History:
         if isinstance(event, BodyMoved):
             self._moves.setdefault(event.body, []).append(event)
             return
+        if isinstance(event, RobotPushed):
+            self.pushes.append(event)
         agent = self.agents.get(event.agent)
         if agent is None:
             return

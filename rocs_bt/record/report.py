@@ -83,6 +83,7 @@ def render_report(recording: Recording, summary: Summary | None) -> str:
         summary=summary,
         end=run.end,
         agents=[_agent(run, info, results.get(info.name)) for info in run.header.agents],
+        pushes=[(push.t, f"{push.body} {push.text}") for push in run.pushes if push.agent not in run.agents],
         figures=[
             (f.name, f.title, inline_svg(f.name, f.render([run], "svg").decode())) for f in FIGURES if f.applies([run])
         ],

@@ -2,15 +2,17 @@
 
 import copy
 
+import msgspec
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
 from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMoved, pack
+from rocs_bt.geometry import Pose2
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
-from rocs_bt.record.header import RunHeader
+from rocs_bt.record.header import Outline, RunHeader
 from rocs_bt.record.history import History
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -68,6 +70,16 @@ def test_the_arena_shows_paths_by_route_actions_and_switches(run):
     assert to_hex(other.get_color()) == OTHER
     assert len(artists(canvas, "arena-outline")) == len(run.header.outlines)
     assert len(artists(canvas, "arena-place")) == 1
+
+
+def test_heights_of_ground_are_in_centimetres_below_a_metre(run):
+    high = copy.copy(run)
+    heights = {"mat": 0.0125, "kerb": 0.995, "hill": 1.0, "dam": 10.0}
+    grounds = tuple(Outline.box(name, Pose2(0.0, 0.0), (1.0, 1.0), height) for name, height in heights.items())
+    high.header = msgspec.structs.replace(run.header, grounds=grounds)
+    canvas = named("arena").make([high])
+    texts = {text.get_text() for text in canvas.axes[0].texts}
+    assert {"mat, 1.25 cm", "kerb, 99.5 cm", "hill, 1 m", "dam, 10 m"} <= texts
 
 
 def test_the_legend_of_the_arena_wraps_a_long_list_of_bodies(run):

@@ -268,6 +268,18 @@ def test_its_report_draws_height_tilt_and_pushes(fly) -> None:
     assert rocs_bt.simulation.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
 
 
+def test_pushes_of_robots_without_an_agent_are_in_the_report(fly) -> None:
+    other = '[[actor]]\nname = "R1"\nrobot = "pioneer_p3dx"\nscript = "random_walk"\nx = "-2 m"\ny = "2 m"\n'
+    push = '[[push]]\nrobot = "{}"\nat = "1 s"\nforce = {{ left = "5 N" }}\n'
+    run = fly(more=other + push.format("R1") + push.format("D"), report=True)
+    page = (run.recording.parent / "report.html").read_text("utf-8")
+    assert 'id="height-0-R1-push-0-0"' in page
+    assert 'id="height-0-D-push-1-0"' in page
+    assert "Pushes of robots without an agent" in page
+    assert page.count("R1 pushed by 5 N for 0.1 s") == 1
+    assert "D pushed by" not in page  # it is among the faults of D
+
+
 def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:
     result = fly(fault="assert t < 2.0, 'no thrust'")
     agent = result.summary.agents["D"]

@@ -132,7 +132,8 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         patch = Polygon(ground.points, closed=True, fc="none", ec=MUTED, lw=0.8, ls="--", hatch="....", alpha=0.6)
         patch.set(gid=f"{gid}-ground-{i}", zorder=0.5)
         axes.add_patch(patch)
-        words = f"{ground.name}, {100.0 * ground.height:.3g} cm"
+        height = ground.height  # as in templates/arena.js
+        words = f"{ground.name}, " + (f"{100.0 * height:.3g} cm" if height < 1.0 else f"{height:.3g} m")
         axes.annotate(words, ground.points[1], (4, -11), textcoords="offset points", color=MUTED, fontsize=7.5)
     for i, outline in enumerate(header.outlines):
         shape = (

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...event import RobotPushed
 from ..history import History
 from .figure import MUTED, OTHER, ROBOTS, WORST, Figure, line_style
 
@@ -39,8 +38,7 @@ class HeightAndTilt(Figure):
                 label = f"{name} in {run.label}" if len(runs) > 1 else name
                 height.plot(body.t, body.height, label=label, gid=f"{self.name}-{r}-{name}-height", **style)
                 tilt.plot(body.t, np.degrees(body.tilt), gid=f"{self.name}-{r}-{name}-tilt", **style)
-            for name in of_agents:
-                _pushes(rows, run, name, f"{self.name}-{r}-{name}")
+            _pushes(rows, run, f"{self.name}-{r}")
         height.axhline(0.0, color=MUTED, lw=0.8)
         height.set_ylabel("height [m]")
         tilt.set_ylabel("tilt [deg]")
@@ -51,10 +49,10 @@ class HeightAndTilt(Figure):
         height.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
 
 
-def _pushes(rows: Sequence[Axes], run: History, agent: str, gid: str) -> None:
-    pushes = [event for event in run.agents[agent].faults if isinstance(event, RobotPushed)]
-    for k, push in enumerate(pushes):
+def _pushes(rows: Sequence[Axes], run: History, gid: str) -> None:
+    for k, push in enumerate(run.pushes):
         for i, axes in enumerate(rows):
-            axes.axvline(push.t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-push-{k}-{i}")
+            axes.axvline(push.t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-{push.body}-push-{k}-{i}")
         words: dict[str, Any] = {"textcoords": "offset points", "color": WORST, "fontsize": 7.5, "va": "top"}
-        rows[0].annotate("push", (push.t, 1.0), (3, -2), xycoords=("data", "axes fraction"), **words)
+        label = "push" if len(run.bodies) == 1 else f"push of {push.body}"
+        rows[0].annotate(label, (push.t, 1.0), (3, -2), xycoords=("data", "axes fraction"), **words)

@@ -26,6 +26,7 @@ const makeArena = (picture) => {
   const placed = (pose, [x, y]) => [
     pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
   ];
+  const high = (h) => (h < 1 ? `${+(100 * h).toPrecision(3)} cm` : `${+h.toPrecision(3)} m`);  // as in figures/arena.py
   const drawWorld = ({ outlines, places, grounds = [] }) => {
     g.clearRect(0, 0, width, height);
     g.lineWidth = 1; g.fillStyle = g.strokeStyle = color("muted"); g.setLineDash([4, 4]);
@@ -34,7 +35,7 @@ const makeArena = (picture) => {
       outline(o.points); g.stroke();
       g.globalAlpha = 0.12; g.fill(); g.globalAlpha = 1;
       const x = Math.min(...o.points.map((p) => p[0])), y = Math.max(...o.points.map((p) => p[1]));
-      g.fillText(`${o.name}, ${(100 * o.height).toPrecision(2)} cm`, X(x) + 4, Y(y) + 13);
+      g.fillText(`${o.name}, ${high(o.height)}`, X(x) + 4, Y(y) + 13);
     }
     g.setLineDash([]);
     g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
