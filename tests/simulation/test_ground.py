@@ -462,6 +462,17 @@ def test_faults_of_ground_and_pushes_name_their_line(text, fault, tmp_path) -> N
     assert len(caught.value.faults) == 1
 
 
+def test_ground_with_the_name_of_a_geom_of_the_world_is_a_fault(swinging, tmp_path) -> None:
+    swinging(-3.0)
+    world = tmp_path / "scenarios/worlds/yard.xml"
+    world.write_text(BOOM.replace("<body", '<geom name="floor/a" size="0.1"/><body', 1))
+    ground = f'[[ground]]\nname = "a"\nkind = "slope"\n{AREA.format(1)}'
+    (tmp_path / "scenarios/swing.toml").write_text(SCENARIO.format(x=-3.0) + ground)
+    catalog = Catalog(tmp_path)
+    with pytest.raises(InputError, match=r"yard\.xml: the scenario's ground cannot be added to the world: .*'floor/a'"):
+        build_world(catalog.load_scenario("swing"), catalog, 1, ListSink())
+
+
 def warnings(catalog: Catalog) -> list[str]:
     """Warnings of the check of the scenario `swing`."""
     return [str(fault) for fault in check_scenario_file(catalog.find("scenario", "swing"), catalog) if fault.warning]

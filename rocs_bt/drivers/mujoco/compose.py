@@ -130,7 +130,8 @@ def compile_model(
 
     sparse = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     spec = read_model(arena, within, text)
-    add_ground(spec, ground)
+    with _compiling(arena, "the scenario's ground cannot be added to the world"):
+        add_ground(spec, ground)
     for each in free:
         with located_at(each.file, each.line):
             _set_free(spec, each.name)
