@@ -2,9 +2,9 @@
 
 `--robot` plays an experiment with another robot: `campaign.py exp1 --robot rosbot_xl` is `exp1_mecanum`.
 
-Prints for each mind who came where, who touched what, and, for who follows, how it kept its distance; every share
-with its exact (Clopper-Pearson) 95 % interval. What is asked of a follower comes from its own parameters, which the
-scenario gives it: its band is `distance` +- (`distance` - `safety`), and it never drives nearer than `safety`.
+Prints for each agent its outcomes, contacts, and, for a follower, how it kept its distance; each share has an exact
+(Clopper-Pearson) 95 % interval. The requirements on a follower come from its parameters in the scenario: its band is
+`distance` +- (`distance` - `safety`), and it never drives nearer than `safety`.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def variant(experiment: str, control: float, robot: str | None) -> tuple[Caching
 
 
 def episode(experiment: str, seed: int, control: float, robot: str | None = None) -> dict[str, Any]:
-    """What came of one seed."""
+    """Summary of one seed."""
     catalog, scenario = variant(experiment, control, robot)
     return json.loads(run(scenario, catalog, seed=seed).summary.to_json())
 
@@ -48,25 +48,25 @@ def episode(experiment: str, seed: int, control: float, robot: str | None = None
 def campaign(
     experiment: str, seeds: Sequence[int], control: float, processes: int = 2, robot: str | None = None
 ) -> dict[str, Any]:
-    """All seeds, and what they come to for each mind."""
+    """Play all seeds; figures of each agent."""
     with local_pool(processes) as pool:
         jobs = [pool.submit(episode, experiment, seed, control, robot) for seed in seeds]
         runs = [future.result() for future in jobs]
-    minds = {name: summed(experiment, name, runs) for name in runs[0]["agents"]}
+    agents = {name: summed(experiment, name, runs) for name in runs[0]["agents"]}
     setting = {"experiment": experiment, "robot": robot, "control": control, "seeds": [seeds[0], seeds[-1]]}
-    return {**setting, "agents": minds}
+    return {**setting, "agents": agents}
 
 
 def share(count: int, of: int) -> dict[str, Any]:
     """A share with its exact 95 % interval."""
     from scipy.stats import binomtest
 
-    interval = binomtest(count, of).proportion_ci(method="exact")
-    return {"count": count, "of": of, "interval": [interval.low, interval.high]}
+    interval = binomtest(count, of).proportion_ci(method="exact") if of else None
+    return {"count": count, "of": of, "interval": [interval.low, interval.high] if interval else [0.0, 1.0]}
 
 
 def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """One mind's figures.
+    """Figures of one agent.
 
     In EXP1 a success is one in less than the scenario's duration; the other experiments end by their own clock. A
     clean run is a success without a collision and without a fall.
@@ -75,40 +75,47 @@ def summed(experiment: str, name: str, runs: Sequence[dict[str, Any]]) -> dict[s
     exp1 = experiment.partition("_")[0] == "exp1"
     limit = CachingCatalog().load_scenario(experiment).duration if exp1 else math.inf
     good = [r for r in mine if r["outcome"] == "success" and (r["time_to_goal"] or 0.0) < limit]
+
+    def clean(r: dict[str, Any]) -> bool:
+        return r in good and not r["collisions"] and not r["fell"]
+
     touches: Counter[str] = Counter()
     for r in mine:
         touches.update({f"{kind} with {o}": n for kind, counts in r["contacts"].items() for o, n in counts.items()})
     spent = [(r["time_reactive"], r["time_deliberative"]) for r in mine]
     found = {
         "success": share(len(good), len(mine)),
-        "clean": share(sum(not r["collisions"] and not r["fell"] for r in good), len(mine)),
+        "clean": share(sum(map(clean, mine)), len(mine)),
         "fell": share(sum(r["fell"] for r in mine), len(mine)),
         "collided": share(sum(r["collisions"] > 0 for r in mine), len(mine)),
         "struck": share(sum(r["struck"] > 0 for r in mine), len(mine)),
         "touches": dict(sorted(touches.items())),
         "both_routes": sum(min(both) > 0.0 for both in spent),
+        "clean_with_reflex": share(
+            sum(clean(r) for r in mine if r["reflex_activations"]), sum(r["reflex_activations"] > 0 for r in mine)
+        ),
         "share_reactive": statistics.median(a / max(a + b, 1e-9) for a, b in spent),
         "median_time": statistics.median(r["time_to_goal"] or math.inf for r in mine),
         "least_clearance": min(r["min_clearance"] for r in mine),
         "goals": dict(sorted(Counter(r["goals_reached"] for r in mine).items())),
         "failed": [{key: r[key] for key in ("seed", "outcome", "reason")} for r in mine if r not in good],
     }
-    leashes = [(r["seed"], r["following"]) for r in mine if r["following"] is not None]
+    follows = [(r["seed"], r["following"]) for r in mine if r["following"] is not None]
     lost = [r["localisation"] for r in mine if r["localisation"] is not None]
-    return found | ({"leash": followed(leashes)} if leashes else {}) | ({"estimate": erred(lost)} if lost else {})
+    return found | ({"following": followed(follows)} if follows else {}) | ({"estimate": erred(lost)} if lost else {})
 
 
 def erred(runs: Sequence[dict[str, float]]) -> dict[str, Any]:
-    """How far the estimates were off [m, rad]: each figure's mean over the runs, and the greatest of all runs."""
+    """Errors of the estimates [m, rad]: mean of each figure over the runs, and the greatest of all runs."""
     mean = {key: statistics.fmean(r[key] for r in runs) for key in runs[0]}
     return {"mean": mean, "greatest": {key: max(r[key] for r in runs) for key in ("position_max", "heading_max")}}
 
 
-def followed(leashes: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
-    """How all runs together kept the distance."""
-    caught_up = [(seed, found) for seed, found in leashes if found["periods"]]
+def followed(follows: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
+    """Distances of a follower over all runs."""
+    caught_up = [(seed, found) for seed, found in follows if found["periods"]]
     periods = sum(found["periods"] for _, found in caught_up)
-    under = [seed for seed, found in leashes if not found["safe"]]
+    under = [seed for seed, found in follows if not found["safe"]]
     return {
         "in_band": sum(found["in_band"] * found["periods"] for _, found in caught_up) / periods,
         "too_far": sum(found["too_far"] * found["periods"] for _, found in caught_up) / periods,
@@ -117,9 +124,9 @@ def followed(leashes: Sequence[tuple[int, dict[str, Any]]]) -> dict[str, Any]:
         "error": statistics.fmean(found["distance_error"] for _, found in caught_up),
         "least": min(found["least_distance"] for _, found in caught_up),
         "least_driving": min(
-            (f["least_driving"] for _, f in leashes if f["least_driving"] is not None), default=math.inf
+            (f["least_driving"] for _, f in follows if f["least_driving"] is not None), default=math.inf
         ),
-        "below_safety_driving": {**share(len(under), len(leashes)), "seeds": under},
+        "below_safety_driving": {**share(len(under), len(follows)), "seeds": under},
     }
 
 
@@ -133,24 +140,27 @@ def report(found: dict[str, Any]) -> str:
     first, last = found["seeds"]
     played = f"{found['experiment']}{f' with {robot}' if (robot := found['robot']) else ''}"
     lines = [f"{played}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
-    for name, mind in found["agents"].items():
-        lines += [f"{name} {what}: {_words(mind[what])}" for what in ("success", "clean", "collided", "fell", "struck")]
-        lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in mind['touches'].items()) or 'none'}")
+    for name, agent in found["agents"].items():
+        lines += [
+            f"{name} {what}: {_words(agent[what])}" for what in ("success", "clean", "collided", "fell", "struck")
+        ]
+        lines.append(f"{name} clean, of runs with a reflex: {_words(agent['clean_with_reflex'])}")
+        lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in agent['touches'].items()) or 'none'}")
         lines.append(
-            f"  goals reached: {mind['goals']}; both routes in {mind['both_routes']}; median share of the reactive "
-            f"route {mind['share_reactive']:.2f}; median time {mind['median_time']:.1f} s; minimum clearance "
-            f"{1000.0 * mind['least_clearance']:.0f} mm"
+            f"  goals reached: {agent['goals']}; both routes in {agent['both_routes']}; median share of the reactive "
+            f"route {agent['share_reactive']:.2f}; median time {agent['median_time']:.1f} s; minimum clearance "
+            f"{1000.0 * agent['least_clearance']:.0f} mm"
         )
-        if leash := mind.get("leash"):
+        if follow := agent.get("following"):
             lines.append(
-                f"  in its band {leash['in_band']:.1%} of the following time, too far {leash['too_far']:.1%}; mean "
-                f"distance {leash['mean']:.2f} m, mean error {leash['error']:.2f} m; least {leash['least']:.2f} m, "
-                f"while driving {leash['least_driving']:.2f} m"
+                f"  in its band {follow['in_band']:.1%} of the following time, too far {follow['too_far']:.1%}; mean "
+                f"distance {follow['mean']:.2f} m, mean error {follow['error']:.2f} m; least {follow['least']:.2f} m, "
+                f"while driving {follow['least_driving']:.2f} m"
             )
-            under = leash["below_safety_driving"]
+            under = follow["below_safety_driving"]
             lines.append(f"  below the safety distance while driving: {_words(under)} {under['seeds']}")
-            lines.append(f"  worst: {', '.join(f'seed {seed} {kept:.0%}' for kept, seed in leash['worst'])}")
-        if off := mind.get("estimate"):
+            lines.append(f"  worst: {', '.join(f'seed {seed} {kept:.0%}' for kept, seed in follow['worst'])}")
+        if off := agent.get("estimate"):
             mean, greatest = off["mean"], off["greatest"]
             lines.append(
                 f"  estimate, means over the runs: {100.0 * mean['position_rms']:.1f} cm rms, at most "
@@ -158,7 +168,7 @@ def report(found: dict[str, Any]) -> str:
                 f"{math.degrees(mean['heading_max']):.1f} deg; NEES over 3 {mean['nees']:.2f}; at most in all runs "
                 f"{100.0 * greatest['position_max']:.1f} cm, {math.degrees(greatest['heading_max']):.1f} deg"
             )
-        lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}" for r in mind["failed"]]
+        lines += [f"  seed {r['seed']}: {r['outcome']}, {r['reason']}" for r in agent["failed"]]
     return "\n".join(lines)
 
 

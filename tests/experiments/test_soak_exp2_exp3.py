@@ -50,8 +50,8 @@ def test_r2_visits_the_four_corners() -> None:
 
 
 def test_r3_keeps_within_its_band() -> None:
-    assert campaign("exp3")["R3"]["leash"]["in_band"] >= 0.95
+    assert campaign("exp3")["R3"]["following"]["in_band"] >= 0.95
 
 
 def test_r3_never_drives_within_the_safety_distance() -> None:
-    assert campaign("exp3")["R3"]["leash"]["below_safety_driving"]["count"] == 0
+    assert campaign("exp3")["R3"]["following"]["below_safety_driving"]["count"] == 0
