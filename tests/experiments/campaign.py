@@ -25,6 +25,10 @@ from rocs_bt.catalog import CachingCatalog, ScenarioSpec
 from rocs_bt.compare.run_sweep import local_pool
 
 
+SHARES = ("success", "clean", "clean_with_reflex", "collided", "fell", "struck")
+"""Printed shares of the runs; `clean_with_reflex` of those in which a reflex was active."""
+
+
 @cache
 def variant(experiment: str, control: float, robot: str | None) -> tuple[CachingCatalog, ScenarioSpec]:
     """An experiment with another control rate, which is the sensors' too [1/s], and with another first robot."""
@@ -141,10 +145,7 @@ def report(found: dict[str, Any]) -> str:
     played = f"{found['experiment']}{f' with {robot}' if (robot := found['robot']) else ''}"
     lines = [f"{played}, lockstep, control {found['control']:g} Hz, seeds {first} to {last}"]
     for name, agent in found["agents"].items():
-        lines += [
-            f"{name} {what}: {_words(agent[what])}" for what in ("success", "clean", "collided", "fell", "struck")
-        ]
-        lines.append(f"{name} clean, of runs with a reflex: {_words(agent['clean_with_reflex'])}")
+        lines += [f"{name} {what.replace('_', ' ')}: {_words(agent[what])}" for what in SHARES]
         lines.append(f"  contacts: {', '.join(f'{n} {kind}' for kind, n in agent['touches'].items()) or 'none'}")
         lines.append(
             f"  goals reached: {agent['goals']}; both routes in {agent['both_routes']}; median share of the reactive "
