@@ -24,7 +24,6 @@ from rocs_bt import run
 from rocs_bt.catalog import CachingCatalog, ScenarioSpec
 from rocs_bt.compare.run_sweep import local_pool
 
-
 SHARES = ("success", "clean", "clean_with_reflex", "collided", "fell", "struck")
 """Printed shares of the runs; `clean_with_reflex` of those in which a reflex was active."""
 
