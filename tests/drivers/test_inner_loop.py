@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from functools import partial
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -29,6 +30,12 @@ CRANE = """<mujoco model="crane">
     <motor name="arm" joint="arm" ctrlrange="-3 4"/>
     <general name="lift" site="top" gear="0 0 1 0 0 0"/>
   </actuator>
+  <sensor>
+    <gyro name="gyro" site="top"/>
+    <velocimeter name="velocimeter" site="top"/>
+    <accelerometer name="accelerometer" site="top"/>
+    <subtreecom name="centre" body="base"/>
+  </sensor>
 </mujoco>"""
 
 
@@ -199,3 +206,44 @@ def test_controls_have_ranges_and_refuse_values_that_do_not_fit(world: MujocoWor
         world.set_controls(controls, [1.0, np.nan])
     with pytest.raises(UnknownName, match="Did you mean 'arm'"):
         world.controls("C", ["amr"])
+
+
+def rows(world: MujocoWorld, *names: str) -> np.ndarray:
+    """Addresses of sensors with three values."""
+    return np.array([world.sensor_address("C", name) + i for name in names for i in range(3)])
+
+
+def test_sensors_of_the_model_show_the_velocities_of_the_present_state(world):
+    gyro, velocimeter = rows(world, "gyro"), rows(world, "velocimeter")
+    world.data.qvel[:6] = 0.3, -0.2, 0.1, 0.5, 0.7, -0.9  # linear: world frame; angular: body frame
+    world.data.qpos[2] = 1.0
+    for _ in range(3):
+        world.advance(2)
+        linear, angular = world.data.qvel[:3].copy(), world.data.qvel[3:6].copy()
+        rotation = np.zeros(9)
+        mujoco.mju_quat2Mat(rotation, world.data.qpos[3:7])
+        at_site = rotation.reshape(3, 3).T @ linear + np.cross(angular, [0.0, 0.0, 0.05])
+        np.testing.assert_allclose(world.sensed(gyro), angular, atol=1e-12)
+        np.testing.assert_allclose(world.sensed(velocimeter), at_site, atol=1e-12)
+
+
+def test_sensors_of_the_model_of_every_stage_are_those_of_a_full_computation(world):
+    asked = rows(world, "accelerometer", "centre", "velocimeter", "gyro")
+    world.advance(3)
+    sensed = world.sensed(asked)
+    world.model.opt.disableflags = 0
+    mujoco.mj_forward(world.model, world.data)
+    np.testing.assert_allclose(sensed, world.data.sensordata[asked], atol=1e-9)
+    assert np.linalg.norm(sensed) > 0.1
+
+
+def test_reading_sensors_of_the_model_does_not_change_the_trajectory(world):
+    asked, paths = rows(world, "accelerometer", "centre", "gyro"), []
+    for read in (False, True):
+        mujoco.mj_resetData(world.model, world.data)
+        for _ in range(40):
+            world.advance(2)
+            if read:
+                world.sensed(asked)
+        paths.append(world.data.qpos.tobytes())
+    assert paths[0] == paths[1]

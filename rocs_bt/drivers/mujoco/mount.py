@@ -111,7 +111,7 @@ class DriverWorld(Protocol):
         ...
 
     def sensor_address(self, robot: str, name: str) -> int:
-        """Address of the first value of a sensor in a robot's model, for `sensed`.
+        """Address of the first value of a sensor in a robot's model, for `sensed`; its other values follow.
 
         Raises:
             UnknownName: The robot's model has no such sensor.

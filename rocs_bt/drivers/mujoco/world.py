@@ -30,6 +30,9 @@ _UNSTABLE = (
 )
 
 
+_RAYS, _POSITION, _VELOCITY = range(3)  # stages of sensors: rangefinders, then those of MuJoCo, with acceleration last
+
+
 class MujocoWorld:
     """Simulated world: an arena, robots and time in MuJoCo, protected by one lock.
 
@@ -90,7 +93,9 @@ class MujocoWorld:
         self._clearance = ClearanceQuery(model, self.robots)
         self._sight = LineOfSight(model, self.robots)
         self._revision = 0  # number of the present state, for values that are cached per state
-        self._posed = self._sensed = -1
+        self._posed = -1
+        self._sensor_stages = _sensor_stages(model)
+        self._sensed: dict[int, int] = {}  # revision of the values of each stage of sensors
         self._poses: dict[str, tuple[int, Pose2]] = {}
         self._sensors_off = int(model.opt.disableflags)
         self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
@@ -467,16 +472,14 @@ class MujocoWorld:
     def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
         """Values of sensors of the model at n addresses, in the present state, shape (n,); cached per state."""
         with self.lock:
-            if self._sensed != self._revision:
-                self.update_poses()
-                self.model.opt.disableflags = self._sensors_on
-                self._mj.mj_sensorPos(self.model, self.data)
-                self.model.opt.disableflags = self._sensors_off
-                self._sensed = self._revision
+            for stage in {*self._sensor_stages.take(addresses).tolist()}:
+                if self._sensed.get(stage) != self._revision:
+                    self._compute_sensors(stage)
+                    self._sensed[stage] = self._revision
             return self._sensordata.take(addresses)
 
     def sensor_address(self, robot: str, name: str) -> int:
-        """Address of the first value of a sensor in a robot's model, for `sensed`.
+        """Address of the first value of a sensor in a robot's model, for `sensed`; its other values follow.
 
         Raises:
             UnknownName: The model has no such sensor.
@@ -497,6 +500,26 @@ class MujocoWorld:
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
+
+    def _compute_sensors(self, stage: int) -> None:
+        """Compute the sensors of one stage of the model; physics steps compute none."""
+        mj, model, data = self._mj, self.model, self.data
+        if stage == _RAYS:
+            self.update_poses()
+        else:
+            mj.mj_fwdPosition(model, data)
+            self._posed = self._revision
+        model.opt.disableflags = self._sensors_on
+        if stage <= _POSITION:
+            mj.mj_sensorPos(model, data)
+        elif stage == _VELOCITY:
+            mj.mj_fwdVelocity(model, data)
+            mj.mj_sensorVel(model, data)
+        else:
+            warm_start = data.qacc_warmstart.copy()  # a reading must not change the next physics step
+            mj.mj_forward(model, data)
+            data.qacc_warmstart[:] = warm_start
+        model.opt.disableflags = self._sensors_off
 
     def _turn_objects(self) -> None:
         for slot, turn in self._turns.items():
@@ -545,3 +568,11 @@ class MujocoWorld:
             own = [n.removeprefix(f"{robot}/") for n in names if n.startswith(f"{robot}/")]
             raise UnknownName(unknown(f"MuJoCo {kind} of {robot}", name, own, f"The model of {robot}"))
         return int(found)
+
+
+def _sensor_stages(model: Any) -> npt.NDArray[np.intp]:
+    """Stage of each value in `sensordata`. Rangefinders need less than MuJoCo's position stage: the poses only."""
+    import mujoco
+
+    rays = model.sensor_type == int(mujoco.mjtSensor.mjSENS_RANGEFINDER)
+    return np.repeat(np.where(rays, _RAYS, model.sensor_needstage), model.sensor_dim)
