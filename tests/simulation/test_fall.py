@@ -92,14 +92,17 @@ def test_a_tower_that_is_pushed_over_lies_on_its_hull(tmp_path) -> None:
     assert world.contacts() == []  # the floor is no obstacle
 
 
-def test_a_robot_is_carried_by_its_lowest_parts_and_their_whole_limbs(tmp_path) -> None:
+def test_a_robot_is_carried_by_its_lowest_parts_and_their_whole_limbs_but_not_by_its_hull(tmp_path) -> None:
     low = TOWER.replace('size="0.1 0.1 0.4" pos="0 0 0.45"', 'size="0.3 0.3 0.1" pos="0 0 -0.12"')
     world = world_of(tmp_path, low.replace('name="base" pos="0 0 0.1"', 'name="base" pos="0 0 0.22"'))
-    world.advance(20)  # the hull is lower than the skid and the foot, and carries the robot
-    assert world.ground_contact("T") == ""
-    world.allow_ground_contact("T", ["foot", "thigh"])
-    world.advance(10)
+    world.advance(20)  # the hull is lower than the skid and the foot
     assert world.ground_contact("T") == "hull"
+    world.allow_ground_contact("T", ["hull", "foot", "thigh"])
+    world.advance(10)
+    assert world.ground_contact("T") == ""
+    plate = world_of(tmp_path, low.replace('name="hull"', 'name="plate"').replace('pos="0 0 0.1"', 'pos="0 0 0.22"'))
+    plate.advance(20)
+    assert plate.ground_contact("T") == ""
     with pytest.raises(UnknownName, match="Did you mean 'foot'"):
         world.allow_ground_contact("T", ["foto"])
 

@@ -16,7 +16,7 @@ def carrying_geoms(model: Any, data: Any, body: RobotBody) -> frozenset[int]:
 
     A geom carries the robot if its lowest point is within 1 cm of the robot's lowest point. A part that moves against
     the base, such as a wheel with rollers or a leg, counts as a whole. Of the base, only single geoms count, such as
-    skids and casters.
+    skids and casters. The geom `hull` never counts: it touches the ground in the pose of a model that floats or flies.
 
     Args:
         model: Compiled model.
@@ -26,7 +26,8 @@ def carrying_geoms(model: Any, data: Any, body: RobotBody) -> frozenset[int]:
     lowest = {geom: _lowest(model, data, geom) for geom in body.geoms if collides(model, geom)}
     limit = min(lowest.values(), default=0.0) + _CLEARANCE
     limbs = {geom: _limb(model, body.root, int(model.geom_bodyid[geom])) for geom in lowest}
-    carrying = [geom for geom, z in lowest.items() if z <= limit]
+    hull = f"{body.name}/hull"
+    carrying = [geom for geom, z in lowest.items() if z <= limit and model.geom(geom).name != hull]
     moving = {limbs[geom] for geom in carrying} - {body.root}
     return frozenset([*carrying, *(geom for geom, limb in limbs.items() if limb in moving)])
 
