@@ -35,7 +35,12 @@ from .recording import Recording
 _RECENT = 0.5  # [s] interval before the requested time of which events are listed
 _RAISED = 5  # maximum number of listed exceptions of content
 _LONG = 24  # maximum number of printed values of a signal; of longer signals only the minimum is printed
-_SLOW = 0.02  # speed above which the robot counts as driving [m/s]
+_SLOW = 0.02  # speed above which the robot counts as moving [m/s]
+_WORDS = {  # motion of each axis in words, by its signal: for positive and negative values
+    "speed": ("moved ahead", "moved back"),
+    "lateral_speed": ("moved left", "moved right"),
+    "climb": ("climbed", "descended"),
+}
 _TURNING = 0.1  # turn rate above which the robot counts as turning [rad/s]
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)  # every period, not listed
 
@@ -167,14 +172,16 @@ def _height(body: BodyMoved) -> str:
 
 
 def _motion(why: Why) -> str:
-    """Motion of the robot in words, from its signals `speed` and `turn_rate`."""
-    (speed, turn) = (why.signals[n][1][0] if n in why.signals else math.nan for n in ("speed", "turn_rate"))
+    """Motion of the robot in words: along its fastest axis, and its turn."""
+    values = {name: why.signals[name][1][0] for name in (*_WORDS, "turn_rate") if name in why.signals}
+    turn, along = values.pop("turn_rate", math.nan), {n: v for n, v in values.items() if math.isfinite(v)}
     side = " left" if turn > 0.0 else " right"
-    if abs(speed) > _SLOW:
-        return ("moved ahead" if speed > 0.0 else "moved back") + (f" turning{side}" if abs(turn) > _TURNING else "")
+    fastest = max(along, key=lambda name: abs(along[name]), default="")
+    if fastest and abs(along[fastest]) > _SLOW:
+        return _WORDS[fastest][along[fastest] < 0.0] + (f" turning{side}" if abs(turn) > _TURNING else "")
     if abs(turn) > _TURNING:
         return f"turned{side}"
-    return "was stationary" if math.isfinite(speed) else "acted"
+    return "was stationary" if "speed" in along else "acted"
 
 
 def _cause(why: Why) -> str:

@@ -57,6 +57,22 @@ def test_the_motion_is_that_of_speed_and_turn_rate(speed, turn, says):
     assert why.answer == f"R2 {says} because no action was active."
 
 
+@pytest.mark.parametrize(
+    ("signals", "says"),
+    [
+        ({"speed": -0.03, "climb": 0.511}, "climbed"),
+        ({"speed": 0.0, "climb": -0.4, "turn_rate": 1.0}, "descended turning left"),
+        ({"speed": 0.0, "lateral_speed": 0.29}, "moved left"),
+        ({"speed": 0.1, "lateral_speed": -0.29, "turn_rate": -1.0}, "moved right turning right"),
+        ({"speed": -0.3, "lateral_speed": 0.2, "climb": 0.1}, "moved back"),
+        ({"speed": 0.0, "lateral_speed": 0.01, "climb": float("nan")}, "was stationary"),
+    ],
+)
+def test_the_motion_is_that_of_the_fastest_axis(signals, says):
+    why = Why(1.0, "R2", signals={name: (1.0, [value]) for name, value in signals.items()})
+    assert why.answer == f"R2 {says} because no action was active."
+
+
 def test_of_many_values_the_least_is_shown():
     why = Why(1.0, "R2", signals={"scan": (1.0, [3.0, 0.5, *[float("inf")] * 30])})
     assert "scan = 32 values, 2 finite, least 0.500 at [1]" in str(why)
