@@ -101,7 +101,7 @@ def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:
     fits = [r for r in reads if len(r.data) == 8 * len(beams)]
     fits = fits[:: max(1, math.ceil(len(fits) / _MOST))]
     return {
-        "beams": [[round(v, 4) for v in (b.x, b.y, b.yaw, b.reach, b.cone)] for b in beams],
+        "beams": [[round(v, 4) for v in (b.x, b.y, b.yaw, b.reach, b.cone, b.elevation)] for b in beams],
         "t": [round(r.t, 3) for r in fits],
         "ranges": [[_range(v) for v in r.values] for r in fits],
     }

@@ -62,6 +62,7 @@ class Beam(msgspec.Struct, frozen=True, kw_only=True):
     yaw: float  # [rad]
     reach: float  # [m]
     cone: float = 0.0  # full angle [rad]; 0 for a ray
+    elevation: float = 0.0  # angle of the direction above the horizontal [rad]
 
 
 class Fan(msgspec.Struct, frozen=True, kw_only=True):

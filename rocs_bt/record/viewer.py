@@ -12,7 +12,7 @@ from .. import event as ev
 from ..event import Event
 from ..geometry import Pose3
 from . import foxglove
-from .header import BodyInfo, Outline, Place, RunHeader
+from .header import Beam, BodyInfo, Outline, Place, RunHeader
 from .log_lines import LOGGED, log_line
 
 Message = tuple[str, str, bytes]  # topic, name of the schema, JSON
@@ -132,9 +132,9 @@ class _BeamLines:
         self.topic = f"/{body.name}/{sensor}/beams"
         self.count = len(beams)
         self.pace = _Pace()
-        self._rays = [(b.x, b.y, math.cos(b.yaw), math.sin(b.yaw), b.reach) for b in beams]
+        self._rays = [(b.x, b.y, body.height, *_direction(b), b.reach) for b in beams]
         # Start points are constant. End points are encoded as a marker, which becomes a format field.
-        points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, body.height))]
+        points = [p for b in beams for p in ((b.x, b.y, body.height), (7e77, 7e77, 7e77))]
         lines = [foxglove.line(2, points, _BEAM, 0.01)]
         update = {
             "deletions": [],
@@ -145,11 +145,17 @@ class _BeamLines:
 
     def fill(self, data: bytes, time: int) -> bytes:
         ends: list[float] = []
-        for (x, y, along, across, reach), distance in zip(self._rays, ev.unpack(data), strict=True):
+        for (x, y, z, along, across, up, reach), distance in zip(self._rays, ev.unpack(data), strict=True):
             # A beam without echo is drawn to the sensor's maximum range, an invalid one not at all.
             shown = 0.0 if math.isnan(distance) else min(distance, reach)
-            ends += (x + along * shown, y + across * shown)
+            ends += (x + along * shown, y + across * shown, z + up * shown)
         return (self._template % (*divmod(time, 1_000_000_000), *ends)).encode()
+
+
+def _direction(beam: Beam) -> tuple[float, float, float]:
+    """Unit vector of a beam, body frame."""
+    flat = math.cos(beam.elevation)
+    return flat * math.cos(beam.yaw), flat * math.sin(beam.yaw), math.sin(beam.elevation)
 
 
 def _outline(outline: Outline, time: int) -> foxglove.Json:

@@ -53,7 +53,7 @@ class SensorTopics:
             yield self._names.frame(sensor), Pose3(fan.x, fan.y, 0.0, yaw=middle)
         for sensor, beams in self._body.beams.items():
             for name, beam in zip(self._beam_names(sensor), beams, strict=True):
-                yield self._names.frame(name), Pose3(beam.x, beam.y, 0.0, yaw=beam.yaw)
+                yield self._names.frame(name), Pose3(beam.x, beam.y, 0.0, pitch=-beam.elevation, yaw=beam.yaw)
         yield from self.ros2.frames()
 
     def take(self, event: ev.SensorRead) -> Iterable[Published]:

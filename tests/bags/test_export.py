@@ -184,6 +184,14 @@ def test_echoes_of_a_scan_are_where_the_rays_hit(record, export):
         assert float(scan.range_max) == pytest.approx(fan.reach)
 
 
+def test_frames_of_beams_that_look_up_and_down_are_vertical(record, export):
+    topics = read(export(record("inspect", 0.5)))
+    mounts = {t.child_frame_id: t.transform.rotation for _, m in topics["/tf_static"] for t in m.transforms}
+    for site, up in (("up", 1.0), ("down", -1.0)):
+        turn = mounts[site]
+        assert 2.0 * (turn.x * turn.z - turn.w * turn.y) == pytest.approx(up)  # z of the x axis of the frame
+
+
 def test_a_gyro_is_an_imu_without_orientation(record, export):
     recording = record("exp3_localised", 1.0)
     reads = events_of(recording, SensorRead, sensor="gyro")

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.catalog import RobotSpec
+from rocs_bt.catalog import RobotSpec, load_robot
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
@@ -33,6 +33,8 @@ from rocs_bt.drivers.mujoco.sensors import RangeCone
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2, Pose3
 from rocs_bt.units import Metres
+
+from .conftest import EMPTY, ROOT
 
 MakeWorld = Callable[..., MujocoWorld]
 
@@ -293,3 +295,21 @@ def test_a_users_own_driver_fits_in(p3dx: RobotSpec) -> None:
     world = compose_world(arena, [RobotInstance("R2", p3dx.model, [SensorMount("tilt", Tilt, {"height": 0.3})])])
     sensor = make_sensor(world, "R2", "tilt", Tilt, {"height": 0.3})
     assert sensor.read().values == pytest.approx([0.3975])
+
+
+def test_the_beams_of_the_quadrotor_look_ahead_up_and_down(tmp_path) -> None:
+    robot = load_robot(ROOT / "robots" / "quadrotor" / "robot.toml")
+    cones = [s for s in robot.sensors if s.driver == "range_cone"]
+    mounts = [SensorMount(s.name, s.driver, s.parameters) for s in cones]
+    (tmp_path / "arena.xml").write_text(EMPTY.format(""))
+    assert robot.model is not None
+    world = compose_world(tmp_path / "arena.xml", [RobotInstance("R", robot.model, mounts)])
+    sensors = {s.name: make_sensor(world, "R", s.name, s.driver, s.parameters) for s in cones}
+    elevations = {
+        site: round(math.degrees(beam.elevation))
+        for sensor in sensors.values()
+        if isinstance(sensor, RangeCone)
+        for site, beam in zip(sensor.parameters.sites, sensor.beams(), strict=True)
+    }
+    assert (elevations["up"], elevations["down"]) == (90, -90)
+    assert {e for site, e in elevations.items() if site not in ("up", "down")} == {0}

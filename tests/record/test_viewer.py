@@ -9,7 +9,8 @@ from mcap.reader import make_reader
 
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, OutcomeDecided, SensorFailed, SensorRead, pack
 from rocs_bt.geometry import Pose2, Pose3
-from rocs_bt.record import Outline
+from rocs_bt.record import BodyInfo, Outline
+from rocs_bt.record.header import Beam
 from rocs_bt.record.recorder import Recorder
 
 from . import synthetic
@@ -134,6 +135,17 @@ def test_beams_end_at_the_echo_in_the_bodys_frame(file):
         for i, distance in enumerate(event.values):
             a, b = lines["points"][2 * i], lines["points"][2 * i + 1]
             assert math.dist((a["x"], a["y"]), (b["x"], b["y"])) == pytest.approx(min(distance, 1.0), abs=2e-3)
+
+
+def test_a_beam_that_looks_down_is_drawn_downward(tmp_path):
+    down = Beam(x=0.1, y=0.0, yaw=0.0, reach=4.0, elevation=-math.pi / 2.0)
+    body = BodyInfo(name="R2", hull=(), beams={"below": (down,)}, height=0.2)
+    recorder = Recorder(tmp_path / "run.mcap", msgspec.structs.replace(synthetic.header(), bodies=(body,)))
+    recorder.emit(SensorRead(t=0.0, agent="R2", sensor="below", stamp=0.0, data=pack([1.5])))
+    recorder.close()
+    _, found = read(recorder.path)
+    (lines,) = found["/R2/below/beams"][1][0][1]["entities"][0]["lines"]
+    assert [[p[axis] for axis in "xyz"] for p in lines["points"]] == [[0.1, 0.0, 0.2], [0.1, 0.0, -1.3]]
 
 
 def test_a_broken_beam_is_not_drawn_and_a_broken_pose_neither(tmp_path):

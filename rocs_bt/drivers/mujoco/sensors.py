@@ -206,9 +206,10 @@ class RangeCone(MujocoSensor):
         for site in self.parameters.sites:
             element = model.site(f"{self.mount.robot}/{site}")
             axis = _axis(element.quat)
-            yaw = math.atan2(axis[1], axis[0])
+            yaw, elevation = math.atan2(axis[1], axis[0]), math.atan2(axis[2], math.hypot(axis[0], axis[1]))
             x, y = element.pos[:2].tolist()
-            found.append(Beam(x=x, y=y, yaw=yaw, reach=low_high[1], cone=2.0 * self.parameters.half_angle))
+            cone = 2.0 * self.parameters.half_angle
+            found.append(Beam(x=x, y=y, yaw=yaw, reach=low_high[1], cone=cone, elevation=elevation))
         return tuple(found)
 
 

@@ -53,12 +53,13 @@ const makeArena = (picture) => {
       g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
     }
   };
-  // Each beam is [x, y, yaw, reach, cone]; an echo is a range [m], null for no echo, -1 for an invalid value.
+  // Each beam is [x, y, yaw, reach, cone, elevation]; an echo is a range [m], null for no echo, -1 for an invalid value.
+  // A beam is projected on the plane; one that is steeper than 60 degrees, such as downward, is not drawn.
   const drawBeams = (beams, echoes, pose) => {
-    beams.forEach(([bx, by, yaw, reach, cone], k) => {
-      const echo = echoes[k];
-      if (echo === -1) return;
-      const [x, y] = placed(pose, [bx, by]), angle = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * scale;
+    beams.forEach(([bx, by, yaw, reach, cone, elevation], k) => {
+      const echo = echoes[k], flat = Math.cos(elevation);
+      if (echo === -1 || flat < 0.5) return;
+      const [x, y] = placed(pose, [bx, by]), angle = pose.yaw + yaw, r = Math.min(echo ?? reach, reach) * flat * scale;
       g.globalAlpha = echo === null ? 0.09 : 0.55;
       g.fillStyle = g.strokeStyle = echo === null ? color("muted") : color("beam");
       g.beginPath(); g.moveTo(X(x), Y(y));

@@ -36,7 +36,7 @@
     const declared = Object.fromEntries((info.signals || []).map((s) => [s.name, s]));
     const body = run.bodies.find((b) => b.name === info.name);
     const beams = Object.fromEntries(Object.entries(body?.beams || {}).map(
-      ([sensor, of]) => [sensor, of.map((b) => [b.x, b.y, b.yaw, b.reach, b.cone || 0])]));
+      ([sensor, of]) => [sensor, of.map((b) => [b.x, b.y, b.yaw, b.reach, b.cone || 0, b.elevation || 0])]));
     const fans = Object.fromEntries(Object.entries(body?.fans || {}).map(
       ([sensor, f]) => [sensor, [f.x, f.y, f.yaw, f.step, f.reach]]));
     return {
