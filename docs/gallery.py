@@ -27,7 +27,7 @@ _COLOURS = 48
 _SOURCES = {  # file that the last command of a picture writes
     "exp1-seeds": "runs/overlay/arena.png",
     "exp1-activation": "runs/exp1-1/figures/activation.png",
-    "exp1-wheels": "runs/exp1-1/figures/wheels.png",
+    "exp1-wheels": "runs/exp1-1/figures/commands.png",
     "exp1-rules": "runs/exp1-1/rules/avoid_collision-R2.png",
     "exp2-arena": "runs/exp2-1/figures/arena.png",
     "exp3-arena": "runs/exp3-1/figures/arena.png",

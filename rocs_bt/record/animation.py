@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..event import SensorRead
-from .figures.wheels import wheel_command
+from .figures.commands import motion_command
 from .header import Beam, Fan
 from .history import AgentHistory, BodyHistory, History
 
@@ -68,7 +68,7 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
     own = [body for body in run.header.bodies if body.name == name]
     beams = {s: b for body in own for s, b in body.beams.items()}
     fans = {s: f for body in own for s, f in body.fans.items()}
-    command = wheel_command(run, name)
+    command = motion_command(run, name)
     every = 1 if command is None else max(1, math.ceil(len(command.t) / _MOST))
     return {
         "name": name,

@@ -66,6 +66,22 @@ class BodyHistory:
         """Whether height and tilt are recorded."""
         return len(self.height) > 0
 
+    def speed(self, axis: str) -> Series | None:
+        """Speeds along an axis of the body [m/s, rad/s], shape (n,), from the poses; None if they are too few.
+
+        Args:
+            axis: `vx`, `vy` (horizontal), `vz` (vertical) or `wz` (about the vertical).
+        """
+        if len(self.t) < 2 or (axis == "vz" and not self.spatial):
+            return None
+        x, y, yaw = self.pose.T
+        ahead = yaw if axis == "vx" else yaw + 0.5 * np.pi
+        if axis in ("vz", "wz"):
+            speed: Series = np.gradient(self.height if axis == "vz" else np.unwrap(yaw), self.t)
+        else:
+            speed = np.gradient(x, self.t) * np.cos(ahead) + np.gradient(y, self.t) * np.sin(ahead)
+        return speed
+
     def at(self, t: Series | float) -> Series:
         """Positions [m] at times, shape (m, 2), linearly interpolated; NaN if the body has no samples."""
         times = np.atleast_1d(t)
@@ -288,7 +304,7 @@ def _command(events: list[ActuatorCommanded]) -> Command:
 
 
 def _routes(command: Command, end: float, stopped: float | None) -> list[Span]:
-    """Intervals of each route that commanded the wheels; after the agent was stopped, the route is `idle`."""
+    """Intervals of each route that commanded the robot; after the agent was stopped, the route is `idle`."""
     spans: list[Span] = []
     for t, route in zip(command.t.tolist(), command.routes, strict=True):
         route = "idle" if stopped is not None and t >= stopped else route

@@ -100,6 +100,7 @@ def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[st
         "verdict": _verdict(info.name, judged),
         "reason": "" if judged is None else judged.reason,
         "numbers": [] if result is None else _numbers(result),
+        "limited": "" if result is None else _counts(result.commands_limited),
         "requirements": () if result is None else result.requirements,
         "tree": _tree(info, agent),
         "inactive": [inactive_rule(rule, [info.robot], missing) for rule, missing in info.inactive.items()],
@@ -136,7 +137,7 @@ def _numbers(result: AgentResult) -> list[tuple[str, str]]:
         ("exceptions of content", sum(result.exceptions.values()) or None, "{}"),
         ("plan/reflex switches", result.route_switches, "{}"),
         ("replans", result.replans, "{}"),
-        ("commands limited by the safety gate", _counts(result.commands_limited), "{}"),
+        ("commands limited by the safety gate", sum(result.commands_limited.values()) or None, "{}"),
         ("time deliberative", result.time_deliberative, "{:.2f} s"),
         ("time reactive", result.time_reactive, "{:.2f} s"),
         ("cross-track error, rms", _scaled(result.tracking_error.cross_rms, 100), "{:.2f} cm"),
@@ -181,12 +182,9 @@ def _sharing(shared: Mapping[str, float] | None) -> list[Number]:
     ]
 
 
-def _counts(counts: Mapping[str, int]) -> str | None:
-    """Counts by action, such as `12 (Creep 12)`; None if there are none."""
-    if not counts:
-        return None
-    each = ", ".join(f"{name or 'outside of actions'} {count}" for name, count in counts.items())
-    return f"{sum(counts.values())} ({each})"
+def _counts(counts: Mapping[str, int]) -> str:
+    """Counts by action, such as `Creep 12, GoTo 3`."""
+    return ", ".join(f"{name or 'outside of actions'} {count}" for name, count in counts.items())
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -1,6 +1,7 @@
 """The figures show what was recorded."""
 
 import copy
+import math
 
 import msgspec
 import numpy as np
@@ -9,7 +10,7 @@ from matplotlib.colors import to_hex
 
 from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMoved, pack
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
 from rocs_bt.record.header import Outline, RunHeader
@@ -111,15 +112,40 @@ def test_activation_has_a_row_for_the_route_each_rule_and_each_action(run):
     assert [len(b.get_paths()) for b in bars] == [6, 2, 3, 2]
 
 
-def test_wheels_show_command_and_truth(run):
-    canvas = named("wheels").make([run])
+def test_commands_of_wheels_are_shown_with_the_true_speeds(run):
+    canvas = named("commands").make([run])
     assert len(canvas.axes) == 2
     command = run.agents["R2"].commands["wheels"]
     for wheel in (0, 1):
-        (told,) = artists(canvas, f"wheels-0-R2-{wheel}-command")
-        (true,) = artists(canvas, f"wheels-0-R2-{wheel}-true")
-        np.testing.assert_array_equal(told.get_ydata()[:-1], command.values[:, wheel])
+        (commanded,) = artists(canvas, f"commands-0-R2-{wheel}-command")
+        (true,) = artists(canvas, f"commands-0-R2-{wheel}-true")
+        np.testing.assert_array_equal(commanded.get_ydata()[:-1], command.values[:, wheel])
         np.testing.assert_array_equal(true.get_ydata(), run.bodies["R2"].wheels[:, wheel])
+
+
+def test_commands_of_twists_are_shown_with_the_true_speeds_of_the_axes(tmp_path):
+    header = synthetic.header()
+    agent = msgspec.structs.replace(header.agents[0], axes=("vx", "vy", "vz", "wz"))
+    recorder = Recorder(tmp_path / "run.mcap", msgspec.structs.replace(header, agents=(agent,)))
+    for k in range(80):  # ahead at 0.5 m/s, left at 0.2 m/s, up at 0.1 m/s, turning at 1 rad/s
+        t, turn = 0.05 * k, 0.05 * k
+        x = 0.5 * math.sin(turn) + 0.2 * (math.cos(turn) - 1.0)
+        y = 0.5 * (1.0 - math.cos(turn)) + 0.2 * math.sin(turn)
+        pose = {"x": x, "y": y, "yaw": wrap_angle(turn), "height": 0.1 * t, "roll": 0.0, "pitch": 0.0}
+        recorder.emit(BodyMoved(t=t, agent="R2", body="R2", **pose))
+        data = pack([0.5, 0.2, 0.1, 1.0])
+        recorder.emit(ActuatorCommanded(t=t, agent="R2", actuator="rotors", route="deliberative", data=data))
+    recorder.close()
+    canvas = named("commands").make([History(Recording.open(recorder.path))])
+    assert [axes.get_ylabel() for axes in canvas.axes] == [
+        "forward [m/s]",
+        "left [m/s]",
+        "up [m/s]",
+        "turn [rad/s]",
+    ]
+    for i, speed in enumerate((0.5, 0.2, 0.1, 1.0)):
+        (true,) = artists(canvas, f"commands-0-R2-{i}-true")
+        np.testing.assert_allclose(true.get_ydata()[1:-1], speed, atol=1e-3)
 
 
 def test_two_runs_are_laid_over_each_other(run):

@@ -134,7 +134,7 @@ def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDAr
 
 
 def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
-    """Shade the time intervals in which reflexes controlled the wheels (reactive route)."""
+    """Shade the time intervals in which reflexes controlled the robot (reactive route)."""
     for span in agent.routes:
         if span.name == "reactive":
             axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)

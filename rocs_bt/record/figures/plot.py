@@ -10,9 +10,9 @@ from ...errors import Fault, InputError, RecordingError
 from ..history import History, Span
 from ..recording import Recording
 from .arena import Arena
+from .commands import Commands
 from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
 from .height import HeightAndTilt
-from .wheels import Wheels
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -96,7 +96,7 @@ class Coordinates(Figure):
         route_legend(rows[0], runs, loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=columns, borderaxespad=0.1)
 
 
-FIGURES: tuple[Figure, ...] = (Arena(), Coordinates(), HeightAndTilt(), Activation(), Wheels())
+FIGURES: tuple[Figure, ...] = (Arena(), Coordinates(), HeightAndTilt(), Activation(), Commands())
 _FORMATS = ("png", "svg", "pdf")
 
 

@@ -1,4 +1,4 @@
-"""Figure of motion commands: of wheels with their true speeds, or of the axes of a twist."""
+"""Figure of motion commands and true motion: of wheels, or of the axes of a twist."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..history import Command, History
+from ..history import BodyHistory, Command, History, Series
 from .figure import INK, MUTED, Figure, line_style, shade_reflexes
 
 if TYPE_CHECKING:
@@ -22,18 +22,18 @@ _NAMES = {
 }
 
 
-class Wheels(Figure):
-    """Motion commands: one row per wheel with the command as steps and the true speed as a line, or one row per axis.
+class Commands(Figure):
+    """Motion commands: one row per wheel, or per axis of a twist, with commands as steps and the true speed as a line.
 
     Reflexes are shaded.
     """
 
-    name = "wheels"
+    name = "commands"
     title = "Motion commands"
     size = (7.2, 4.0)
 
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
-        found = [(n, c) for n in runs[0].agents if (c := wheel_command(runs[0], n)) is not None]
+        found = [(n, c) for n in runs[0].agents if (c := motion_command(runs[0], n)) is not None]
         axes_of = {info.name: info.axes for info in runs[0].header.agents}
         rows = [
             (name, i, label)
@@ -44,9 +44,9 @@ class Wheels(Figure):
             return
         canvas.set_figheight(0.9 + 1.45 * len(rows))
         grid = canvas.subplots(len(rows), 1, sharex=True, squeeze=False)
-        for axes, (name, wheel, label) in zip(grid[:, 0], rows, strict=True):
+        for axes, (name, i, label) in zip(grid[:, 0], rows, strict=True):
             for r, run in enumerate(runs):
-                self._wheel(axes, run, name, wheel, r, tag=f" {run.label}" if len(runs) > 1 else "")
+                self._row(axes, run, name, i, r, tag=f" {run.label}" if len(runs) > 1 else "")
             if name in runs[0].agents:
                 shade_reflexes(axes, runs[0].agents[name])
             axes.set_ylabel(f"{name} {label}".replace(" [", "\n[") if len(found) > 1 else label)
@@ -54,18 +54,26 @@ class Wheels(Figure):
         grid[0, 0].legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, borderaxespad=0.1)
         grid[-1, 0].set_xlabel("t [s]")
 
-    def _wheel(self, axes: Axes, run: History, name: str, wheel: int, r: int, tag: str) -> None:
-        gid = f"{self.name}-{r}-{name}-{wheel}"
-        command = wheel_command(run, name)
-        if command is not None and wheel < command.values.shape[1]:
+    def _row(self, axes: Axes, run: History, name: str, i: int, r: int, tag: str) -> None:
+        gid = f"{self.name}-{r}-{name}-{i}"
+        command = motion_command(run, name)
+        if command is not None and i < command.values.shape[1]:
             style = {**line_style(r), "linewidth": 0.9}
-            commanded = np.append(command.values[:, wheel], command.values[-1, wheel])
+            commanded = np.append(command.values[:, i], command.values[-1, i])
             times = np.append(command.t, run.end)
             axes.step(times, commanded, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-command", **style)
-        body = run.bodies.get(name)
-        if body is not None and wheel < body.wheels.shape[1]:
+        body, of = run.bodies.get(name), next((a.axes for a in run.header.agents if a.name == name), ())
+        true = None if body is None else _true(body, of, i)
+        if body is not None and true is not None:
             style = {**line_style(r), "linewidth": 2.2, "alpha": 0.6}
-            axes.plot(body.t, body.wheels[:, wheel], color=MUTED, label=f"true{tag}", gid=f"{gid}-true", **style)
+            axes.plot(body.t, true, color=MUTED, label=f"true{tag}", gid=f"{gid}-true", **style)
+
+
+def _true(body: BodyHistory, axes: Sequence[str], i: int) -> Series | None:
+    """True speed of wheel or axis `i` [m/s, rad/s]; None if unknown."""
+    if i < body.wheels.shape[1]:
+        return body.wheels[:, i]
+    return body.speed(axes[i]) if i < len(axes) else None
 
 
 def _labels(axes: Sequence[str], count: int) -> Sequence[str]:
@@ -76,7 +84,7 @@ def _labels(axes: Sequence[str], count: int) -> Sequence[str]:
     return [f"{name} [m/s]" for name in names]
 
 
-def wheel_command(run: History, agent: str) -> Command | None:
+def motion_command(run: History, agent: str) -> Command | None:
     """Commands of the wheels' actuator: the first with as many values as the body has wheels, else the first of all.
 
     None if the agent has no commands.
