@@ -20,7 +20,7 @@ Output:
        7.90 s  GoTo was cancelled by avoid_collision/AvoidCollision
     R2 at 0.75 s: front >= 0.38 m, plan: GoTo goal
       active rule: avoid_collision/AvoidCollision, wheel commands: +0.07 and -0.07 m/s
-    figures: arena.svg, coordinates.svg, activation.svg, wheels.svg
+    figures: arena.svg, coordinates.svg, activation.svg, commands.svg
     replayed: the same decisions, event by event
 """
 

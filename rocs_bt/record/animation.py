@@ -14,6 +14,7 @@ from .history import AgentHistory, BodyHistory, History
 
 _MOST = 4000  # maximum number of samples in a time series; of longer series only every n-th sample is kept
 _RAYS, _ECHOES = 180, 120_000  # maximum number of drawn scanner rays: of one scan, and in total
+_LEVEL = 0.1  # [m] changes of height up to which the height of a body is not shown
 Json = dict[str, Any]
 
 
@@ -27,7 +28,10 @@ def animation(run: History) -> Json:
         "bounds": _bounds(run),
         "outlines": [{"name": o.name, "points": o.points, "radius": o.radius} for o in header.outlines],
         "grounds": [{"name": o.name, "points": o.points, "height": o.height} for o in header.grounds],
-        "places": [{"name": p.name, "x": p.x, "y": p.y, "radius": p.radius, "kind": p.kind} for p in header.places],
+        "places": [
+            {"name": p.name, "x": p.x, "y": p.y, "radius": p.radius, "kind": p.kind, "known": p.known}
+            for p in header.places
+        ],
         "bodies": [
             {"name": name, "agent": name in run.agents, "hull": hulls.get(name, ()), **_track(body)}
             for name, body in run.bodies.items()
@@ -57,10 +61,12 @@ def _extent(body: BodyHistory) -> tuple[float, float, float, float]:
 def _track(body: BodyHistory) -> Json:
     every = max(1, math.ceil(len(body.t) / _MOST))
     pose = np.nan_to_num(body.pose[::every])
+    climbs = body.spatial and np.nanmax(body.height) - np.nanmin(body.height) > _LEVEL
     return {
         "t": _rounded(body.t[::every], 3),
         **{k: _rounded(pose[:, i], 4) for i, k in enumerate(("x", "y", "yaw"))},
-        **({"z": _rounded(body.height[::every], 3), "tilt": _rounded(body.tilt[::every], 4)} if body.spatial else {}),
+        **({"z": _rounded(body.height[::every], 3)} if climbs else {}),
+        **({"tilt": _rounded(body.tilt[::every], 4)} if body.spatial else {}),
     }
 
 

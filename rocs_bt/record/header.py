@@ -44,7 +44,10 @@ class Outline(msgspec.Struct, frozen=True, kw_only=True):
 
 
 class Place(msgspec.Struct, frozen=True, kw_only=True):
-    """Named place, such as a goal or a dock; `radius` is its tolerance [m]."""
+    """Named place, such as a goal or a dock; `radius` is its tolerance [m].
+
+    `known`: Whether an agent knows the place. Figures omit the names of others, such as checkpoints.
+    """
 
     name: str
     x: float  # [m]
@@ -52,6 +55,7 @@ class Place(msgspec.Struct, frozen=True, kw_only=True):
     yaw: float = 0.0  # [rad]
     kind: str = "goal"
     radius: float = 0.0
+    known: bool = True
 
 
 class Beam(msgspec.Struct, frozen=True, kw_only=True):

@@ -204,6 +204,7 @@ def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:
             yaw=place.pose.yaw if math.isfinite(place.pose.yaw) else 0.0,
             kind=place.kind,
             radius=place.tolerance,
+            known=bool(place.agents),
         )
         for place in scenario.places
     )

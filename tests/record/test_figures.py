@@ -1,6 +1,7 @@
 """The figures show what was recorded."""
 
 import copy
+import itertools
 import math
 
 import msgspec
@@ -13,7 +14,7 @@ from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMo
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
-from rocs_bt.record.header import Outline, RunHeader
+from rocs_bt.record.header import Outline, Place, RunHeader
 from rocs_bt.record.history import History
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -81,6 +82,33 @@ def test_heights_of_ground_are_in_centimetres_below_a_metre(run):
     canvas = named("arena").make([high])
     texts = {text.get_text() for text in canvas.axes[0].texts}
     assert {"mat, 1.25 cm", "kerb, 99.5 cm", "hill, 1 m", "dam, 10 m"} <= texts
+
+
+def test_names_in_the_arena_are_inside_and_do_not_overlap(run):
+    crowded = copy.copy(run)
+    names = ["north_of_the_tower", "east_of_the_tower", "checkpoint"]
+    at = [(2.0, 1.0), (2.1, 1.02), (0.0, 0.0)]
+    places = [Place(name=n, x=x, y=y, known=n != "checkpoint") for n, (x, y) in zip(names, at, strict=True)]
+    ground = Outline(name="mound", points=((2.3, 1.0), (2.3, 0.5), (1.9, 0.5), (1.9, 1.0)), height=0.04)
+    crowded.header = msgspec.structs.replace(run.header, places=tuple(places), grounds=(ground,))
+    canvas = named("arena").make([crowded])
+    canvas.draw_without_rendering()
+    (axes,), boxes = canvas.axes, {t.get_text(): t.get_window_extent() for t in canvas.axes[0].texts}
+    assert "checkpoint" not in boxes
+    labels = [boxes[name] for name in ("mound, 4 cm", *names[:2])]
+    assert all(axes.bbox.x0 <= box.x0 and box.x1 <= axes.bbox.x1 for box in labels)
+    assert not any(a.overlaps(b) for a, b in itertools.combinations(labels, 2))
+
+
+def test_a_wide_arena_and_its_legend_are_inside_the_picture(run):
+    wide = copy.copy(run)
+    yard = Outline.box("yard", Pose2(0.0, 0.0), (7.2, 6.2))
+    wide.header = msgspec.structs.replace(run.header, outlines=(yard,))
+    canvas = named("arena").make([wide])
+    canvas.draw_without_rendering()
+    box = canvas.get_tightbbox()  # [inch]
+    assert box.x0 >= 0.0
+    assert box.x1 <= canvas.get_figwidth()
 
 
 def test_the_legend_of_the_arena_wraps_a_long_list_of_bodies(run):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...geometry import Pose2
-from ..header import BodyInfo, RunHeader
+from ..header import BodyInfo, Point, RunHeader
 from ..history import AgentHistory, History
 from .figure import GRID, INK, MUTED, OTHER, PLACE, ROUTES, WALL, WORST, Figure, by_route, line_style, route_legend
 
@@ -33,6 +33,8 @@ class Arena(Figure):
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         bodies = {name for run in runs for name in run.bodies}
         self.draw_bodies(canvas.add_subplot(), runs, bodies, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        for _ in range(2):  # the layout of axes with a fixed aspect and a legend outside needs several passes
+            canvas.draw_without_rendering()
 
     def draw_bodies(self, axes: Axes, runs: Sequence[History], bodies: Collection[str], **legend: Any) -> None:
         """Draw the world and the given bodies only; `legend` contains placement options of the legend."""
@@ -132,9 +134,6 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         patch = Polygon(ground.points, closed=True, fc="none", ec=MUTED, lw=0.8, ls="--", hatch="....", alpha=0.6)
         patch.set(gid=f"{gid}-ground-{i}", zorder=0.5)
         axes.add_patch(patch)
-        height = ground.height  # as in templates/arena.js
-        words = f"{ground.name}, " + (f"{100.0 * height:.3g} cm" if height < 1.0 else f"{height:.3g} m")
-        axes.annotate(words, ground.points[1], (4, -11), textcoords="offset points", color=MUTED, fontsize=7.5)
     for i, outline in enumerate(header.outlines):
         shape = (
             Circle(outline.points[0], outline.radius) if outline.radius > 0.0 else Polygon(outline.points, closed=True)
@@ -145,17 +144,42 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         radius = max(place.radius, 0.05)
         ring = Circle((place.x, place.y), radius, fill=False, ec=PLACE, lw=1.2, gid=f"{gid}-place-{i}")
         axes.add_patch(ring)
-        side = -1 if place.x > 0.0 else 1  # text towards the middle, away from the walls
-        axes.annotate(
-            place.name,
-            (place.x, place.y),
-            (9 * side, -19),
-            textcoords="offset points",
-            color=PLACE,
-            ha="left" if side > 0 else "right",
-        )
     axes.margins(0.02)
     axes.autoscale_view()
+    labels = _Labels(axes)
+    for ground in header.grounds:
+        corner = min(x for x, _ in ground.points), max(y for _, y in ground.points)
+        high = f"{100.0 * ground.height:.3g} cm" if ground.height < 1.0 else f"{ground.height:.3g} m"  # as in arena.js
+        labels.write(f"{ground.name}, {high}", corner, (4, -11), color=MUTED, fontsize=7.5)
+    for place in (place for place in header.places if place.known):
+        labels.write(place.name, (place.x, place.y), (9, -19), color=PLACE, fontsize=9.0)
+
+
+class _Labels:
+    """Labels right of points, or left of them at the frame; a label is lower if it covers another one.
+
+    Their sizes are estimated, because the layout is not known before the figure is complete.
+    """
+
+    def __init__(self, axes: Axes) -> None:
+        (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
+        self._axes = axes
+        self._scale = 330.0 / max(right - left, high - low)  # about that of the figure [points per metre]
+        self._end = self._scale * right  # [points]
+        self._boxes: list[tuple[float, float, float]] = []  # left, right, base line [points]
+
+    def write(self, text: str, at: Point, offset: tuple[float, float], **style: Any) -> None:
+        """Write a label at a point [m] with an offset [points]."""
+        size, (along, down) = style["fontsize"], offset
+        width = 0.55 * size * len(text)
+        side = -1 if self._scale * at[0] + along + width > self._end else 1
+        left = self._scale * at[0] + side * along - (width if side < 0 else 0.0)
+        base = self._scale * at[1]
+        while any(left < r and lo < left + width and abs(base + down - y) < size for lo, r, y in self._boxes):
+            down -= size
+        self._boxes.append((left, left + width, base + down))
+        style |= {"ha": "left" if side > 0 else "right", "textcoords": "offset points", "annotation_clip": True}
+        self._axes.annotate(text, at, (side * along, down), **style).set_in_layout(False)
 
 
 def draw_hull(axes: Axes, run: History, name: str, gid: str, *, at: int = -1, color: str = GRID) -> None:
@@ -170,9 +194,10 @@ def draw_hull(axes: Axes, run: History, name: str, gid: str, *, at: int = -1, co
         axes.add_patch(shape)
         nose = max(x for x, _ in infos[0].hull)
         axes.plot(*zip(pose[:2], pose.transform(nose, 0.0), strict=True), color=INK, lw=0.9, zorder=2.6)
-        corner = max(math.hypot(x, y) for x, y in infos[0].hull) * math.sqrt(0.5)  # the label is beside the hull
-        beside = (pose.x + corner, pose.y + corner)
-        axes.annotate(name, beside, (1, 1), textcoords="offset points", color=INK, weight="bold", zorder=7)
+        peak = max(_placed(infos[0], pose), key=lambda point: point[1])
+        ha = "right" if peak[0] > 0.5 * sum(axes.get_xlim()) else "left"  # away from the frame
+        label = axes.annotate(name, peak, (0, 2), textcoords="offset points", color=INK, weight="bold", ha=ha, zorder=7)
+        label.set_in_layout(False)
 
 
 def _placed(info: BodyInfo, pose: Pose2) -> list[tuple[float, float]]:

@@ -3,7 +3,7 @@
 const color = (name) => getComputedStyle(document.documentElement).getPropertyValue("--" + name).trim();
 const makeArena = (picture) => {
   const g = picture.getContext("2d");
-  let scale = 1, left = 0, top = 0, width = 0, height = 0;
+  let scale = 1, left = 0, top = 0, width = 0, height = 0, labels = [];
   const X = (x) => left + x * scale, Y = (y) => top - y * scale;
   const fit = ([x0, y0, x1, y1]) => {
     const dpr = window.devicePixelRatio || 1, pad = 18;
@@ -27,15 +27,25 @@ const makeArena = (picture) => {
     pose.x + Math.cos(pose.yaw) * x - Math.sin(pose.yaw) * y, pose.y + Math.sin(pose.yaw) * x + Math.cos(pose.yaw) * y,
   ];
   const high = (h) => (h < 1 ? `${+(100 * h).toPrecision(3)} cm` : `${+h.toPrecision(3)} m`);  // as in figures/arena.py
+  // A label right of and below a point: left of it at the frame, and lower if it would cover another one.
+  const write = (text, x, y, gap = 4, line = 13) => {
+    const wide = g.measureText(text).width;
+    const at = Math.max(4, x + gap + wide > width - 4 ? x - gap - wide : x + gap);
+    const covers = (b) => at < b.x + b.wide && b.x < at + wide && Math.abs(b.y - y) < line;
+    for (let i = 0; i < 4 && labels.some(covers); i++) y += line;
+    y = Math.min(Math.max(y, line), height - 4);
+    labels.push({ x: at, y, wide });
+    g.fillText(text, at, y);
+  };
   const drawWorld = ({ outlines, places, grounds = [] }) => {
-    g.clearRect(0, 0, width, height);
+    g.clearRect(0, 0, width, height); labels = [];
     g.lineWidth = 1; g.fillStyle = g.strokeStyle = color("muted"); g.setLineDash([4, 4]);
     g.font = "11px " + getComputedStyle(document.body).fontFamily;
     for (const o of grounds) {
       outline(o.points); g.stroke();
       g.globalAlpha = 0.12; g.fill(); g.globalAlpha = 1;
       const x = Math.min(...o.points.map((p) => p[0])), y = Math.max(...o.points.map((p) => p[1]));
-      g.fillText(`${o.name}, ${high(o.height)}`, X(x) + 4, Y(y) + 13);
+      write(`${o.name}, ${high(o.height)}`, X(x), Y(y) + 13);
     }
     g.setLineDash([]);
     g.lineWidth = 1; g.fillStyle = color("wall"); g.strokeStyle = color("muted");
@@ -50,7 +60,7 @@ const makeArena = (picture) => {
       const r = Math.max(p.radius * scale, 5);
       g.beginPath(); g.arc(X(p.x), Y(p.y), r, 0, 7); g.stroke();
       g.beginPath(); g.moveTo(X(p.x) - 4, Y(p.y)); g.lineTo(X(p.x) + 4, Y(p.y)); g.moveTo(X(p.x), Y(p.y) - 4); g.lineTo(X(p.x), Y(p.y) + 4); g.stroke();
-      g.fillText(p.name, X(p.x) + r + 4, Y(p.y) + r + 10);
+      if (p.known !== false) write(p.name, X(p.x), Y(p.y) + r + 10, r + 4);
     }
   };
   // Each beam is [x, y, yaw, reach, cone, elevation]; an echo is a range [m], null for no echo, -1 for an invalid value.
@@ -97,8 +107,8 @@ const makeArena = (picture) => {
     outline([[tip, 0], [back, size * 0.3], [back, -size * 0.3]].map((p) => placed(pose, p)));
     g.fillStyle = tint; g.fill();
     g.fillStyle = color("ink"); g.font = "600 13px " + getComputedStyle(document.body).fontFamily;
-    const space = pose.z === undefined ? "" : `, ${pose.z.toFixed(2)} m high` + (pose.tilt > 0.09 ? `, ${(pose.tilt * 180 / Math.PI).toFixed(0)}°` : "");
-    g.fillText(name + space, X(pose.x) + 0.24 * scale + 4, Y(pose.y) - 0.16 * scale - 2);
+    const space = (pose.z === undefined ? "" : `, ${pose.z.toFixed(2)} m high`) + (pose.tilt > 0.09 ? `, ${(pose.tilt * 180 / Math.PI).toFixed(0)}°` : "");
+    write(name + space, X(pose.x), Y(pose.y) - 0.16 * scale - 2, 0.24 * scale + 4);
   };
   return { g, X, Y, fit, drawWorld, drawBeams, drawScan, drawLine, drawBody };
 };

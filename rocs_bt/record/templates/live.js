@@ -159,7 +159,8 @@
     for (const info of run.bodies) {
       const body = bodies[info.name], agent = agents[info.name];
       if (!body?.pose) continue;
-      const [x, y, yaw] = body.pose, [z, tilt] = body.spatial || [], pose = { x, y, yaw, z, tilt };
+      const [x, y, yaw] = body.pose, [z, tilt] = body.spatial || [], [low, high] = body.heights || [];
+      const pose = { x, y, yaw, z: high - low > 0.1 ? z : undefined, tilt };  // the height of bodies that climb
       for (const [sensor, beams] of Object.entries(agent?.beams || {})) if (agent.ranges[sensor]) arena.drawBeams(beams, agent.ranges[sensor], pose);
       for (const [sensor, fan] of Object.entries(agent?.fans || {})) if (agent.ranges[sensor]) arena.drawScan(fan, agent.ranges[sensor], pose);
       arena.drawBody(info.hull, info.name, pose, color(agent ? agent.activeRoute : "other"));
@@ -186,7 +187,10 @@
     for (const [name, part] of Object.entries(delta.bodies || {})) {
       const body = (bodies[name] ||= { trail: [], pose: null });
       if (part.pose) body.pose = part.pose;
-      if (part.spatial) body.spatial = part.spatial;
+      if (part.spatial) {
+        const [z] = body.spatial = part.spatial, [low, high] = body.heights || [z, z];
+        body.heights = [Math.min(low, z), Math.max(high, z)];
+      }
       for (const point of part.trail || []) body.trail.push(point);
     }
     for (const [name, part] of Object.entries(delta.agents || {})) if (agents[name]) takeAgent(agents[name], part);
