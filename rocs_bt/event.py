@@ -221,7 +221,7 @@ class AtomicStarted(Event, frozen=True, kw_only=True):
 
 
 class ActuatorCommanded(Event, frozen=True, kw_only=True):
-    """Execute sent a command; `data` contains the packed values, SI units (wheel linear speeds [m/s])."""
+    """Execute sent a command; `data` contains the packed values, SI units: wheel linear speeds, or a twist."""
 
     actuator: str
     route: str
@@ -243,7 +243,7 @@ class FollowerStepped(Event, frozen=True, kw_only=True):
 
 
 class BlockFailed(Event, frozen=True, kw_only=True):
-    """A block or an actuator failed: it raised an exception, ended, or hung. The wheels were stopped first.
+    """A block or an actuator failed: it raised an exception, ended, or hung. The robot was stopped first.
 
     Attributes:
         block: Name of the block or of the actuator.

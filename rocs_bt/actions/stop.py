@@ -16,7 +16,8 @@ from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
 class Stop(AtomicAction):
     """Command the body not to move until it is stationary: wheels brake, legs do not step, and a flying body hovers.
 
-    A body that hovers lands when it has not been commanded to move for a time.
+    A body that hovers lands when it has not been commanded to move for a time. A body that drifts, such as a boat in a
+    current, is never stationary, and the action does not end.
 
     Attributes:
         below: Speed below which a wheel, or an axis of another body, counts as stationary [m/s, rad/s].

@@ -62,7 +62,7 @@ def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
         echo("Dry run: nothing is sent to any actuator.", err=True)
     try:
         given = SharedOptions(**shared)
-        return play_scenario(drive, given, changes, unit="s driven", keep=True, sinks=sinks, progress=progress)
+        return play_scenario(drive, given, changes, unit="s on hardware", keep=True, sinks=sinks, progress=progress)
     except DeviceError as error:
         echo(str(error), err=True)
         return 1

@@ -56,7 +56,7 @@ class Response:
         return self.delay + self.lag
 
 
-_NEUTRAL = {"legged": "stand", "flying": "hover"}
+_NEUTRAL = {"legged": "stand", "flying": "hover", "twist": "rest"}
 
 
 @dataclass(frozen=True, eq=False)

@@ -213,7 +213,7 @@ class Monitor(ABC):
         event = SensorRead(t=t, agent=self.knowledge.agent, sensor=sensor.name, stamp=reading.stamp, data=data)
         self._sink.emit(event)
         if self._frozen_after < math.inf and self._frozen(monitored, data, reading, t):
-            problem = f"frozen: the same values for {monitored.unchanged:.2f} s while the wheels turned"
+            problem = f"frozen: the same values for {monitored.unchanged:.2f} s while the robot moved"
         elif not (problem := self.reject(sensor.name, reading)):
             # NaN or an old time stamp already invalidates the signals, so the reading is passed on unchanged.
             if any(map(math.isnan, values)):

@@ -73,7 +73,7 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
 
     def __str__(self) -> str:
         summary = self.summary
-        took = f"{summary.sim_time:.1f} s {'simulated' if summary.simulated else 'driven'}"
+        took = f"{summary.sim_time:.1f} s {'simulated' if summary.simulated else 'on hardware'}"
         lines = [f"{summary.scenario}, seed {summary.seed}, {took}"]
         for name, agent in summary.agents.items():
             reason = f": {agent.reason}" if agent.reason else ""
