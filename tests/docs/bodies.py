@@ -16,10 +16,10 @@ from rocs_bt.cli.main import group
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs" / "bodies.md"
 _ROBOTS = re.compile(r"(<!-- (campaign.py [^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
-_TOLD = re.compile(r"(```console\n\$ rocs-bt (compare .*?)\n).*?(```)", re.DOTALL)
+_COMPARED = re.compile(r"(```console\n\$ rocs-bt (compare .*?)\n).*?(```)", re.DOTALL)
 HEAD = """\
-| robot | drive | body | clean | exact 95 % interval | collisions | falls | late | median time | minimum clearance |
-|---|---|---|---|---|---|---|---|---|---|
+| robot | drive | body | clean | exact 95 % interval | collisions | falls | late | other | median time | minimum clearance |
+|---|---|---|---|---|---|---|---|---|---|---|
 """
 
 
@@ -38,15 +38,16 @@ def row(name: str, command: str) -> str:
     done = subprocess.run([sys.executable, script, *options], check=True, capture_output=True, text=True)
     found = json.loads(done.stdout)["agents"]["R2"]
     robot, clean = Catalog().load_robot(name), found["clean"]
+    late = sum(run["outcome"] in ("timeout", "success") for run in found["failed"])
+    counts = [found["collided"]["count"], found["fell"]["count"], late]
     cells = (
         f"`{name}`",
         robot.locomotion.kind,
         f"{robot.length:.2f} m x {robot.width:.2f} m",
         f"{clean['count']} of {clean['of']}",
         f"{100.0 * clean['interval'][0]:.1f} to {100.0 * clean['interval'][1]:.1f} %",
-        str(found["collided"]["count"]),
-        str(found["fell"]["count"]),
-        str(sum(run["outcome"] in ("timeout", "success") for run in found["failed"])),
+        *map(str, counts),
+        str(clean["of"] - clean["count"] - sum(counts)),  # stuck or failed
         f"{found['median_time']:.1f} s",
         f"{1000.0 * found['least_clearance']:.0f} mm",
     )
@@ -59,12 +60,12 @@ def written(text: str, store: Path) -> str:
     def robots(found: re.Match[str]) -> str:
         return found[1] + HEAD + "".join(row(name, found[2]) for name in bodies()) + "\n" + found[3]
 
-    def told(found: re.Match[str]) -> str:
+    def compared(found: re.Match[str]) -> str:
         done = CliRunner().invoke(group, [*found[2].split(), "--store", str(store)], catch_exceptions=False)
         table = done.output.partition("\n\n")[2]  # after the line of episodes, which depends on the store
         return f"{found[1]}\n{table.rstrip()}\n{found[3]}"
 
-    return _TOLD.sub(told, _ROBOTS.sub(robots, text))
+    return _COMPARED.sub(compared, _ROBOTS.sub(robots, text))
 
 
 if __name__ == "__main__":

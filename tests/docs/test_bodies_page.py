@@ -17,6 +17,13 @@ def test_every_body_is_in_the_table():
     assert list(ROWS) == bodies.bodies()
 
 
+def test_the_runs_of_a_row_add_up():
+    for row in ROWS.values():
+        cells = [cell.strip() for cell in row.strip("|\n ").split("|")]
+        clean, of = map(int, cells[3].split(" of "))
+        assert clean + sum(map(int, cells[5:9])) == of, row
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("robot", ROWS)
 def test_a_campaign_gives_the_figures_of_the_page(robot):
