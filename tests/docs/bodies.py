@@ -18,7 +18,8 @@ PAGE = ROOT / "docs" / "bodies.md"
 _ROBOTS = re.compile(r"(<!-- (campaign.py [^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
 _COMPARED = re.compile(r"(```console\n\$ rocs-bt (compare .*?)\n).*?(```)", re.DOTALL)
 HEAD = """\
-| robot | drive | body | clean | exact 95 % interval | collisions | falls | late | other | median time | minimum clearance |
+| robot | drive | body | clean | exact 95 % interval | collisions | falls | late | other | median time | \
+minimum clearance |
 |---|---|---|---|---|---|---|---|---|---|---|
 """
 
