@@ -247,7 +247,8 @@ class Catalog:
 
         Args:
             name: Name or path; `PLANNER@ROBOT` is the planner on another robot than that of the scenario, and `@ROBOT`
-                the scenario's own mission and rules on it.
+                the scenario's own mission and rules on it. A robot's path remains part of the planner's name if the
+                catalog has another robot, or none, of this name.
 
         Raises:
             InputError: The file has faults; contains all of them, each with its line. Or the robot does not exist.
@@ -258,7 +259,13 @@ class Catalog:
             planner = read_planner(file, partial(self._missing, file))
         else:
             planner = PlannerSpec(name="", mission="", doc="The mission and the rules of the scenario.")
-        return planner.on(self.find("robot", robot).name) if at else planner
+        return planner.on(self._robot_name(robot)) if at else planner
+
+    def _robot_name(self, robot: str) -> str:
+        """Name of a robot; its path as given if the catalog has another robot, or none, of this name."""
+        found = self.find("robot", robot)
+        listed = self._entries("robot").get(found.name)
+        return found.name if listed and listed.path.samefile(found.path) else robot
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         """Load the function `build` of a mission; for an XML mission, a function that makes its tree.
@@ -510,7 +517,7 @@ class CachingCatalog(Catalog):
         return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(controller))
 
     def digest(self, scenario: ScenarioSpec) -> str:
-        agents = tuple((a.name, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
+        agents = tuple((a.name, a.robot, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
         made = self._made.get("scenario"), self._made.get("world")
         return self.cached(
             ("digest", scenario.file, made, agents), lambda: super(CachingCatalog, self).digest(scenario)

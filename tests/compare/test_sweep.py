@@ -84,6 +84,7 @@ def test_robots_are_compared_in_the_scenarios_own_mission(catalog, project):
     assert record.planner == "@robotino"
     expected = run(scenario, catalog, seed=4).summary
     assert record.trajectory_hash == usual.trajectory_hash == expected.trajectory_hash
+    assert record.content == expected.content_hash
 
 
 def test_a_changed_robot_has_another_key(catalog, project):
@@ -96,6 +97,27 @@ def test_a_changed_robot_has_another_key(catalog, project):
     first = key()
     file.write_text('format = "robot/3"\nbase = "robotino"\ndoc = "Another."\n', "utf-8")
     assert key() != first
+
+
+def test_the_content_of_an_episode_is_that_of_its_own_robot(catalog, project):
+    """One runner plays several robots in one scene; the catalog that it keeps tells them apart."""
+    found = sweep(["none", "@robotino", "@jackal"], ["short"], (4,), catalog=catalog, executor=Here()).records()
+    scenario = catalog.load_scenario("short")
+    for record in found:
+        planner = catalog.load_planner(record.planner)
+        assert record.content == run(planner.drives(scenario, "R2"), catalog, seed=4).summary.content_hash
+
+
+def test_a_robot_by_its_path_is_the_robot_in_this_folder(catalog, project):
+    """Also if the catalog has another robot of this name."""
+    other = project / "elsewhere" / "robotino"
+    other.mkdir(parents=True)
+    (other / "robot.toml").write_text('format = "robot/3"\nbase = "jackal"\n', "utf-8")
+    by_path, by_name = f"@{other}", "@robotino"
+    path, name, base = sweep([by_path, by_name, "@jackal"], ["short"], (4,), catalog=catalog, executor=Here()).records()
+    assert (path.planner, name.planner) == (by_path, by_name)
+    assert path.trajectory_hash == base.trajectory_hash != name.trajectory_hash
+    assert catalog.load_planner(f"@{catalog.find('robot', 'jackal').path}").name == "@jackal"
 
 
 def test_a_robot_that_does_not_fit_the_scenario_is_refused(catalog, project):
