@@ -77,6 +77,16 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
     assert "{'timeout': 1} == {'success': 1}" in done.stdout
 
 
+def test_the_scene_of_a_planner_on_a_robot_has_this_robot(rocs_bt, tmp_path, bare):
+    told = rocs_bt("search", "none@robotino", *bare, "--budget", 12, "--out", ".")
+    assert told.code == 1, told.err
+    assert "rocs-bt episode none@robotino none_robotino_in_bare --seed 1" in told.out
+    scenario = (tmp_path / "scenarios" / "none_robotino_in_bare.toml").read_text()
+    assert 'robot = "robotino"' in scenario
+    test = (tmp_path / "tests" / "test_none_robotino_in_bare.py").read_text()
+    assert '@pytest.mark.planners("none@robotino")' in test
+
+
 def test_a_planner_that_fails_nowhere_ends_with_0(rocs_bt, bare):
     told = rocs_bt("search", "none", *bare, "--failure", "collision", "--budget", 2)
     assert told.code == 0, told.err

@@ -31,17 +31,19 @@ class Draft:
     scene: Scene
 
     @staticmethod
-    def of(scene: Scene, name: str, doc: str) -> Draft:
+    def of(scene: Scene, name: str, doc: str, robot: str = "") -> Draft:
         """Make a draft of a family's scene, with another name and without random start offsets (jitter).
 
         Args:
             scene: Scene to copy.
             name: New name.
             doc: One-sentence description.
+            robot: Robot under test; that of the scene if empty.
         """
         scenario = copy.deepcopy({**scene.scenario, "world": name, "doc": doc})
         for table in (*scenario["agent"], *scenario.get("actor", [])):
             table.pop("jitter", None)
+        scenario["agent"][0]["robot"] = robot or scenario["agent"][0]["robot"]
         return Draft(Scene(scenario, scene.ground))
 
     def __eq__(self, other: object) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor
 from contextlib import ExitStack
@@ -106,7 +107,7 @@ def search(
         player = Player(planner, keeping, kept, pool, options.budget, options.wall_limit, progress)
         sampled: dict[Draft, SampledScene] = {}
         name = options.name or default_name(planner, space)
-        drafts = _drafts(space, planner.name, name, options.seed, sampled)
+        drafts = _drafts(space, planner, name, options.seed, sampled)
         found = player.first(drafts, lambda record: record.outcome in options.failures, skip_invalid=False)
         if found is None:
             return SearchResult(searched=player.count)
@@ -127,17 +128,19 @@ def search(
 
 def default_name(planner: PlannerSpec, space: SearchSpace) -> str:
     """Default name of the scene that a search finds."""
-    return f"{planner.name}_in_{space.family.name}"
+    plain = re.sub(r"[^\w-]+", "_", planner.name).strip("_")  # of PLANNER@ROBOT
+    return f"{plain}_in_{space.family.name}"
 
 
 def _drafts(
-    space: SearchSpace, planner: str, name: str, seed: int, sampled: dict[Draft, SampledScene]
+    space: SearchSpace, planner: PlannerSpec, name: str, seed: int, sampled: dict[Draft, SampledScene]
 ) -> Iterator[Draft]:
     """Yield drafts of sampled scenes without end; `sampled` receives the sampled scene of each draft."""
     rng = np.random.default_rng(np.random.SeedSequence(seed))
     while True:
         made = space.sample(rng)
-        draft = Draft.of(made.scene, name, f"{planner} fails here. Shrunk by a search from {made.scene.name}.")
+        doc = f"{planner.name} fails here. Shrunk by a search from {made.scene.name}."
+        draft = Draft.of(made.scene, name, doc, planner.robot)
         sampled[draft] = made
         yield draft
 
