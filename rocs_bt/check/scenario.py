@@ -226,9 +226,10 @@ def _single_agent(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, wo
 def _goal_warning(simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
     """Warning about a goal with no or few free poses for an agent alone in the world; None if it is reachable."""
     world, what = simulated.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
-    poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance)
+    height = goal.z if simulated.robots[agent.name].locomotion.kind == "flying" else None
+    poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance, height=height)
     if not poses:
-        world.place(agent.name, goal.pose._replace(yaw=0.0))
+        world.place(agent.name, goal.pose._replace(yaw=0.0), height)
         depth, obstacle = world.clearance(agent.name)
         where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{obstacle}'"
         message = f"{what}: {agent.robot} has no free pose within {goal.tolerance:g} m of it; {where}."
@@ -236,7 +237,7 @@ def _goal_warning(simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goa
     built.knowledge.world.pursue(goal.name)
     fires = ""
     for free in poses:
-        world.place(agent.name, free.pose)
+        world.place(agent.name, free.pose, height)
         fires = _firing(built, free.pose, goal.pose)
         if not fires:
             return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)

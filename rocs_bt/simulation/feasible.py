@@ -42,6 +42,7 @@ def free_goal_poses(
     tolerance: float,
     sensors: Mapping[str, Sensor] | None = None,
     *,
+    height: float | None = None,
     margin: float = 0.0,
 ) -> list[FreePose]:
     """Collision-free poses of a robot within a goal's tolerance, from a fixed grid of `POSES_TRIED` poses.
@@ -54,6 +55,7 @@ def free_goal_poses(
         goal: Goal pose, world frame; its yaw is ignored.
         tolerance: Position tolerance of the goal [m].
         sensors: Sensors of the robot, read at each free pose; None reads none.
+        height: Height of the base, world frame [m]; by default that of the robot's model over the ground.
         margin: Minimum clearance of a free pose [m], exclusive.
     """
     places = [goal]
@@ -66,7 +68,7 @@ def free_goal_poses(
     for place in places:
         for i in range(_HEADINGS):
             pose = Pose2(place.x, place.y, math.remainder(math.tau * i / _HEADINGS, math.tau))
-            world.place(robot, pose)
+            world.place(robot, pose, height)
             clearance, nearest = world.clearance(robot, limit=1.0)
             if clearance > margin:
                 readings = {name: sensor.read() for name, sensor in (sensors or {}).items()}

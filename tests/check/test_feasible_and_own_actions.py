@@ -86,3 +86,45 @@ def test_the_published_place_of_the_box_leaves_little_room_at_the_goal():
     assert len(tight) == 1
     assert "the goal 'goal' of R2 is tight: pioneer_p3dx is free at 187 of the 408 poses" in tight[0]
     assert check_content([shipped / "scenarios" / "exp1.toml"]).faults == ()
+
+
+TABLE = """<mujoco model="table">
+  <worldbody>
+    <geom name="floor" type="plane" size="5 5 0.1"/>
+    <geom name="table" type="box" size="0.5 0.5 0.25" pos="2 0 0.25"/>
+  </worldbody>
+</mujoco>
+"""
+
+OVER = """format = "scenario/2"
+doc = "Fly over a table."
+world = "table"
+duration = "20 s"
+[[place]]
+name = "over"
+x = "2 m"
+y = "0 m"
+z = "1.2 m"
+tolerance = "0.3 m"
+[[agent]]
+name = "Q"
+robot = "quadrotor"
+mission = "go_to"
+rules = ["airborne"]
+x = "-1 m"
+y = "0 m"
+success = { goal = "over" }
+[agent.parameters]
+goal = "over"
+"""
+
+
+@pytest.mark.parametrize(("z", "faults"), [("1.2 m", []), ("0.4 m", ["inside 'table'"])])
+def test_a_goal_with_a_height_is_checked_at_this_height_for_bodies_that_fly(project, z, faults):
+    (project / "scenarios" / "worlds").mkdir()
+    (project / "scenarios" / "worlds" / "table.xml").write_text(TABLE)
+    file = project / "scenarios" / "over.toml"
+    file.write_text(OVER.replace('z = "1.2 m"', f'z = "{z}"'))
+    found = [str(fault) for fault in check_content([file]).faults]
+    assert len(found) == len(faults), found
+    assert all(words in text for words, text in zip(faults, found, strict=True))

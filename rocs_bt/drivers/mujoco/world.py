@@ -110,14 +110,22 @@ class MujocoWorld:
             raise UnknownName(unknown("robot", robot, self.robots, "The world"))
         return self.robots[robot]
 
-    def place(self, robot: str, pose: Pose2) -> None:
-        """Place a robot at rest at a pose, world frame, with its base at the height of its model over the ground."""
+    def place(self, robot: str, pose: Pose2, height: float | None = None) -> None:
+        """Place a robot at rest.
+
+        Args:
+            robot: Name of the robot.
+            pose: Pose of its base, world frame.
+            height: Height of its base, world frame [m]; by default that of its model over the ground.
+        """
         body = self.body(robot)
         with self.lock:
             q, v = body.q, body.v
             self.data.qpos[q : q + 7] = self.model.qpos0[q : q + 7]
             self.data.qpos[q : q + 2] = pose.x, pose.y
-            if self._ground:
+            if height is not None:
+                self.data.qpos[q + 2] = height
+            elif self._ground:
                 self.data.qpos[q + 2] += self._ground.below(pose, body.reach)
             self.data.qpos[q + 3 : q + 7] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
             self.data.qvel[v : v + 6] = 0.0
