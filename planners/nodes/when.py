@@ -1,6 +1,7 @@
 """When: condition on the robot's signals, in the expression language of the rule files."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.plan import SignalCondition, mission_of
@@ -23,11 +24,18 @@ class When(Instant):
         return super().bind(board, runtime)
 
     def bound_faults(self) -> Iterator[tuple[str, Fault]]:
-        if self.key("expression") is None:
+        key = self.key("expression")
+        if key is None:
+            text = self.expression
+        else:  # its value at the beginning, such as a parameter of the mission
+            entry = self.board.entry(key)
+            text = entry.value if entry is not None and mission_of(self).fit else None
+        if isinstance(text, str):
             try:
-                self._compiled(self.expression)
+                self._compiled(text)
             except InputError as error:
-                yield from (("expression", fault) for fault in error.faults)
+                faults = error.faults if key is None else [replace(fault, column=0) for fault in error.faults]
+                yield from (("expression", fault) for fault in faults)
 
     def update(self) -> Outcome:
         condition = self._compiled(self.expression)

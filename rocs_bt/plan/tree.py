@@ -315,5 +315,5 @@ def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
 
 
 def _refuse_faults(tree: Tree) -> None:
-    if wrong := [fault for fault in node_faults(tree) if not fault.warning]:
+    if wrong := dict.fromkeys(fault for fault in node_faults(tree) if not fault.warning):
         raise InputError(*wrong)

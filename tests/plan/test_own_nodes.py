@@ -101,6 +101,12 @@ class TestWhen:
         assert (first.line, second.line) == (1, 1)
         assert first.column < second.column
 
+    def test_a_parameter_of_the_mission_that_this_robot_cannot_evaluate_is_told_before_the_run(self, mind, grow):
+        mind.mission.board["level"] = "tilt < 8 deg"
+        with pytest.raises(InputError, match="no signal or alias is named 'tilt'") as caught:
+            TreePlan(grow('<When expression="{level}"/>').root, mind.mission)
+        assert caught.value.faults[0].line == 1
+
     def test_a_check_tells_it_too(self, mind):
         def build(mission):
             mission.content = CATALOG
