@@ -56,7 +56,7 @@ def _built(build: Any, catalog: Catalog) -> list[Fault]:
         return []
     controller = Controller(build=idle, schema=catalog.load_schema())
     agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
-    return built_faults(build, agent, {}, fit=False)
+    return built_faults(build, agent, {}, robot="")
 
 
 def built_faults(
@@ -65,7 +65,7 @@ def built_faults(
     parameters: Mapping[str, Any],
     later: Collection[str] | None = None,
     *,
-    fit: bool = True,
+    robot: str,
     ros2: Ros2Settings | None = None,
 ) -> list[Fault]:
     """Faults of a mission built for an agent.
@@ -75,7 +75,7 @@ def built_faults(
         agent: Agent of the mission.
         parameters: Mission parameters, in SI units.
         later: Nodes that may become known during the run; None if any node may.
-        fit: Whether the mission is meant for the agent's robot; False if the robot is an arbitrary one.
+        robot: Robot of the agent in messages; empty if it is an arbitrary one, for which the mission is not meant.
         ros2: Settings of the robot's ROS connection, with the types that the mission may use; None for the defaults.
     """
     environment = Environment.of(agent.knowledge.signals)
@@ -86,7 +86,7 @@ def built_faults(
         clock=agent.clock,
         parameters=parameters,
         compile_guard=lambda text: compile_expression(text, environment),
-        fit=fit,
+        robot=robot,
         later=later,
         ros_types=partial(installed_types, ros2),
     )

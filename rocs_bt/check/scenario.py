@@ -145,7 +145,8 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     except InputError as error:
         yield from error.at(scenario.file, line).faults
         return
-    for fault in built_faults(build, built, parameters, _later(scenario, agent, robot, catalog), ros2=robot.ros2):
+    later, named = _later(scenario, agent, robot, catalog), f"{robot.name} ({agent.name} in {scenario.name})"
+    for fault in built_faults(build, built, parameters, later, robot=named, ros2=robot.ros2):
         yield fault.at(scenario.file, line)
 
 

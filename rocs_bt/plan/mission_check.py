@@ -33,11 +33,13 @@ from .parameters import mission_parameters
 from .plan import Plan
 from .tree import shape_faults
 
+THIS_ROBOT = "this robot"
+
 _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN_RATE: ("turn_limit", "rad/s")}
 
 
 def mission_faults(
-    tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None, *, fit: bool = True
+    tree: Tree, knowledge: Knowledge, later: Collection[str] | None = None, *, robot: str = THIS_ROBOT
 ) -> list[Fault]:
     """Errors and warnings of a mission's tree: those of any tree, and actions that the robot cannot execute.
 
@@ -45,14 +47,14 @@ def mission_faults(
         tree: Tree of the mission.
         knowledge: Knowledge of the robot, with its limits and places.
         later: Names of nodes that may become known during the run; None if any node may.
-        fit: Whether the mission is meant for this robot; the limits of an arbitrary one do not count.
+        robot: Robot in messages; empty if it is an arbitrary one, the limits of which do not count.
     """
     flow = flow_of(tree)
-    return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later, fit=fit))))
+    return list(dict.fromkeys((*examine(tree), *infeasible_actions(tree, flow, knowledge, later, robot=robot))))
 
 
 def infeasible_actions(
-    tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None, *, fit: bool = True
+    tree: Tree, flow: Flow, knowledge: Knowledge, later: Collection[str] | None = None, *, robot: str = THIS_ROBOT
 ) -> Iterator[Fault]:
     """Faults of actions that exceed the robot's limits, and of goals that are not known.
 
@@ -61,14 +63,14 @@ def infeasible_actions(
         flow: Uses of the blackboard keys; a goal in a key that a node changes is not checked.
         knowledge: Knowledge of the robot at the beginning of the run.
         later: Names of nodes that may become known during the run; None if any node may.
-        fit: Whether the mission is meant for this robot; the limits of an arbitrary one do not count.
+        robot: Robot in messages; empty if it is an arbitrary one, the limits of which do not count.
     """
-    if fit:
-        yield from _beyond_limits(tree, knowledge)
+    if robot:
+        yield from _beyond_limits(tree, knowledge, robot)
     yield from dict.fromkeys(_unknown_goals(tree, flow, knowledge, later))
 
 
-def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
+def _beyond_limits(tree: Tree, knowledge: Knowledge, robot: str) -> Iterator[Fault]:
     limits = knowledge.graph.attributes(knowledge.agent)
     for node in tree.nodes:
         if not isinstance(node, Act):
@@ -77,7 +79,7 @@ def _beyond_limits(tree: Tree, knowledge: Knowledge) -> Iterator[Fault]:
             attribute, unit = _LIMITS.get(dimension, ("", "")) if dimension else ("", "")
             limit = limits.get(attribute, math.inf)
             if isinstance(value, Real) and isinstance(limit, Real) and abs(float(value)) > float(limit) * (1 + 1e-9):
-                message = f"{name} is {float(value):g} {unit}; the limit of this robot is {float(limit):.3g} {unit}."
+                message = f"{name} is {float(value):g} {unit}; the limit of {robot} is {float(limit):.3g} {unit}."
                 yield fault_at(node, message, attribute=name)
             if name == "leader" and isinstance(node, ActionNode):
                 yield from _leader_fault(node, str(value), knowledge)
@@ -181,7 +183,7 @@ def check_mission(
     clock: Clock,
     parameters: Mapping[str, Any] | None = None,
     compile_guard: Callable[[str], Expression] | None = None,
-    fit: bool = True,
+    robot: str = THIS_ROBOT,
     later: Collection[str] | None = None,
     ros_types: Callable[[], RosTypes | None] = lambda: None,
 ) -> list[Fault]:
@@ -194,8 +196,8 @@ def check_mission(
         clock: Time source.
         parameters: Parameters of the mission, in SI units.
         compile_guard: Compiler of expressions over the robot's signals.
-        fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
-            robot's limits.
+        robot: Robot for which the mission is meant, in messages; empty if the robot is an arbitrary one, the limits of
+            which do not count.
         later: Names of nodes that may become known during the run; None if any node may.
         ros_types: Function that returns the ROS types that are installed, or None.
     """
@@ -214,7 +216,7 @@ def check_mission(
         actions=actions,
         compile_guard=compile_guard,
         check_options=CheckOptions(
-            fit, [value for value in (parameters or {}).values() if isinstance(value, str)], later
+            bool(robot), [value for value in (parameters or {}).values() if isinstance(value, str)], later
         ),
         ros_types=ros_types,
     )
@@ -233,7 +235,12 @@ def check_mission(
         tree = Tree(root, board=mission.board, clock=clock, owner=mission, faults=misfits)
     except InputError as error:
         return [*mission.faults, *error.faults]
-    return [*mission.faults, *misfits, *_tree_faults(root, mission), *mission_faults(tree, knowledge, later, fit=fit)]
+    return [
+        *mission.faults,
+        *misfits,
+        *_tree_faults(root, mission),
+        *mission_faults(tree, knowledge, later, robot=robot),
+    ]
 
 
 def _tree_faults(root: Behaviour, mission: Mission) -> list[Fault]:

@@ -80,6 +80,16 @@ def test_faults_come_by_file_and_line(project):
     assert [(f.file, f.line) for f in check_content([project]).faults] == [(file, 2), (file, 9)]
 
 
+def test_an_action_beyond_the_limits_of_a_robot_is_told_with_robot_and_scenario(project):
+    file = project / "scenarios" / "slow.toml"
+    place = '[[place]]\nname = "goal"\nx = "2 m"\ny = "-1 m"\n'
+    text = SCENARIO.replace("pioneer_p3dx", "turtlebot3_burger").replace('"whirl"', '"go_to"')
+    file.write_text(text + "[agent.parameters]\ngoal = 'goal'\n" + place)
+    (told,) = (str(fault) for fault in check_content([file]).faults)
+    assert "go_to.py" in told
+    assert "cruise is 0.5 m/s; the limit of turtlebot3_burger (R2 in slow) is 0.22 m/s." in told
+
+
 def test_the_published_place_of_the_box_leaves_little_room_at_the_goal():
     shipped = Catalog().shipped
     tight = [str(f) for f in check_content([shipped / "scenarios" / "exp1_published.toml"]).faults]
