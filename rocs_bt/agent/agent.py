@@ -106,6 +106,11 @@ class Agent:
         return "FAILURE" if self._exceptions.failure else self.plan.status
 
     @property
+    def running(self) -> str:
+        """What the mission is doing and for how long; empty if unknown."""
+        return self.plan.running
+
+    @property
     def reflex(self) -> str:
         """Name of the rule of the active reflex; empty if no reflex is active."""
         return self.arc.active or ""

@@ -81,6 +81,11 @@ class Plan(AnalyzeSubscriber, ABC):
         """Whether a Change has arrived, or a replan was requested, since the last call of `changes`."""
         return bool(self._replan_by) or self.inbox.pending
 
+    @property
+    def running(self) -> str:
+        """What the mission is doing and for how long, such as `GoTo(dock) has run for 12.0 s`; empty if unknown."""
+        return ""
+
     def replan(self, by: str) -> None:
         """Request an early turn because the plan's assumptions may be wrong, such as after a reflex. Thread-safe.
 

@@ -25,6 +25,7 @@ from ..trees.nodes import Node, Tree, descendants, halt
 from ..trees.nodes.runtime import Caught
 from ..trees.nodes.swap import find_node, swapped_part
 from ..trees.status import RUNNING, SKIPPED, Outcome
+from .act import Act
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
 
@@ -108,6 +109,7 @@ class TreePlan(Plan):
         self._restarts: list[Behaviour] = []
         self.tree.runtime.caught = self._caught
         self._seen: dict[Any, Status] = {}
+        self._since: dict[Any, float] = {}  # [s] times at which RUNNING nodes began to run
         self._index_nodes()
         for node, _ in self._nodes:
             node.logger = QUIET
@@ -203,6 +205,16 @@ class TreePlan(Plan):
     def definitions_of(self, owner: object) -> tuple[object, ...]:
         return owner, getattr(getattr(owner, "origin", None), "location", None)
 
+    @property
+    def running(self) -> str:
+        leaf = self.root.tip()
+        if leaf is None or (since := self._since.get(leaf.id)) is None:
+            return ""
+        action = leaf.ticket.action if isinstance(leaf, Act) and leaf.ticket is not None else None
+        goal = action.parameters.get("goal") if action is not None else None
+        name = f"'{self._paths[leaf.id]}'" if action is None or goal is None else f"{action.name}({goal})"
+        return f"{name} has run for {self.clock.now() - since:.1f} s"
+
     def _tick(self) -> Outcome:
         if isinstance(self.root, Node):
             return self.tree.tick()
@@ -275,6 +287,9 @@ class TreePlan(Plan):
         for node, path in reversed(self._nodes):
             if node.status is not self._seen[node.id]:
                 self._seen[node.id] = node.status
+                self._since.pop(node.id, None)
+                if node.status is Status.RUNNING:
+                    self._since[node.id] = self.clock.now()
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=node.feedback_message)
 
     def _no_status(self, node: Behaviour) -> Fault:

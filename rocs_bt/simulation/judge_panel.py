@@ -109,6 +109,7 @@ class JudgePanel:
         for agent in self._agents:
             judge = self._judges[agent.name]
             if not judge.decided:
+                judge.running = agent.running
                 agent.stop(END)
             judge.check_failure(agent)
             verdict = verdicts[agent.name] = judge.verdict()

@@ -94,6 +94,11 @@ class AgentState(Protocol):
         ...
 
     @property
+    def running(self) -> str:
+        """What the mission is doing and for how long; empty if unknown."""
+        ...
+
+    @property
     def reflex(self) -> str:
         """Rule of the active reflex; empty if no reflex is active."""
         ...
@@ -122,6 +127,7 @@ class Judge:
         start: Time of the start of the run, from which `time_to_goal` counts [s].
 
     Attributes:
+        running: What the mission was doing at the end, for the reason of a timeout; empty if unknown.
         stuck: Reason why the robot counts as stuck now; empty if it is not stuck.
         stuck_rule: Rule with the reflexes that held the stuck robot longest; empty if there is none.
         time_to_goal: Time from the start at which the goal was reached [s]; None before that.
@@ -139,6 +145,7 @@ class Judge:
         start: float = 0.0,
     ) -> None:
         self._start = start
+        self.running = ""
         self.stuck = ""
         self.stuck_rule = ""
         self._end_on_stuck = end_on_stuck
@@ -239,7 +246,7 @@ class Judge:
                 return Verdict(outcome, found[outcome], self.time_to_goal, "fell" in found)
         if self._at_end and self._at_goal and not self._after:
             return Verdict("success", "", self.time_to_goal)
-        return Verdict("timeout", self._why_not(), None)
+        return Verdict("timeout", "; ".join(filter(None, (self._why_not(), self.running))), None)
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)

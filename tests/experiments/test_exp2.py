@@ -70,6 +70,7 @@ def test_a_run_that_is_cut_short_before_it_arrived_is_no_success() -> None:
     summary, _ = episode(1, duration=3.0)
     assert summary.outcome == "timeout"
     assert "the mission is still RUNNING" in summary.reason
+    assert summary.reason.endswith("; GoTo(goal) has run for 3.0 s")
 
 
 def test_a_replay_decides_the_same(tmp_path) -> None:
