@@ -14,6 +14,7 @@ from ..geometry import Pose2, wrap_angle
 from .random_streams import START, stream
 
 _SAMPLES = 20  # number of sampled poses, all in collision, after which a start counts as impossible
+_REST = 5e-3  # [m] depth in the floor up to which a hull rests on it
 
 
 class Start(Protocol):
@@ -53,7 +54,7 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: 
         Start poses by robot, world frame.
 
     Raises:
-        InputError: A start is outside of the world or in collision; lists every such start.
+        InputError: A start is outside of the world, in collision, or inside the floor; lists every such start.
     """
     poses, faults = {}, [fault for start in starts if (fault := _outside(world, start)) is not None]
     if faults:
@@ -71,6 +72,9 @@ def place_all(world: MujocoWorld, starts: Sequence[Start], scenario: str, seed: 
                 break
         else:
             faults.append(_inside(start, pose, distance, obstacle))
+        depth, geom, floor = world.sunk(start.name)
+        if depth > _REST:
+            faults.append(_sunk(start, depth, geom, floor))
         poses[start.name] = pose
     if faults:
         raise InputError(*faults)
@@ -102,4 +106,12 @@ def _inside(start: Start, pose: Pose2, distance: float, obstacle: str) -> Fault:
         f"its hull would be {max(-distance, 0.0):.2f} m inside '{obstacle}'.",
         line=start.line,
         hint="Move its start, or reduce its jitter.",
+    )
+
+
+def _sunk(start: Start, depth: float, geom: str, floor: str) -> Fault:
+    return Fault(
+        f"{start.name} cannot start: its geom '{geom}' would begin {1e3 * depth:.0f} mm inside '{floor}'.",
+        line=start.line,
+        hint="Raise the base in its model, or use a world with a lower floor.",
     )

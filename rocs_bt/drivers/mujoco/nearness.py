@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from .body import FLOOR, RobotBody, collides, geom_labels
+from .body import FLOOR, GROUND, RobotBody, collides, geom_labels
 
 Array = npt.NDArray[np.float64]
 
@@ -34,6 +34,14 @@ class ClearanceQuery:
         self._distance = mujoco.mj_geomDistance
         self._model = model
         self._names = geom_labels(model, robots)
+        field = int(mujoco.mjtGeom.mjGEOM_HFIELD)
+        self._floor = [
+            g
+            for g in range(model.ngeom)
+            if self._names[g] == FLOOR
+            and not model.geom(g).name.startswith(GROUND)
+            and int(model.geom_type[g]) != field
+        ]
         solid = [g for g in range(model.ngeom) if collides(model, g) and self._names[g] != FLOOR]
         hulls = [g for body in robots.values() for g in body.hull]
         others = [g for g in solid if self._names[g] not in robots]
@@ -65,6 +73,28 @@ class ClearanceQuery:
                 if found < best:
                     best, name = float(found), self._names[geom]
         return best, name
+
+    def sunk(self, data: Any, body: RobotBody) -> tuple[float, str, str]:
+        """Greatest overlap of a robot's hull with the level floor.
+
+        Args:
+            data: MjData of the world, with updated poses.
+            body: Robot.
+
+        Returns:
+            Depth [m], name of the geom of the hull, and name of the geom of the floor; (0, "", "") without an overlap.
+        """
+        model, found = self._model, (0.0, "", "")
+        for hull in body.hull:
+            for geom in self._floor:
+                one, two = (model.geom_contype[g] for g in (hull, geom))
+                if not (one & model.geom_conaffinity[geom] or two & model.geom_conaffinity[hull]):
+                    continue
+                depth = -float(self._distance(model, data, hull, geom, 1e-6, None))
+                if depth > found[0]:
+                    own = model.geom(hull).name.removeprefix(f"{body.name}/")
+                    found = depth, own or f"geom {hull}", model.geom(geom).name or FLOOR
+        return found
 
     def _candidates(self, data: Any, hull: int, geoms: npt.NDArray[np.intp]) -> list[int]:
         """Preselect the geoms that may be the nearest to a geom of a hull.

@@ -463,6 +463,13 @@ class MujocoWorld:
             self.update_poses()
             return self._clearance.clearance(self.data, body, limit, among)
 
+    def sunk(self, robot: str) -> tuple[float, str, str]:
+        """Depth of a robot's hull in the level floor [m], and the names of both geoms; (0, "", "") if it is above."""
+        body = self.body(robot)
+        with self.lock:
+            self.update_poses()
+            return self._clearance.sunk(self.data, body)
+
     def room(self, x: float, y: float, z: float = 0.15) -> float:
         """Distance from a point (x, y, z), world frame [m], to the nearest static obstacle, without the floor [m]."""
         with self.lock:
