@@ -118,23 +118,31 @@ def _lag(robot: RobotSpec, locomotion: Locomotion, axes: dict[str, AxisFigures])
 
 
 def _stopping(robot: RobotSpec, locomotion: Locomotion, axis: str, measured: AxisFigures) -> Iterator[Fault]:
-    """Report a `stop_distance` that is too short at the maximum speed or half of it."""
+    """Report a `stop_distance` that is too short at the maximum speed or half of it.
+
+    Where the braking model does not fit, only the stop distance from the maximum speed is compared.
+    """
     period = _reading_period(robot)
-    latency, deceleration = period + measured.latency, measured.deceleration
     top = min(measured.max_speed, locomotion.axis_limits(axis).max_speed)
-    for speed in (top, 0.5 * top):
+    distances = {top: measured.stop_distance + top * period}
+    hint = f"Measured: {measured.stop_distance:.3g} m after the command, which comes up to {period:.3g} s late."
+    late = False
+    if measured.latency is not None and measured.deceleration is not None:
+        latency = period + measured.latency
+        distances = {v: v * latency + v**2 / (2.0 * measured.deceleration) for v in (top, 0.5 * top)}
+        late = locomotion.response.latency < latency * (1.0 - TOLERANCE)
+        hint = (
+            f"Measured: latency {latency:.3g} s ({period:.3g} s from reading to reading, {measured.latency:.3g} s of "
+            f"delay), deceleration {measured.deceleration:.3g} m/s2."
+        )
+    for speed, needed in distances.items():
         twist = {"vx": Twist3(speed), "vy": Twist3(0.0, speed), "vz": Twist3(0.0, 0.0, speed)}[axis]
-        declared, needed = locomotion.stop_distance(twist), speed * latency + speed**2 / (2.0 * deceleration)
+        declared = locomotion.stop_distance(twist)
         if declared < needed - max(TOLERANCE * needed, DISTANCE_TOLERANCE):
-            late = locomotion.response.latency < latency * (1.0 - TOLERANCE)
             keys = ("latency",) if late else (f"{axis}.deceleration", "deceleration")
             message = (
                 f"by latency and deceleration, the robot stops from {speed:.3g} m/s along {axis} within "
                 f"{declared:.3g} m, but it needs {needed:.3g} m: it brakes too late."
-            )
-            hint = (
-                f"Measured: latency {latency:.3g} s ({period:.3g} s from reading to reading, {measured.latency:.3g} s "
-                f"of delay), deceleration {deceleration:.3g} m/s2."
             )
             yield _warning(robot, message, hint, "locomotion", *keys)
             return

@@ -47,12 +47,16 @@ def _text(found: Identified, *, twists: bool) -> Iterator[str]:
     yield "  axis   max_speed       lag  latency  deceleration  stop distance  fit error"
     for axis, of in found.axes.items():
         m = "rad" if axis == "wz" else "m"
+        latency = "-" if of.latency is None else _with_unit(of.latency, 3, "s")
+        deceleration = "-" if of.deceleration is None else _with_unit(of.deceleration, 2, f"{m}/s2")
         yield (
-            f"  {axis:4}{_with_unit(of.max_speed, 2, f'{m}/s'):>12}  {max(of.lag, 0.0):6.3f} s  {of.latency:5.3f} s"
-            f"{_with_unit(of.deceleration, 2, f'{m}/s2'):>14}{_with_unit(of.stop_distance, 3, m):>15}"
-            f"  up to {100.0 * of.misfit:.1f} %"
+            f"  {axis:4}{_with_unit(of.max_speed, 2, f'{m}/s'):>12}  {max(of.lag, 0.0):6.3f} s{latency:>9}"
+            f"{deceleration:>14}{_with_unit(of.stop_distance, 3, m):>15}  up to {100.0 * of.misfit:.1f} %"
         )
     yield ""
+    if bad := [axis for axis, of in found.axes.items() if of.latency is None]:
+        yield f"  Latency and deceleration do not describe the braking along {', '.join(bad)}: the stop distance is the"
+        yield "  longest that was measured, scaled to max_speed."
     yield "  lag: behind a ramp at the maximum acceleration; delay + lag in robot.toml."
     yield "  latency: delay until braking begins; latency in robot.toml is one sensor period more."
     if twists:

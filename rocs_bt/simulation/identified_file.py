@@ -27,15 +27,17 @@ class AxisFigures:
     Attributes:
         max_speed: Steady speed at the limit of the commands [m/s, rad/s].
         lag: Total delay and lag behind a ramp command at the maximum acceleration [s].
-        latency: Delay of the braking model: distance = v * latency + v^2 / (2 deceleration) [s].
-        deceleration: Deceleration of the braking model [m/s2, rad/s2].
-        stop_distance: Distance to a stop from `max_speed`, by the braking model [m, rad].
+        latency: Delay of the braking model: distance = v * latency + v^2 / (2 deceleration) [s]; None if the model does
+            not fit the measured distances.
+        deceleration: Deceleration of the braking model [m/s2, rad/s2]; None if the model does not fit.
+        stop_distance: Distance to a stop from `max_speed`, by the braking model [m, rad]; if the model does not fit,
+            the longest measured distance, scaled to `max_speed`.
     """
 
     max_speed: float
     lag: float
-    latency: float
-    deceleration: float
+    latency: float | None
+    deceleration: float | None
     stop_distance: float
 
 
@@ -96,11 +98,12 @@ def read_identified(file: Path) -> IdentifiedFile:
 
 
 def _read_axis(table: Table, unit: Dimension) -> AxisFigures:
+    fits = "latency" in table or "deceleration" in table
     return AxisFigures(
         max_speed=table.quantity("max_speed", unit / TIME, low=0.0),
         lag=table.quantity("lag", TIME),
-        latency=table.quantity("latency", TIME, low=0.0),
-        deceleration=table.quantity("deceleration", unit / TIME / TIME, low=1e-6),
+        latency=table.quantity("latency", TIME, low=0.0) if fits else None,
+        deceleration=table.quantity("deceleration", unit / TIME / TIME, low=1e-6) if fits else None,
         stop_distance=table.quantity("stop_distance", unit, low=0.0),
     )
 
@@ -116,13 +119,10 @@ def write_identified(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: 
     text += as_toml({"format": FORMAT, "model": model_hash(robot)})
     for axis, of in axes.items():
         unit = str(_unit(axis))
-        figures = {
-            "max_speed": f"{of.max_speed:.4g} {unit}/s",
-            "lag": f"{round(of.lag, 4):g} s",
-            "latency": f"{round(of.latency, 4):g} s",
-            "deceleration": f"{of.deceleration:.4g} {unit}/s2",
-            "stop_distance": f"{of.stop_distance:.4g} {unit}",
-        }
+        figures = {"max_speed": f"{of.max_speed:.4g} {unit}/s", "lag": f"{round(of.lag, 4):g} s"}
+        if of.latency is not None:
+            figures |= {"latency": f"{round(of.latency, 4):g} s", "deceleration": f"{of.deceleration:.4g} {unit}/s2"}
+        figures["stop_distance"] = f"{of.stop_distance:.4g} {unit}"
         text += f"\n[{axis}]\n{as_toml(figures)}"
     if wheels is not None:
         separation, offset = wheels.effective_wheel_separation, round(wheels.icr_offset, 4)

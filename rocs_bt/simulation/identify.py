@@ -43,6 +43,7 @@ _BRAKINGS = (0.2, 0.35, 0.5, 0.65, 0.8, 0.95)  # initial speeds of the braking t
 _SETTLE, _WATCH = 2.0, 2.0  # [s] settling time of a motion; duration of its measurement
 _WINDOW = 0.5  # [s] duration over which a steady speed is averaged
 _GAIT_WINDOW = 6.0  # [s] the same for a body with legs, which sways: a whole number of the steps of most gaits
+_MISFIT = 0.3  # relative error of the braking model from which on the model is not used
 _STEADY = 2e-3  # maximum change of a steady speed from window to window, relative to the command
 _STOPPED = 0.005  # [m/s, rad/s] maximum speed that counts as stopped
 _MOVES = 0.05  # minimum speed of a body that moves, relative to the command
@@ -120,7 +121,7 @@ def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
         catalog: Source of the world and of the robot's drivers.
 
     Raises:
-        InputError: The robot has no model, does not move along one of its axes, or falls over.
+        InputError: The robot has no model, begins inside the floor, does not move along one of its axes, or falls over.
     """
     locomotion = robot_locomotion(robot.locomotion)
     cached = CachingCatalog(catalog.project, code=catalog.code)  # compiles the model once
@@ -142,10 +143,10 @@ class _TestRig:
 
     def __init__(self, robot: RobotSpec, locomotion: Locomotion, catalog: Catalog) -> None:
         agent = AgentSpec(_NAME, str(robot.file), "", (), Pose2(0.0, 0.0), Pose2(0.0, 0.0))
-        file, rate = catalog.find("world", WORLD).path, RateSpec()
+        rate = RateSpec()
         scenario = ScenarioSpec(
             "identify",
-            file,
+            robot.file,
             "",
             WORLD,
             _TIMEOUT,
@@ -247,7 +248,9 @@ class _TestRig:
                 break
         if not steady > _MOVES * speed:
             message = f"the robot does not move along {axis}: commanded {speed:.3g}, reached {steady:.3g}."
-            hint = "Correct the order and signs of its motors, or its driver."
+            hint = f"Correct the order and signs of the commands of its actuator '{self._motion.name}', or its driver."
+            if axis == "wz" and abs(steady) <= _MOVES * speed:
+                hint = f"It does not turn on the spot, which the actions of rocs_bt need. {hint}"
             raise InputError(Fault(message, self._robot.file, hint=hint))
         # Load reduces the steady speed a little, which is no lag. The mean leaves out the sway of a body with legs.
         lag = float(np.mean([time - distance / steady for time, distance in moments]))
@@ -284,6 +287,9 @@ def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> Ide
         speed, _, start = robot.reach(axis, factor * limit)
         braking.append(Braking(speed, *robot.brake(axis, start)))
     latency, deceleration, misfit = _fit(braking)
+    if misfit > _MISFIT:
+        longest = max(b.distance for b in braking) * (top / braking[-1].speed) ** 2  # from the speed of the last test
+        return IdentifiedAxis(top, lag, None, None, longest, misfit, tuple(braking))
     stop_distance = top * latency + top * top / (2.0 * deceleration)
     return IdentifiedAxis(top, lag, latency, deceleration, stop_distance, misfit, tuple(braking))
 

@@ -127,7 +127,7 @@ class Judge:
         start: Time of the start of the run, from which `time_to_goal` counts [s].
 
     Attributes:
-        running: What the mission was doing at the end, for the reason of a timeout; empty if unknown.
+        running: Leaf that ran at the end, with its duration, for the reason of a timeout; empty if unknown.
         stuck: Reason why the robot counts as stuck now; empty if it is not stuck.
         stuck_rule: Rule with the reflexes that held the stuck robot longest; empty if there is none.
         time_to_goal: Time from the start at which the goal was reached [s]; None before that.

@@ -391,8 +391,46 @@ def test_a_body_that_falls_or_does_not_move_is_refused(drone: Path) -> None:
     model = drone.with_name("robot.xml")
     catalog = Catalog(drone.parents[2])
     model.write_text(BODY.replace('gear="0 1 0 0 0 0"', 'gear="0 0 0 0 0 0"'), "utf-8")
-    with pytest.raises(InputError, match=r"does not move along vy: commanded 0.6, reached 0\. Correct"):
+    with pytest.raises(InputError, match=r"does not move along vy: commanded 0.6, reached 0\. Correct .* 'rotors'"):
+        identify(catalog.load_robot("drone"), catalog)
+    model.write_text(BODY.replace('gear="0 0 0 0 0 0.01"', 'gear="0 0 0 0 0 0"'), "utf-8")
+    with pytest.raises(InputError, match=r"along wz: .* It does not turn on the spot, which the actions"):
         identify(catalog.load_robot("drone"), catalog)
     model.write_text(BODY.replace('gear="1 0 0 0 0 0"', 'gear="1 0 0 0 0.3 0"'), "utf-8")
     with pytest.raises(InputError, match=r"the robot fell over with the command 0\.35, 0, 0, 0"):
         identify(catalog.load_robot("drone"), catalog)
+
+
+def test_a_body_that_begins_inside_the_floor_is_refused(drone: Path) -> None:
+    model, catalog = drone.with_name("robot.xml"), Catalog(drone.parents[2])
+    model.write_text(BODY.replace('pos="0 0 0.3"', 'pos="0 0 0.023"'), "utf-8")
+    with pytest.raises(InputError, match=r"its geom 'hull' would begin 27 mm inside 'floor'") as caught:
+        identify(catalog.load_robot("drone"), catalog)
+    assert caught.value.faults[0].file == drone
+    scenario = drone.parents[2] / "scenarios" / "sunk.toml"
+    scenario.parent.mkdir()
+    text = 'format = "scenario/2"\nworld = "plane"\nduration = "1 s"\n[[agent]]\nname = "D"\nmission = "go_to"\n'
+    scenario.write_text(f'{text}robot = "drone"\nx = "0 m"\ny = "0 m"\n[agent.parameters]\ngoal = "there"\n', "utf-8")
+    faults = [fault for fault in check_content([scenario]).faults if "27 mm inside 'floor'" in fault.message]
+    assert [(fault.file, fault.line, fault.warning) for fault in faults] == [(scenario, 4, False)]
+
+
+def test_a_braking_model_that_does_not_fit_is_not_written(
+    rover: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("rocs_bt.simulation.identify._MISFIT", -1.0)
+    measured = identify(CATALOG.load_robot(QUICK), CATALOG).axes["vx"]
+    assert (measured.latency, measured.deceleration) == (None, None)
+    last = found(QUICK).axes["vx"].braking[-1]
+    assert last.distance < measured.stop_distance == pytest.approx(found(QUICK).axes["vx"].stop_distance, rel=0.01)
+    vx = dataclasses.replace(found(QUICK).axes["vx"], latency=None, deceleration=None, stop_distance=0.6, misfit=4.9)
+    odd = dataclasses.replace(found(QUICK), axes={**found(QUICK).axes, "vx": vx})
+    monkeypatch.setattr("rocs_bt.simulation.identify.identify", lambda *_: odd)
+    assert call(["identify", str(rover)]) == 0
+    assert "do not describe the braking along vx" in capsys.readouterr().out
+    axes = read_identified(rover.with_name("identified.toml")).axes
+    assert (axes["vx"].latency, axes["vx"].deceleration, axes["vx"].stop_distance) == (None, None, 0.6)
+    assert axes["wz"].deceleration is not None
+    (fault,) = check_content([rover]).faults
+    assert fault.line == line_of(rover, "deceleration")
+    assert "but it needs 0.66 m: it brakes too late" in fault.message
