@@ -10,7 +10,7 @@ IN_ROS = if [ -e $(1)/unavailable ]; then cat $(1)/unavailable; else set -x; \
 .PHONY: run test docs lint bench soak wheel clean setup help
 
 help:
-	@echo "make setup   set up .venv, once; every other target does it first"
+	@echo "make setup   set up .venv"
 	@echo "make run     set up, and simulate EXP1 to its report"
 	@echo "make test    set up, and pass the tests (lint, types, layers, pytest)"
 	@echo "make docs    build the manual into build/manual; rocs-bt docs opens it"

@@ -1,8 +1,8 @@
 """EXP1 with the quadruped: the complete agent with recording, relative to the plant with its inner loop alone.
 
-CPU time in one process, paired, as in bench_exp1.py. The plant is the same world with its gait at each physics step,
-its scanners read at their rate, and the scripted actor; it replays the recorded commands. Both must give the same
-trajectory bit by bit, or the benchmark raises. Figures are medians over the seeds.
+CPU time in one process, paired, as in bench_exp1.py. The plant is the same world with its gait at each physics step
+and the scripted actor, without sensors; it replays the recorded commands. Both must give the same trajectory bit by
+bit, or the benchmark raises. Figures are medians over the seeds.
 
 Run it with `python benchmarks quadruped`, or all benchmarks with `make bench`.
 """
@@ -56,7 +56,7 @@ def complete(catalog: Catalog, seed: int, out: Path) -> tuple[float, int, float,
 
 
 def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expected: str) -> float:
-    """Plant, gait, scanners and scripted actor alone: CPU time of the loop [s].
+    """Plant, gait and scripted actor alone: CPU time of the loop [s].
 
     Raises:
         RuntimeError: The trajectory differs from that of the complete agent.
@@ -66,16 +66,13 @@ def alone(catalog: Catalog, seed: int, commands: Commands, periods: int, expecte
     def play(tick: Callable[[float], None]) -> str:
         simulated = build_world(scenario, catalog, seed, NullSink())
         world, every, digest = simulated.world, scenario.rate.control_rate.every, hashlib.sha256()
-        scanners, gait = simulated.sensors[AGENT]["lidar"], simulated.actuators[AGENT]["gait"]
+        gait = simulated.actuators[AGENT]["gait"]
         # Past the safety gate: limiting a command again would change its last bits.
         command = gait._device.command
-        due = simulated.sensor_rates[AGENT]["lidar"].due
         world.digest(digest)
         tick(simulated.clock.now())
-        for count in range(periods):
+        for _ in range(periods):
             t = simulated.clock.now()
-            if due(count):
-                scanners.read()
             if (values := commands.at.get(t)) is not None:
                 command(values)
             for actor in simulated.actors:
@@ -102,7 +99,7 @@ def run() -> Iterator[Row]:
             ratios.append(loop / plant)
             each.append(1e6 * loop / periods)
     pace, ratio = statistics.median(paces), statistics.median(ratios)
-    what = "plant, gait, scanners and scripted actor alone"
+    what = "plant, gait and scripted actor alone"
     yield Row("quadruped: complete agent, recorded", pace, "x real time", "", None, f">= {PACE:g}x", pace >= PACE)
     time_each = statistics.median(each)
     yield Row(
