@@ -17,7 +17,7 @@ class LayeredScan(MujocoSensor):
     """Horizontal ranges [m] around the base along evenly spaced bearings, from right to left, +inf without an echo.
 
     The nearest echo of all layers counts. Echoes of the floor are removed by their height, which is known from the
-    attitude of the body, and echoes of the robot's own legs by its outline, as drivers of real scanners do.
+    attitude of the body, and echoes of the robot's own legs by its joint angles, as drivers of real scanners do.
 
     Args:
         name: Name of the sensor in robot.toml.
@@ -29,7 +29,6 @@ class LayeredScan(MujocoSensor):
         elevations: Elevation of the lowest and the highest layer, up positive [rad].
         range: Minimum and maximum horizontal range [m].
         heights: Minimum and maximum height of an echo above the origin of the base [m].
-        outline: Rear, front and half the width of the box that contains the legs, base frame [m].
     """
 
     def __init__(
@@ -44,7 +43,6 @@ class LayeredScan(MujocoSensor):
         elevations: tuple[Radians, Radians],
         range: tuple[Metres, Metres],
         heights: tuple[Metres, Metres],
-        outline: tuple[Metres, Metres, Metres],
     ) -> None:
         super().__init__(name, mount)
         if layers < 1 or not heights[0] < heights[1]:
@@ -58,9 +56,6 @@ class LayeredScan(MujocoSensor):
         flat, ahead, left = np.cos(up), np.cos(bearings), np.sin(bearings)
         directions = np.stack(np.broadcast_arrays(flat * ahead, flat * left, np.sin(up)), axis=-1)
         self._directions, self._flat = directions.reshape(-1, 3), np.broadcast_to(flat, (layers, rays))
-        rear, front, side = outline
-        edge = np.where(ahead > 0.0, front, -rear) / np.maximum(np.abs(ahead), 1e-9)
-        self._nearest = np.minimum(edge, side / np.maximum(np.abs(left), 1e-9))  # [m] to the outline
         self._cast = Rays(model, self._base)
 
     @classmethod
@@ -77,7 +72,7 @@ class LayeredScan(MujocoSensor):
         found = self._cast.distances(data, origin, directions, 2.0 * self._range[1]).reshape(self._flat.shape)
         height = origin[2] - data.xpos[self._base, 2] + found * directions[:, 2].reshape(found.shape)
         ranges = found * self._flat
-        seen = (found >= 0.0) & (height > self._heights[0]) & (height < self._heights[1]) & (ranges > self._nearest)
+        seen = (found >= 0.0) & (height > self._heights[0]) & (height < self._heights[1])
         nearest: list[float] = np.where(seen, ranges, math.inf).min(axis=0).tolist()
         return nearest
 

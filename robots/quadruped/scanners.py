@@ -17,8 +17,8 @@ LIDAR: Any = SENSORS["lidar"]  # called with the keys of its table
 class MergedScan(MujocoSensor):
     """Ranges [m] from the base along evenly spaced bearings, from right to left, +inf without an echo.
 
-    The nearest echo of both scanners within half a step of a bearing counts. Echoes within the robot's outline are
-    those of its own legs, and are removed, as drivers of real scanners do.
+    The nearest echo of both scanners within half a step of a bearing counts. The scanners remove echoes of the robot's
+    own legs.
 
     Args:
         name: Name of the sensor in robot.toml.
@@ -29,7 +29,6 @@ class MergedScan(MujocoSensor):
         scanner_rays: Number of rays of each scanner.
         scanner_span: Angle from the first to the last ray of each scanner [rad].
         range: Minimum and maximum range [m].
-        outline: Rear, front and half the width of the box that contains the legs, base frame [m].
     """
 
     def __init__(
@@ -43,12 +42,10 @@ class MergedScan(MujocoSensor):
         scanner_rays: int,
         scanner_span: Radians,
         range: tuple[Metres, Metres],
-        outline: tuple[Metres, Metres, Metres],
     ) -> None:
         super().__init__(name, mount)
         self._rays, self._step = rays, span / (rays - 1)
-        self._first, self._reach = -0.5 * span, range[1]
-        self._rear, self._front, self._side = outline
+        self._first, self._range = -0.5 * span, range
         each = {"rays": scanner_rays, "span": scanner_span, "range": range}
         self._scanners = [LIDAR(name, mount, site=site, **each) for site in sites]
         bearings = np.linspace(-0.5 * scanner_span, 0.5 * scanner_span, scanner_rays)
@@ -66,8 +63,6 @@ class MergedScan(MujocoSensor):
         ranges = np.array([value for scanner in self._scanners for value in scanner.read().values])
         seen = np.isfinite(ranges)
         x, y = (self._origins[seen] + ranges[seen, None] * self._directions[seen]).T
-        outside = (x < self._rear) | (x > self._front) | (np.abs(y) > self._side)
-        x, y = x[outside], y[outside]
         nearest = np.rint((np.arctan2(y, x) - self._first) / self._step).astype(np.intp) % self._rays
         merged = np.full(self._rays, math.inf)
         np.minimum.at(merged, nearest, np.hypot(x, y))
@@ -75,7 +70,8 @@ class MergedScan(MujocoSensor):
         return found
 
     def limit(self, values: list[float]) -> list[float]:
-        return [math.inf if value > self._reach else value for value in values]
+        low, high = self._range
+        return [max(value, low) if value <= high else math.inf for value in values]
 
 
 def _in_base(mount: Mount, site: str) -> tuple[np.ndarray[Any, Any], float]:

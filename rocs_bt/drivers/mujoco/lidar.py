@@ -25,7 +25,7 @@ class Lidar(MujocoSensor):
     """Laser scanner: ranges [m] along rays from one site, from right to left, all at the same time.
 
     The rays lie in the x-y plane of the site, so they pitch with the robot. They ignore the body that carries the
-    scanner.
+    scanner, and echoes of other parts of the robot are removed.
     """
 
     declares = LidarParameters
@@ -105,9 +105,12 @@ class Rays:
     geoms of each square tile of the floor belong to a body of their own. The geoms are the same, so the distances are
     bit-identical.
 
+    Rays that end at another part of the robot that carries the scanner have no hit, as drivers of real scanners remove
+    echoes of the robot by its joint angles.
+
     Args:
         model: Compiled MjModel.
-        excluded: ID of the body that the rays ignore.
+        excluded: ID of the body that carries the scanner, which the rays ignore.
     """
 
     def __init__(self, model: Any, excluded: int) -> None:
@@ -115,14 +118,18 @@ class Rays:
 
         self._cast = mujoco.mj_multiRay
         self._model, self._excluded = model, excluded
+        own = np.flatnonzero(model.body_rootid == model.body_rootid[excluded])
         # Before MuJoCo 4.0, rays miss some geoms in a model with tiles.
         tiles_are_right = mujoco.mj_version() >= 4_000_000
         self._tiled = _tiled(model) if tiles_are_right and model.ngeom >= MANY else None
         if self._tiled is not None:
             self._model = self._tiled.model
             self._excluded = mujoco.mj_name2id(self._model, mujoco.mjtObj.mjOBJ_BODY, str(excluded))
+            here, there = self._tiled.bodies
+            own = here[np.isin(there, own)]
             self._copy = mujoco.MjData(self._model)
             mujoco.mj_kinematics(self._model, self._copy)
+        self._own = np.append(np.isin(self._model.geom_bodyid, own), False)  # by geom; the last is for no hit, -1
 
     def distances(self, data: Any, origin: Array, directions: Array, cutoff: float) -> Array:
         """Cast rays; returns the distances to the first hits.
@@ -154,6 +161,7 @@ class Rays:
             len(found),
             cutoff,
         )
+        found[self._own[hit]] = -1.0
         return found
 
 
