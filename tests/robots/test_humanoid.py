@@ -13,10 +13,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.check import check_content
-from rocs_bt.geometry import Twist2, wrap_angle
+from rocs_bt.drivers.mujoco import RobotInstance, compose_world
+from rocs_bt.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.python_content import load_module
 from rocs_bt.simulation.fall import FallWatch
-from tests.robots.walker import CATALOG, Walker
+from tests.robots.walker import CATALOG, STEP, Walker
 
 LEGS = CATALOG.load_robot("humanoid").file.parent / "legs.py"
 MakeWalker = Callable[..., Walker]
@@ -128,6 +129,20 @@ def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker) -> None:
         robot.wait(0.05)
         fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
     assert fallen
+
+
+def test_two_touch_each_other_but_not_themselves(tmp_path: Path) -> None:
+    arena = tmp_path / "arena.xml"
+    arena.write_text('<mujoco><worldbody><geom name="floor" type="plane" size="0 0 1"/></worldbody></mujoco>')
+    model = CATALOG.load_robot("humanoid").model
+    assert model is not None
+    world = compose_world(arena, [RobotInstance(name, model) for name in ("R", "Q")], step=STEP)
+    world.place("Q", Pose2(0.0, 2.0))
+    world.advance(1)
+    assert not [pair for pair in world.data.contact.geom.tolist() if world.model.geom("floor").id not in pair]
+    world.place("Q", Pose2(0.1, 0.0))
+    world.advance(1)
+    assert {contact.robot for contact in world.contacts()} == {"R", "Q"}
 
 
 @settings(max_examples=200, deadline=None)

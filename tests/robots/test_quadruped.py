@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
 import pytest
 
 from rocs_bt.drivers.mujoco import RobotInstance, compose_world
@@ -104,6 +105,33 @@ def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker, axis: tuple[fl
         robot.wait(0.05)
         fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
     assert fallen
+
+
+def test_a_collision_is_reported_when_its_front_touches(walker: MakeWalker) -> None:
+    robot = walker('<geom name="wall" type="box" size="0.05 1 0.5" pos="0.8 0 0.5"/>')
+    world = robot.world
+    front, wall = [world.model.geom(f"R/{part}").id for part in ("head", "front_scanner")], world.model.geom("wall").id
+    robot.gait.command([0.4, 0.0, 0.0])
+    touched = False
+    while not (contacts := world.contacts()):
+        assert not touched, "in the control period of the first touch"
+        world.advance(10)
+        world.update_poses()
+        touched = any(mujoco.mj_geomDistance(world.model, world.data, g, wall, 1.0, None) < 0.0 for g in front)
+    assert touched
+    assert {contact.other for contact in contacts} == {"wall"}
+
+
+@pytest.mark.parametrize("part", ["front_scanner", "rear_scanner", "front_left_hip", "rear_right_hip"])
+def test_scanners_and_hips_collide(walker: MakeWalker, part: str) -> None:
+    robot = walker('<body name="post" mocap="true" pos="3 0 0.5"><geom type="cylinder" size="0.02 0.5"/></body>')
+    world = robot.world
+    robot.wait(0.2)
+    world.update_poses()
+    world.data.mocap_pos[0, :2] = world.data.geom(f"R/{part}").xpos[:2]
+    world.advance(1)
+    touching = {world.model.geom(geom).name for pair in world.data.contact.geom.tolist() for geom in pair}
+    assert f"R/{part}" in touching
 
 
 def test_two_touch_each_other_with_trunk_and_legs(tmp_path: Path) -> None:
