@@ -18,6 +18,8 @@ HEIGHT = 0.53  # [m] of the hips over the soles
 FOOT = 0.02  # [m] from the ankle to the middle of the sole, forward
 LEVEL, LEVEL_RATE, LEAN = 0.5, 0.05, 0.15  # correction of the body's tilt: per tilt, per tilt rate [s], limit [rad]
 SMOOTH = 0.02  # [s] of the measured velocity
+NEAR = 0.02  # [m] height of a foot over the ground below which the placement changes gradually
+FALLEN = 0.5  # cosine of the tilt below which the servos hold their angles
 
 
 class Gait(MujocoActuator):
@@ -53,12 +55,14 @@ class Gait(MujocoActuator):
     def before_step(self, t: float) -> None:
         """Set the angles of all servos for the next physics step."""
         if math.isnan(self._before[0]):  # MuJoCo has computed no positions yet
-            middle = np.array([-FOOT, 0.0, HEIGHT])
-            self._place((middle, np.eye(3)), (middle, np.eye(3)))
+            rest = np.array([-FOOT, 0.0, HEIGHT, 0.0, 0.0])
+            self._place(rest, rest)
             self._before = np.full(2, math.inf)
             return
         pattern = self._pattern
         w, i, j, k = self._attitude.tolist()
+        if 1.0 - 2.0 * (i * i + j * j) < FALLEN:
+            return
         x, y, _, roll_rate, pitch_rate, turn = self._velocity.tolist()
         yaw = math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))
         roll, pitch = 2.0 * (w * i + j * k), 2.0 * (w * j - k * i)
@@ -73,26 +77,24 @@ class Gait(MujocoActuator):
         rotate = foot.yaw - math.atan2(matrix[3], matrix[0])
         there = np.array([*(foot.at + turned(self._position[:2] - sole, rotate)), self._position[2] - at[2] + ANKLE])
         pattern.step(self._wanted, twist, foot.at + turned(mass - sole, rotate), turned(self._speed, rotate))
-        hips = np.array([*(pattern.centre - turned(mass - self._position[:2], rotate)), HEIGHT])
+        hips = pattern.centre - turned(mass - self._position[:2], rotate)
         level = np.clip(LEVEL * np.array([roll, pitch]) + LEVEL_RATE * np.array([roll_rate, pitch_rate]), -LEAN, LEAN)
-        self._place(
-            (hips, rotation(-float(level[0]), -float(level[1]), pattern.yaw)),
-            (there, rotation(roll, pitch, pattern.yaw)),
-        )
+        self._place(np.array([*hips, HEIGHT, *-level]), np.array([*there, roll, pitch]))
 
-    def _place(self, wanted: tuple[Array, Array], found: tuple[Array, Array]) -> None:
+    def _place(self, wanted: Array, found: Array) -> None:
         """Set the angles of all servos.
 
-        A foot on the ground holds the body where it should be. A swinging foot is placed from where the body is.
+        A foot on the ground moves the base to the wanted pose. A foot in the air is placed relative to the measured
+        pose, with a gradual transition near the ground.
 
         Args:
-            wanted: Position of the base [m] and its rotation matrix, in the plane of the pattern.
-            found: Measured position of the base [m] and its rotation matrix.
+            wanted: Position of the base in the plane of the pattern [m], roll and pitch [rad], shape (5,).
+            found: The same as measured.
         """
         angles: list[float] = []
         for foot, side in zip(self._pattern.feet, (HIP, -HIP), strict=True):
-            base, attitude = wanted if foot.height == 0.0 else found
-            sole = rotation(0.0, 0.0, foot.yaw)
-            ankle = np.array([*foot.at, foot.height + ANKLE]) - base - FOOT * sole[:, 0]
+            pose = wanted + min(foot.height / NEAR, 1.0) * (found - wanted)
+            attitude, sole = rotation(*pose[3:].tolist(), self._pattern.yaw), rotation(0.0, 0.0, foot.yaw)
+            ankle = np.array([*foot.at, foot.height + ANKLE]) - pose[:3] - FOOT * sole[:, 0]
             angles += joint_angles(ankle @ attitude - (0.0, side, 0.0), attitude.T @ sole)
         self.mount.world.set_controls(self._servos, angles)

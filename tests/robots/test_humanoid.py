@@ -80,6 +80,27 @@ def test_it_walks_as_commanded_within_a_few_per_cent(walker: MakeWalker, twist: 
     assert robot.upright
 
 
+@pytest.mark.parametrize("twist", [Twist2(0.2), Twist2(0.0, left=0.08), Twist2(0.0, turn=0.8)], ids=str)
+def test_walking_saturates_no_servo_for_more_than_one_per_cent_of_the_time(walker: MakeWalker, twist: Twist2) -> None:
+    robot = walker()
+    model, data = robot.world.model, robot.world.data
+    saturated: list[np.ndarray] = []
+    robot.go(twist, 1.0)
+    robot.world.attach(
+        lambda t: saturated.append(np.abs(data.actuator_force) > 0.999 * model.actuator_forcerange[:, 1])
+    )
+    robot.go(twist, 6.0)
+    assert np.mean(saturated, axis=0).max() < 0.01
+
+
+def test_its_masses_are_those_of_its_parts(walker: MakeWalker) -> None:
+    model = walker().world.model
+    masses = {name: float(model.body(f"R/{name}").mass[0]) for name in ("base", "left_hip", "left_thigh", "left_shin")}
+    assert masses == pytest.approx({"base": 14.0, "left_hip": 0.6, "left_thigh": 1.7, "left_shin": 1.1})
+    assert float(model.body("R/base").subtreemass[0]) == pytest.approx(22.0)
+    assert sorted(model.body("R/base").inertia) == pytest.approx([0.118, 0.245, 0.330], abs=0.001)
+
+
 @pytest.mark.parametrize("twist", [Twist2(0.25), Twist2(0.0, left=-0.08), Twist2(0.0, turn=0.8)], ids=str)
 def test_neutral_at_full_speed_leaves_it_standing_within_its_stop_distance(walker: MakeWalker, twist: Twist2) -> None:
     robot = walker()
