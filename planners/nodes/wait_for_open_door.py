@@ -14,7 +14,8 @@ class WaitForOpenDoor(Leaf):
         <WaitForOpenDoor door="hatch" patience="3 s"/>
 
     A door counts only with an observation of it in Knowledge that has at least `confidence`, made by this robot or by
-    one that shares its knowledge. The nearest open door is found first.
+    one that shares its knowledge. The nearest open door is found first. Without a known door it waits, because another
+    robot may share doors.
     """
 
     door = Input(str, "", "name of the door; any door if empty")
@@ -41,10 +42,11 @@ class WaitForOpenDoor(Leaf):
             self.found = door
             self.feedback_message = f"{door} is open"
             return SUCCESS
-        if all(name in observed for name in doors):
-            self.feedback_message = f"closed: {', '.join(doors)}" if doors else "no door is known"
+        unseen = ", ".join(name for name in doors if name not in observed)
+        if doors and not unseen:
+            self.feedback_message = f"closed: {', '.join(doors)}"
             return FAILURE
         waited = mission.clock.now() - self._since
-        unseen = ", ".join(name for name in doors if name not in observed)
-        self.feedback_message = f"no door is known to be open after {waited:.1f} s; not observed: {unseen}"
+        reason = f"no door is known to be open after {waited:.1f} s; not observed: {unseen}"
+        self.feedback_message = reason if doors else f"no door is known after {waited:.1f} s"
         return RUNNING if waited < self.patience else FAILURE

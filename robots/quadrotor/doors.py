@@ -26,6 +26,9 @@ SURE = 3.0
 MOST = 5.0
 """Maximum of the log odds [1], so that a door that moves is noticed."""
 
+NOTICEABLE = math.log(2.0)
+"""Change of the log odds [1] after which an observation is written again: the odds have doubled or halved."""
+
 MARGIN = 0.05
 """Distance from the edges of a doorway within which beams are not evaluated [m]: errors of the pose."""
 
@@ -39,7 +42,8 @@ class ObserveDoors(Analyze):
     Pose, `width` and `height` of a door must be known; its pose points through the doorway. Only beams count that have
     their cone between the posts, and at the present tilt above the floor and below the top of the doorway. A door is
     open only if beams have also passed through `min_width` of it side by side. Each result has an `observation` of the
-    door with pose of the robot, time and confidence, made by this robot.
+    door with pose of the robot, time and confidence, made by this robot. It is written again when its confidence has
+    changed noticeably.
 
     Args:
         ranges: Signal with the ranges of the ring, anticlockwise from straight ahead, with equal angles between beams.
@@ -77,7 +81,7 @@ class ObserveDoors(Analyze):
         self._state: dict[str, Sequence[float]] = {}
         self._odds: dict[str, float] = {}
         self._free: dict[str, np.ndarray] = {}
-        self._found: dict[str, bool] = {}
+        self._found: dict[str, tuple[bool, float]] = {}  # state and absolute log odds that were written
 
     def expects(self) -> Sequence[str]:
         """The ranges, and the signals of the state of the robot."""
@@ -117,8 +121,10 @@ class ObserveDoors(Analyze):
                 low, high = ((aside[beam, [0, -1]] + 0.5 * width) / CELL).tolist()
                 free[math.ceil(min(low, high)) : math.floor(max(low, high))] = value
         is_open = odds >= SURE and CELL * _longest(free) >= self._min_width
-        known = self._found.get(door), graph.get(door, "open")
-        if (is_open or odds <= -SURE) and known != (is_open, is_open):
+        state, written = self._found.get(door, (None, 0.0))
+        known = state == graph.get(door, "open") == is_open and abs(abs(odds) - written) < NOTICEABLE
+        if (is_open or odds <= -SURE) and not known:
+            self._found[door] = is_open, abs(odds)
             yield self._write(t, door, is_open, 1.0 / (1.0 + math.exp(-abs(odds))))
 
     def _crossings(self, door: Pose2, beams: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -144,7 +150,6 @@ class ObserveDoors(Analyze):
     def _write(self, t: float, door: str, is_open: bool, confidence: float) -> Change:
         """Write the state of a door with the observation that it comes from."""
         graph, robot = self.knowledge.graph, self.knowledge.agent
-        self._found[door] = is_open
         node = f"{door} seen by {robot}"
         values = {"pose": Pose2(*self._state["pose"]), "time": t, "confidence": confidence}
         with graph.locked():

@@ -248,11 +248,22 @@ class TestWaitForOpenDoor:
         assert tree.tick() is FAILURE
         assert "not observed: c" in tree.root.feedback_message
 
-    def test_without_any_door_it_fails_at_once(self, mind, grow):
-        tree = grow("<WaitForOpenDoor/>")
+    def test_without_any_door_it_waits_for_one_that_another_robot_shares(self, mind, grow):
+        tree = grow('<WaitForOpenDoor patience="2 s" found="{door}"/>')
         begin(mind)
+        assert tree.tick() is RUNNING
+        assert "no door is known" in tree.root.feedback_message
+        mind.rig.knowledge.world.place("b", Pose2(2.0, 0.0), kind="door")
+        self.observe(mind.rig.knowledge.graph, "b", True)
+        assert tree.tick() is SUCCESS
+
+    def test_without_any_door_it_fails_when_its_patience_ends(self, mind, grow):
+        tree = grow('<WaitForOpenDoor patience="2 s"/>')
+        begin(mind)
+        assert tree.tick() is RUNNING
+        mind.rig.clock.advance(1000)
         assert tree.tick() is FAILURE
-        assert tree.root.feedback_message == "no door is known"
+        assert "no door is known" in tree.root.feedback_message
 
 
 class TestFinishTask:

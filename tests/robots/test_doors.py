@@ -101,8 +101,19 @@ def test_the_change_and_the_observation_name_door_robot_and_confidence() -> None
     assert seen["pose"][:2] == (-1.2, 0.0)
     assert 0.95 < seen["confidence"] < 1.0
     assert 0.0 < seen["time"] < 1.0
-    (sample,) = watcher.planner.inbox.drain()
+    sample = watcher.planner.inbox.drain()[0]
     assert (sample.value.kind, sample.value.subject, sample.value.values["open"]) == ("door", "door", True)
+
+
+@pytest.mark.parametrize("wall", [opened, closed])
+def test_the_confidence_of_the_observation_rises_with_the_evidence(wall: Wall) -> None:
+    watcher = Watcher()
+    for _ in range(3):
+        watcher.watch(wall)
+    assert watcher.knowledge.graph.get("door seen by Q", "confidence") > 0.985
+    found = [sample.value.values["confidence"] for sample in watcher.planner.inbox.drain()]
+    assert found == sorted(found)
+    assert 2 <= len(found) <= 4, "each doubles the odds"
 
 
 def test_a_door_that_closes_is_noticed() -> None:
