@@ -94,7 +94,8 @@ class Gait(MujocoActuator):
         angles: list[float] = []
         for foot, side in zip(self._pattern.feet, (HIP, -HIP), strict=True):
             pose = wanted + min(foot.height / NEAR, 1.0) * (found - wanted)
-            attitude, sole = rotation(*pose[3:].tolist(), self._pattern.yaw), rotation(0.0, 0.0, foot.yaw)
+            roll, pitch = pose[3:].tolist()
+            attitude, sole = rotation(roll, pitch, self._pattern.yaw), rotation(0.0, 0.0, foot.yaw)
             ankle = np.array([*foot.at, foot.height + ANKLE]) - pose[:3] - FOOT * sole[:, 0]
             angles += joint_angles(ankle @ attitude - (0.0, side, 0.0), attitude.T @ sole)
         self.mount.world.set_controls(self._servos, angles)
