@@ -18,7 +18,7 @@ HEIGHT = 0.53  # [m] of the hips over the soles
 FOOT = 0.02  # [m] from the ankle to the middle of the sole, forward
 LEVEL, LEVEL_RATE, LEAN = 0.5, 0.05, 0.15  # correction of the body's tilt: per tilt, per tilt rate [s], limit [rad]
 SMOOTH = 0.02  # [s] of the measured velocity
-NEAR = 0.02  # [m] height of a foot over the ground below which the placement changes gradually
+NEAR = 0.005  # [m] height of a foot over the ground below which the placement changes gradually
 FALLEN = 0.5  # cosine of the tilt below which the servos hold their angles
 
 
@@ -56,7 +56,7 @@ class Gait(MujocoActuator):
         """Set the angles of all servos for the next physics step."""
         if math.isnan(self._before[0]):  # MuJoCo has computed no positions yet
             rest = np.array([-FOOT, 0.0, HEIGHT, 0.0, 0.0])
-            self._place(rest, rest)
+            self._set_angles(rest, rest)
             self._before = np.full(2, math.inf)
             return
         pattern = self._pattern
@@ -79,9 +79,9 @@ class Gait(MujocoActuator):
         pattern.step(self._wanted, twist, foot.at + turned(mass - sole, rotate), turned(self._speed, rotate))
         hips = pattern.centre - turned(mass - self._position[:2], rotate)
         level = np.clip(LEVEL * np.array([roll, pitch]) + LEVEL_RATE * np.array([roll_rate, pitch_rate]), -LEAN, LEAN)
-        self._place(np.array([*hips, HEIGHT, *-level]), np.array([*there, roll, pitch]))
+        self._set_angles(np.array([*hips, HEIGHT, *-level]), np.array([*there, roll, pitch]))
 
-    def _place(self, wanted: Array, found: Array) -> None:
+    def _set_angles(self, wanted: Array, found: Array) -> None:
         """Set the angles of all servos.
 
         A foot on the ground moves the base to the wanted pose. A foot in the air is placed relative to the measured

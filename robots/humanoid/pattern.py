@@ -160,9 +160,9 @@ class Pattern:
             self._target = self._foothold(foot, pressure + growth * dcm)
         share = min(self._time / SWING, 1.0)
         angle = 2.0 * math.pi * share
-        way = share - math.sin(angle) / (2.0 * math.pi)
-        swing.at = self._lifted.at + way * (self._target.at - self._lifted.at)
-        swing.yaw = self._lifted.yaw + way * wrap_angle(self._target.yaw - self._lifted.yaw)
+        progress = share - math.sin(angle) / (2.0 * math.pi)
+        swing.at = self._lifted.at + progress * (self._target.at - self._lifted.at)
+        swing.yaw = self._lifted.yaw + progress * wrap_angle(self._target.yaw - self._lifted.yaw)
         swing.height = 0.5 * LIFT * (1.0 - math.cos(angle))
         self._pendulum(pressure)
         if self._time >= STEP:

@@ -49,7 +49,7 @@ class Gait(MujocoActuator):
         """Twist (forward, left [m/s], turn [rad/s]), and roll, pitch [rad] with their rates [rad/s]."""
         w, i, j, k = self._attitude.tolist()
         x, y, _, roll_rate, pitch_rate, turn = self._velocity.tolist()
-        # Columns of the rotation matrix: the body's x axis, and the vertical seen from the body.
+        # The body's x axis, projected onto the plane of the world.
         ahead, aside = 1.0 - 2.0 * (j * j + k * k), 2.0 * (i * j + w * k)
         length = max((ahead * ahead + aside * aside) ** 0.5, 1e-6)
         c, s = ahead / length, aside / length
