@@ -5,7 +5,7 @@ the second, and returns to the place `home`. It must be able to fly and to move 
 from the nearest point of its half of the circle; a half in which it has missed a point is flown again.
 """
 
-from math import cos, dist, pi, sin
+from math import cos, dist, nan, pi, sin
 
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
@@ -28,7 +28,7 @@ PASSED = 0.3
 """Distance within which a point of a circle counts as passed [m]."""
 
 ATTEMPTS = 4
-"""How often each half of a circle is flown at most."""
+"""How often each half of a circle is flown at most; afterwards the mission goes on, to bring the robot home."""
 
 
 class Passes(Decorator):
@@ -49,8 +49,8 @@ class Passes(Decorator):
         if self.status is not RUNNING:
             self._missed = set(self._points)
         knowledge, now = mission_of(self).knowledge, mission_of(self).clock.now()
-        pose = knowledge.robot.pose(now)
-        position = pose.x, pose.y, knowledge.signals.value("height", now)
+        pose, signals = knowledge.robot.pose(now), knowledge.signals
+        position = pose.x, pose.y, signals.value("height", now) if "height" in signals else nan
         self._missed = {point for point in self._missed if not dist(point, position) <= PASSED}
         outcome = self.tick_child()
         if outcome is SUCCESS and self._missed:
@@ -113,11 +113,12 @@ def build(
 
         def attempt(number: int) -> Behaviour:
             flight = leg(f"{name}, attempt {number}", half(begin), height)
-            passes = Passes(f"{name}, all points", flight, [(x, y, height) for x, y in half(begin)])
+            if number < ATTEMPTS:
+                flight = Passes(f"{name}, all points", flight, [(x, y, height) for x, y in half(begin)])
             if number == 1:
-                return passes
+                return flight
             back = leg(f"{name}, back {number}", half(begin)[::-1], height)
-            return Sequence(f"{name} again", memory=True, children=[back, passes])
+            return Sequence(f"{name} again", memory=True, children=[back, flight])
 
         return Selector(name, memory=True, children=[attempt(number + 1) for number in range(ATTEMPTS)])
 

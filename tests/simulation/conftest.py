@@ -25,6 +25,7 @@ class Wheels:
     status: str = "RUNNING"
     reason: str = ""
     failure: BlockError | None = None
+    running: str = ""
     reflex: str = ""
     held: bool = False
     stopped: int = 0
