@@ -55,7 +55,7 @@ class FollowPath(PathAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            there = pose.distance(end) <= self.tolerance
+            there = pose.distance(end) <= self.tolerance + body.locomotion.sway
             arrived = drive.remaining <= 2.0 * self.tolerance and there and drive.at_height(self.tolerance)
             if arrived and drive.faces(pose) and drive.stationary():
                 return

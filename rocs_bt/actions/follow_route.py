@@ -113,7 +113,7 @@ class FollowRoute(PathAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            there = pose.distance(goal) <= self.tolerance and drive.at_height(self.tolerance)
+            there = pose.distance(goal) <= self.tolerance + body.locomotion.sway and drive.at_height(self.tolerance)
             if there and (self.passing or (drive.faces(pose) and drive.stationary())):
                 return
             rise = drive.height_error()

@@ -64,16 +64,17 @@ class GoTo(PathAction):
 
     def _drive(self, body: Body) -> Iterator[Action]:
         drive, planned, misses = self.path_drive(body, self.cruise), None, 0
+        near = self.tolerance + body.locomotion.sway
         while True:
             goal, pose = goal_pose(body, self.goal), drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
             distance = pose.distance(goal)
-            there = distance <= self.tolerance and drive.at_height(self.tolerance) and drive.faces(pose)
+            there = distance <= near and drive.at_height(self.tolerance) and drive.faces(pose)
             if there and drive.stationary():
                 return
-            missed = drive.remaining < 0.5 * self.tolerance and distance > self.tolerance
+            missed = drive.remaining < 0.5 * self.tolerance and distance > near
             if missed and (misses := misses + 1) > MISSES:
                 raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {MISSES} times, now {distance:.2f} m away")
             if planned is None or missed or drive.lost or planned.distance(goal) > MOVED:

@@ -95,6 +95,8 @@ def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
         found["axes"] = {axis: _axis_limits(own, axis) for axis, own in axes.items()}
     if kind == "flying" and "land_after" in table:
         found["land_after"] = table.quantity("land_after", TIME, low=0.0, high=math.inf)
+    if kind == "legged" and "sway" in table:
+        found["sway"] = table.quantity("sway", LENGTH, low=0.0, high=0.2)
     for name in (*own, "delay", "lag", "latency", "deceleration", *able):
         table.raw(name, None)  # marks the key as known, so that it is suggested for a misspelt key
     found["response"] = _response(table, {axis: own for axis, own in axes.items() if axis != "wz"})

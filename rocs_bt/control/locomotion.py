@@ -78,6 +78,7 @@ class Locomotion:
         wheeled: Whether the values are wheel linear speeds.
         response: Delays and deceleration of the body.
         land_after: Time in neutral after which a body that hovers lands [s]; +inf for never.
+        sway: Amplitude of the base's periodic motion beside its path while the body walks [m]; arrivals tolerate it.
 
     Raises:
         InputError: A limit is not positive, or the matrices do not fit each other.
@@ -92,6 +93,7 @@ class Locomotion:
     wheeled: bool = True
     response: Response = field(default_factory=Response)
     land_after: float = math.inf
+    sway: float = 0.0
 
     def __post_init__(self) -> None:
         m = len(self.values)

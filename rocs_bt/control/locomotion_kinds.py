@@ -168,7 +168,7 @@ _FOUR = ("front_left", "front_right", "rear_left", "rear_right")
 LIMITS = ("max_wheel_speed", "max_wheel_acceleration")
 """Parameters of every kind of wheels: the limits of the actuator, or lower ones from the `[locomotion]` table."""
 
-ATTRIBUTES = frozenset({"response", "land_after"})
+ATTRIBUTES = frozenset({"response", "land_after", "sway"})
 """Attributes of `Locomotion` that every kind takes."""
 
 LOCOMOTIONS: dict[str, tuple[Callable[..., Locomotion], tuple[str, ...]]] = {

@@ -25,10 +25,13 @@ from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 PERIOD = 0.05
 LIMITS = {"max_wheel_speed": 0.8, "max_wheel_acceleration": 1.5}
 AXES = {"vx": AxisLimits(0.8, 1.0), "vy": AxisLimits(0.6, 1.0), "vz": AxisLimits(0.5, 0.8), "wz": AxisLimits(1.5, 3.0)}
+WALKING = {axis: limits for axis, limits in AXES.items() if axis != "vz"}
 BODIES = {
     "differential": differential_drive(wheel_separation=0.33, **LIMITS),
     "mecanum": mecanum_drive(half_length=0.22, half_width=0.2, **LIMITS),
     "flying": twist_body("flying", axes=AXES, response=Response(lag=0.15)),
+    "steady": twist_body("legged", axes=WALKING),
+    "swaying": twist_body("legged", axes=WALKING, sway=0.03),
 }
 FOLLOWERS = {kind: Follower(locomotion) for kind, locomotion in BODIES.items()}
 
@@ -306,6 +309,17 @@ class TestOtherActions:
         assert errors[-1] <= 0.06
         assert robot.pose.distance(leader) <= 1.3
         assert min(x for x, *_ in robot.path) > -0.05  # sideways from the beginning
+
+
+@pytest.mark.parametrize("body", ["steady", "swaying"])
+def test_a_body_that_sways_arrives_within_its_sway(body):
+    robot = Robot(body)
+    robot.place("dock", 1.0, 0.0, "goal")
+    robot.pose = Pose2(1.0, 0.07)
+    robot.sense()
+    ticket = robot.pipeline.submit(GoTo(goal="dock"), Priority.NORMAL, "test")
+    robot.run(2)
+    assert (ticket.state is TicketState.SUCCEEDED) == (body == "swaying")
 
 
 class TestHeight:

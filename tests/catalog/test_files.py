@@ -334,6 +334,8 @@ def test_a_flying_body_lands(robot_file):
         ("[locomotion.wz]", "[locomotion.wx]", r"unknown key 'wx'.*Did you mean 'w?[vw]?z'|needs the axis 'wz'"),
         ('"legged"', '"flying"', r"a 'flying' locomotion needs the axis 'vz'"),
         ('"legged"', '"legged"\nland_after = "2 s"', r"unknown key 'land_after'"),
+        ('"legged"', '"twist"\nsway = "2 cm"', r"unknown key 'sway'"),
+        ('"legged"', '"legged"\nsway = "0.3 m"', r"sway must be"),
         ('lag = "0.2 s"', 'lag = "0.2 m"', r"lag must be in s"),
         ('"legged"', '"legged"\nmax_wheel_speed = "1 m/s"', r"unknown key 'max_wheel_speed'"),
     ],

@@ -299,7 +299,7 @@ def load(kind, text, folder):
 OTHER_KINDS = {  # a differential drive refuses the first, a planner that is a mission the second, a robot the last
     "robot.locomotion": {
         *("effective_wheel_separation", "icr_offset", "base_radius", "half_length", "half_width"),
-        *("max_speed", "max_acceleration", "land_after"),
+        *("max_speed", "max_acceleration", "land_after", "sway"),
     },
     "planner": {"python"},
     "scenario.actor": {"one_of"},
