@@ -1,4 +1,4 @@
-"""Gait of the quadruped: position servos follow a trot, which realises body twists, or stand up after a fall."""
+"""Gait of the quadruped: position servos follow a trot, which realises body twists, or the robot gets up."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ import numpy as np
 
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator
 
+from .get_up import FALLEN, GetUp
 from .legs import HIPS, Array, joint_angles
-from .stand_up import FALLEN, StandUp
 from .trot import QUIET, Trot
 
 LEGS = ("front_left", "front_right", "rear_left", "rear_right")
@@ -20,7 +20,7 @@ JOINTS = ("abduction", "thigh", "knee")
 class Gait(MujocoActuator):
     """Body twists: forward, left [m/s] and turn [rad/s]; without a command the legs do not step.
 
-    After a fall the robot folds its legs. The next command to move makes it stand up, and then walk.
+    After a fall the robot folds its legs. The next command to move makes it get up, and then walk.
 
     The inner loop measures twist and tilt of the body, which a real robot estimates by its inertial sensor and its
     joint encoders. Here they are the simulator's ground truth.
@@ -34,7 +34,7 @@ class Gait(MujocoActuator):
         q, v = int(base.qposadr[0]), int(base.dofadr[0])
         self._attitude, self._velocity = world.data.qpos[q + 3 : q + 7], world.data.qvel[v : v + 6]
         self._trot = Trot(world.step)
-        self._stand_up: StandUp | None = None
+        self._get_up: GetUp | None = None
         self._angles = np.zeros(12)  # targets of the servos [rad]
         self._wanted = np.zeros(3)
 
@@ -54,18 +54,18 @@ class Gait(MujocoActuator):
         self.mount.world.set_controls(self._servos, self._angles)
 
     def _lies(self) -> bool:
-        """Whether the robot lies or stands up; then the angles of all servos are set for that."""
+        """Whether the robot lies or gets up; then the angles of all servos are set for that."""
         w, i, j, k = self._attitude.tolist()
         up = 1.0 - 2.0 * (i * i + j * j)
-        if self._stand_up is None:
+        if self._get_up is None:
             if up > FALLEN:
                 return False
-            self._stand_up = StandUp(self._trot.period, self._angles)
+            self._get_up = GetUp(self._trot.period, self._angles)
         wanted, roll = bool((np.abs(self._wanted) > QUIET).any()), math.atan2(2.0 * (w * i + j * k), up)
-        if self._stand_up.step(wanted, roll, up, float(np.linalg.norm(self._velocity[3:]))):
-            self._stand_up, self._trot = None, Trot(self._trot.period)
+        if self._get_up.step(wanted, roll, up, float(np.linalg.norm(self._velocity[3:]))):
+            self._get_up, self._trot = None, Trot(self._trot.period)
             return False
-        self._angles = self._stand_up.angles
+        self._angles = self._get_up.angles
         return True
 
     def _motion(self) -> tuple[Array, Array]:

@@ -65,14 +65,19 @@ def test_a_push_is_felt_and_recorded() -> None:
     assert max(tilts[0]) > max(tilts[1]) + math.radians(2.0)
 
 
-def test_the_tilt_rule_takes_over_at_its_threshold_when_a_push_throws_the_robot_over() -> None:
-    push = PushSpec("R2", (0.0, 150.0, 0.0), 4.0, 4.0, 0.1)
-    summary, events = episode(1, push, duration=7.0)
-    fired = [e for e in events if isinstance(e, RuleChanged) and (e.rule, e.phase) == ("upright/Upright", "fired")]
-    assert fired, "the tilt rule stops the robot"
-    before = moves(events, 4.0, fired[0].t + 0.01)
-    assert 20.0 < math.degrees(max(e.tilt for e in before)) < 30.0
-    assert summary.agents["R2"].fell
+@pytest.mark.parametrize("at", [10.0, pytest.param(18.0, marks=pytest.mark.soak)])
+def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
+    push = PushSpec("R2", (0.0, 270.0, 0.0), at, at, 0.1)
+    summary, events = episode(1, push)
+    rules = [e for e in events if isinstance(e, RuleChanged) and e.rule.startswith("upright/")]
+    fired = [e for e in rules if e.phase == "fired"]
+    assert [e.rule for e in fired[:2]] == ["upright/Upright", "upright/GetUp"]
+    before = moves(events, at, fired[0].t + 0.01)
+    assert 20.0 < math.degrees(max(e.tilt for e in before)) < 40.0
+    assert max(e.tilt for e in moves(events, at, at + 3.0)) > math.radians(80.0)
+    found = summary.agents["R2"]
+    assert (found.outcome, found.collisions, found.fell) == ("success", 0, False)
+    assert visits(events) == ROUND
 
 
 def test_height_and_tilt_are_drawn(tmp_path: Path) -> None:

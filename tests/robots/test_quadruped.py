@@ -107,6 +107,45 @@ def test_it_has_fallen_when_it_is_thrown_over(walker: MakeWalker, axis: tuple[fl
     assert fallen
 
 
+@pytest.mark.parametrize("direction", [60, 120, 250, 300])
+def test_after_a_fall_the_next_command_makes_it_get_up_and_walk_on(walker: MakeWalker, direction: int) -> None:
+    robot, watch = walker(), FallWatch()
+    robot.go(Twist2(0.3), 1.0)
+    robot.push(250.0, math.radians(direction))
+    fallen = False
+    for k in range(120):
+        robot.go(Twist2(0.3), 0.05)
+        fallen = fallen or watch.update(0.05 * k, robot.world.tilt("R"), robot.world.ground_contact("R"))
+    assert robot.tilt > math.radians(90.0), "it fell"
+    assert not fallen, "it is up again within 5 s"
+    assert robot.upright
+    assert robot.mean_twist(2.0).forward == pytest.approx(0.3, abs=0.03)
+
+
+def test_it_gets_up_from_its_back_and_from_both_sides(walker: MakeWalker) -> None:
+    for roll in (90.0, 180.0, 270.0):
+        robot = walker()
+        robot.wait(0.2)
+        q, half = robot.world.body("R").q, 0.5 * math.radians(roll)
+        robot.world.data.qpos[q + 2 : q + 7] = 0.4, math.cos(half), math.sin(half), 0.0, 0.0
+        robot.go(Twist2(0.2), 5.0)
+        assert robot.upright
+
+
+def test_without_a_command_it_stays_down_with_folded_legs(walker: MakeWalker) -> None:
+    robot = walker()
+    robot.wait(0.2)
+    robot.push(300.0, math.radians(90))
+    robot.wait(2.0)
+    lying = robot.world.pose("R")
+    robot.wait(3.0)
+    assert robot.tilt > math.radians(90.0)
+    assert not robot.upright
+    assert robot.world.pose("R").distance(lying) < 0.01, "it does not move"
+    robot.go(Twist2(0.2), 3.0)
+    assert robot.upright
+
+
 def test_a_collision_is_reported_when_its_front_touches(walker: MakeWalker) -> None:
     robot = walker('<geom name="wall" type="box" size="0.05 1 0.5" pos="0.8 0 0.5"/>')
     world = robot.world

@@ -1,4 +1,4 @@
-"""Standing up after a fall: fold the legs, turn the trunk over with the legs of one side, and stand.
+"""Getting up after a fall: fold the legs, turn the trunk over with the legs of one side, and stretch the legs.
 
 The poses were found by random search, in a copy of the model in which the legs touch each other and the trunk.
 """
@@ -13,8 +13,8 @@ from .trot import HEIGHT, HOME
 FALLEN = 0.5  # cosine of the tilt below which the robot has fallen
 SIDE, LEVEL = -0.3, 0.8  # cosines of the tilt between back and side, and between side and feet
 STILL, REST_TIME = 0.5, 0.1  # [rad/s] and [s]: rotation of a body at rest, and its duration
-TURN_SPEED, STAND_SPEED = 13.0, 5.0  # [rad/s] of the targets of the servos
-FOLD_TIME, TURN_TIME, STAND_TIME = 1.0, 1.3, 0.45  # [s] for a phase, at most
+TURN_SPEED, RISE_SPEED = 13.0, 5.0  # [rad/s] of the targets of the servos
+FOLD_TIME, TURN_TIME, RISE_TIME = 1.0, 1.3, 0.45  # [s] for a phase, at most
 PASSED = 0.4  # [rad] from the target of the front legs, from which the rear legs follow: they must not meet
 
 
@@ -25,7 +25,7 @@ def _pose(left: tuple[float, float, float], right: tuple[float, float, float]) -
 
 
 FOLDED = _pose((0.3, 0.7, -2.4), (0.3, 0.7, -2.4))
-STANDING = joint_angles(*(HOME - HIPS), np.full(4, -HEIGHT))
+STANDING = joint_angles(HOME[0] - HIPS[0], HOME[1] - HIPS[1], np.full(4, -HEIGHT))
 FROM_BACK = _pose((0.65, 4.4, -2.4), (0.0, 3.25, -2.7))  # the left legs push
 FROM_RIGHT = _pose((0.55, 2.5, -2.0), (-0.15, -0.6, -1.75))
 EXCHANGED = np.arange(12).reshape(2, 2, 3)[:, ::-1].ravel()  # left and right legs
@@ -38,7 +38,7 @@ def _mirrored(pose: Array) -> Array:
     return mirrored
 
 
-class StandUp:
+class GetUp:
     """State of the sequence. `step` is called once per physics step, from the fall until it returns True.
 
     Args:
@@ -58,30 +58,30 @@ class StandUp:
         """Advance the sequence by one period.
 
         Args:
-            wanted: Whether the robot is to stand up; otherwise its legs stay folded.
+            wanted: Whether the robot is to get up; otherwise its legs stay folded.
             roll: Roll of the body [rad].
             up: Cosine of its tilt.
             rate: Rotation of the body [rad/s].
 
         Returns:
-            Whether the robot stands.
+            Whether the robot is on its feet.
         """
         self._time += self.period
         if self._phase == "fold":
             folded = self._move(FOLDED, TURN_SPEED)
             self._rest = self._rest + self.period if rate < STILL else 0.0
             if wanted and folded and (self._rest > REST_TIME or self._time > FOLD_TIME):
-                self._begin("stand" if up > LEVEL else "turn")
+                self._begin("rise" if up > LEVEL else "turn")
         elif self._phase == "turn":
             self._move(self._turning(roll, up), TURN_SPEED)
             if up > LEVEL or self._time > TURN_TIME:
                 self._attempts += up <= LEVEL
                 self._begin("fold")
         else:
-            self._move(STANDING, STAND_SPEED)
+            self._move(STANDING, RISE_SPEED)
             if up < LEVEL:
                 self._begin("fold")
-            return self._time > STAND_TIME
+            return self._time > RISE_TIME
         return False
 
     def _begin(self, phase: str) -> None:
