@@ -11,8 +11,12 @@ QUICK = (1, 2)  # the other seeds run in `make soak`
 SHIPPED = runs.shipped(CATALOG)
 
 
-def test_every_shipped_scenario_has_its_golden_runs():
-    assert set(runs.stored()[-1]["runs"]) == {f"{name} {seed}" for name in SHIPPED for seed in runs.SEEDS}
+def test_golden_runs_are_those_of_shipped_scenarios():
+    """A kind of machine may lack scenarios whose robots have changed since; playing them there adds them."""
+    wanted = {f"{name} {seed}" for name in SHIPPED for seed in runs.SEEDS}
+    for golden in runs.stored():
+        assert set(golden["runs"]) <= wanted
+    assert {name.split()[0] for golden in runs.stored() for name in golden["runs"]} >= {"exp1", "exp2", "exp3"}
 
 
 @pytest.mark.parametrize(
