@@ -13,13 +13,11 @@ from .pose import PATIENCE
 SETTLING = 3.0
 """Time constant of the approach to the height, in units of the body's lag [1]."""
 
-
 CLEARANCE = 0.15
 """Free range above and below that is kept on the way to a height [m]."""
 
 MEMORY = 1.0
 """Time for which a range counts after its reading: a few beams do not detect everything in every period [s]."""
-
 
 CLIMB_FIRST = 0.3
 """Height that is missing beyond which the robot climbs on the spot before it follows a path [m]."""
