@@ -52,7 +52,7 @@ class LocalMap(Analyze):
         max_raytrace_range: Maximum range of free space [m].
         cell_size: Side of a cell [m].
         map_size: Side of the map, which moves with the robot [m].
-        max_age: Validity of `contact_time` [s].
+        max_age: Validity of `contact_time` [s]; None for that of a scan.
 
     Raises:
         InputError: A size is not positive, or the robot's length and width are not declared.
@@ -65,7 +65,7 @@ class LocalMap(Analyze):
         max_raytrace_range: float = 4.0,
         cell_size: float = 0.05,
         map_size: float = 30.0,
-        max_age: float = 0.15,
+        max_age: float | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
@@ -74,8 +74,9 @@ class LocalMap(Analyze):
             "max_raytrace_range": max_raytrace_range,
             "cell_size": cell_size,
             "map_size": map_size,
-            "max_age": max_age,
         }
+        if max_age is not None:
+            sizes["max_age"] = max_age
         if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
             found = ", ".join(f"{sizes[name]:g}" for name in bad)
             raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0, found {found}."))
@@ -104,7 +105,9 @@ class LocalMap(Analyze):
 
     def signals(self) -> Sequence[Signal]:
         doc = "Time until the hull touches an obstacle; +inf if not soon."
-        return [Signal(CONTACT, 1, (TIME,), (0.0, math.inf), self._max_age, doc)]
+        signals = self.knowledge.signals  # the scan is declared before the analysers' signals
+        age = self._max_age or (signals.spec(SCAN).max_age if SCAN in signals else math.inf)
+        return [Signal(CONTACT, 1, (TIME,), (0.0, math.inf), age, doc)]
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         for sample in samples:
