@@ -48,6 +48,7 @@ class ThreadedRunner:
         self._heartbeat.workers = self.workers = self._build()
 
     def __enter__(self) -> ThreadedRunner:
+        self.agent.execute.prepare()
         FAST_SWITCHING.enter()
         for worker in self.workers:
             worker.thread.start()

@@ -104,7 +104,6 @@ class Follower:
         self._times = np.arange(1.0, self._layout.stages + 1.0) * self.settings.dt
         self._rows = np.vstack([self._layout.speed_rows, self._layout.acceleration_rows])
         self._shift, self._shift_period = np.eye(len(self.settings.blocks) + 1), math.nan
-        self._program = _Program(self._layout, self.settings)
         self._rest = np.zeros(len(self.locomotion.values))
         self.reset()
 
@@ -116,6 +115,16 @@ class Follower:
             if self.locomotion.icr_offset == 0.0
             else Follower(self.locomotion.without_icr_offset, self.settings, self._timer)
         )
+
+    @cached_property
+    def _program(self) -> _Program:
+        # Building takes as long as a thousand steps; an agent that is only checked never drives.
+        return _Program(self._layout, self.settings)
+
+    def prepare(self) -> None:
+        """Build the quadratic programs of both directions now; on wall time no control period may wait for them."""
+        for follower in (self, self.backward):
+            follower._program  # noqa: B018 - a cached property
 
     def reset(self) -> None:
         """Reset plan, command and history to those of a robot at rest."""

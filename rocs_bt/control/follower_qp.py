@@ -148,7 +148,7 @@ class Layout:
         return np.column_stack([np.interp(times, self.ends, column) for column in unit])
 
 
-@lru_cache(maxsize=8)  # building takes as long as a hundred solves
+@lru_cache(maxsize=32)  # building takes as long as a hundred solves
 def build(layout: Layout, weights: Weights, iterations: int) -> Any:
     """Build the program as a CasADi Function of one vector; equal arguments return the same Function.
 

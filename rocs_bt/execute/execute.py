@@ -106,6 +106,10 @@ class Execute:
         self._lock = threading.Lock()
         self._closed = False
 
+    def prepare(self) -> None:
+        """Build what the first motion needs; on wall time no control period may wait for it."""
+        self._body.follower.prepare()
+
     @property
     def route(self) -> str:
         """Source of the action in this period: `reactive`, `deliberative`, or `idle` without an action."""
