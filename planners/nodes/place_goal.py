@@ -1,7 +1,5 @@
 """PlaceGoal: set the pose of a goal in the world model."""
 
-from math import nan
-
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import KnowledgeError
 from rocs_bt.geometry import Pose2
@@ -25,7 +23,7 @@ class PlaceGoal(Instant):
     x = Input(float, 0.0, "distance east, or ahead of `at` [m]", dimension=LENGTH)
     y = Input(float, 0.0, "distance north, or left of `at` [m]", dimension=LENGTH)
     yaw = Input(float, 0.0, "yaw of the goal [rad]", dimension=ANGLE)
-    tolerance = Input(float, nan, "distance at which the goal is reached [m]", dimension=LENGTH)
+    tolerance = Input(float, 0.0, "distance at which it is reached, 0 for that of `at` [m]", dimension=LENGTH)
 
     def update(self) -> Outcome:
         world, at = mission_of(self).knowledge.world, self.at
@@ -34,7 +32,9 @@ class PlaceGoal(Instant):
             self.feedback_message = str(Failure(Reason.NO_GOAL, f"the position of '{at}' is unknown"))
             return FAILURE
         tolerance = self.tolerance
-        more = {"tolerance": tolerance} if tolerance == tolerance else {}
+        if not tolerance and at:
+            tolerance = world.graph.attributes(at).get("tolerance") or 0.0
+        more = {"tolerance": tolerance} if tolerance else {}
         try:
             world.place(self.goal, origin.compose(Pose2(self.x, self.y, self.yaw)), kind="goal", **more)
         except KnowledgeError as error:

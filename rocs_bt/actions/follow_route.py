@@ -14,10 +14,10 @@ from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.path import Path
 from ..geometry import Pose2
-from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
+from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetresPerSecond, PositiveSeconds
 from .heading import ALONG
 from .path_action import Height, PathAction
-from .pose import goal_pose
+from .pose import goal_pose, goal_tolerance
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
@@ -71,8 +71,8 @@ class FollowRoute(PathAction):
         cruise: Speed on straight parts [m/s].
         creep: Speed without clearance [m/s].
         ease: Clearance at which the robot drives at `cruise` [m].
-        tolerance: Distance from the goal at which it is reached [m].
-        passing: Whether the goal also counts as reached by a moving robot.
+        tolerance: Distance from the goal at which it is reached, 0 for the goal's tolerance [m].
+        passing: Whether the goal also counts as reached by a moving robot, which can stop within the tolerance.
         patience: Time without progress after which the action fails as STUCK [s].
         heading: Yaw on the way: `along` the route, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
             An angle holds on arrival, too, within 5 deg.
@@ -86,7 +86,7 @@ class FollowRoute(PathAction):
     cruise: PositiveMetresPerSecond = 1.0
     creep: PositiveMetresPerSecond = 0.2
     ease: Annotated[Metres, NOT_NEGATIVE] = 0.4
-    tolerance: PositiveMetres = 0.1
+    tolerance: Annotated[Metres, NOT_NEGATIVE] = 0.0
     passing: bool = False
     patience: PositiveSeconds = 3.0
     heading: str = ALONG
@@ -113,7 +113,8 @@ class FollowRoute(PathAction):
             if pose is None:
                 yield drive.brake()
                 continue
-            there = pose.distance(goal) <= self.tolerance + body.locomotion.sway and drive.at_height(self.tolerance)
+            near = goal_tolerance(body, self.goal, self.tolerance)
+            there = pose.distance(goal) <= near + body.locomotion.sway and drive.at_height(near)
             if there and (self.passing or (drive.faces(pose) and drive.stationary())):
                 return
             rise = drive.height_error()
@@ -124,13 +125,13 @@ class FollowRoute(PathAction):
             if driven is not self.points:
                 driven = self.points
                 path = Path([list(p[:2]) for p in driven])
-                drive.begin(path, self._speeds(room.along(path, drive.yaws(path))), self._end(path, goal))
+                drive.begin(path, self._speeds(room.along(path, drive.yaws(path))), self._end(body, path, goal))
                 if abs(drive.heading_error) > BEHIND and not room.can_turn(pose):
                     drive.backward = True
             if drive.backward and room.can_turn(pose):
                 drive.backward = False
             if room.changed():
-                drive.limit(self._speeds(room.along(path, drive.yaws(path))), self._end(path, goal))
+                drive.limit(self._speeds(room.along(path, drive.yaws(path))), self._end(body, path, goal))
             turning = abs(drive.heading_error) > TURN_FIRST and not drive.backward
             # A robot that still drives forward would swing out in the turn.
             if turning and abs(body.knowledge.robot.speed()) > ROLLING:
@@ -146,10 +147,12 @@ class FollowRoute(PathAction):
         speeds: Array = np.minimum(self.creep, self.cruise) * (1.0 - share) + self.cruise * share
         return speeds
 
-    def _end(self, path: Path, goal: Pose2) -> float:
-        """Speed limit at the end of the path [m/s]."""
-        at_goal = bool(np.hypot(*(path.position(path.length) - goal[:2])) <= self.tolerance)
-        return self.cruise if self.passing and at_goal else 0.0
+    def _end(self, body: Body, path: Path, goal: Pose2) -> float:
+        """Speed limit at the end of the path [m/s]: the robot that passes the goal can stop within the tolerance."""
+        near = goal_tolerance(body, self.goal, self.tolerance)
+        if not self.passing or np.hypot(*(path.position(path.length) - goal[:2])) > near:
+            return 0.0
+        return min(self.cruise, math.sqrt(2.0 * near * body.locomotion.axis_limits("vx").max_acceleration))
 
 
 class _Room:

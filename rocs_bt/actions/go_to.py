@@ -5,19 +5,20 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 from ..action import Action, ActionFailed, Body, Reason
 from ..control.path import Path
-from ..units import PositiveMetres, PositiveMetresPerSecond
+from ..units import NOT_NEGATIVE, Metres, PositiveMetresPerSecond
 from .heading import ALONG
 from .path_action import Height, PathAction
-from .pose import goal_pose
+from .pose import goal_pose, goal_tolerance
 
 if TYPE_CHECKING:
     from ..knowledge import Knowledge
 
 MOVED = 0.05  # [m] displacement of the goal that triggers a new path
+ARRIVED = 0.05  # [m] greatest distance from a goal of any tolerance at which the robot has arrived
 MISSES = 5  # number of paths that may end away from the goal before the action fails
 
 
@@ -34,7 +35,8 @@ class GoTo(PathAction):
     Attributes:
         goal: Node of the world model with a pose.
         cruise: Speed on straight parts [m/s].
-        tolerance: Distance from the goal at which the stationary robot has arrived, also in height [m].
+        tolerance: Distance from the goal at which the stationary robot has arrived, also in height; 0 for 0.05 m, or
+            less if the goal's tolerance is less [m].
         heading: Yaw on the way: `along` the path, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
             An angle holds on arrival, too, within 5 deg.
         height: Height to fly at [m], 0.15 m away from what `above` and `below` detect; no change by default.
@@ -42,7 +44,7 @@ class GoTo(PathAction):
 
     goal: str
     cruise: PositiveMetresPerSecond = 0.5
-    tolerance: PositiveMetres = 0.05
+    tolerance: Annotated[Metres, NOT_NEGATIVE] = 0.0
     heading: str = ALONG
     height: Height = math.inf
 
@@ -64,17 +66,18 @@ class GoTo(PathAction):
 
     def _drive(self, body: Body) -> Iterator[Action]:
         drive, planned, misses = self.path_drive(body, self.cruise), None, 0
-        near = self.tolerance + body.locomotion.sway
+        tolerance = self.tolerance or min(ARRIVED, goal_tolerance(body, self.goal))
+        near = tolerance + body.locomotion.sway
         while True:
             goal, pose = goal_pose(body, self.goal), drive.pose()
             if pose is None:
                 yield drive.brake()
                 continue
             distance = pose.distance(goal)
-            there = distance <= near and drive.at_height(self.tolerance) and drive.faces(pose)
+            there = distance <= near and drive.at_height(tolerance) and drive.faces(pose)
             if there and drive.stationary():
                 return
-            missed = drive.remaining < 0.5 * self.tolerance and distance > near
+            missed = drive.remaining < 0.5 * tolerance and distance > near
             if missed and (misses := misses + 1) > MISSES:
                 raise ActionFailed(Reason.STUCK, f"missed '{self.goal}' {MISSES} times, now {distance:.2f} m away")
             if planned is None or missed or drive.lost or planned.distance(goal) > MOVED:

@@ -35,6 +35,28 @@ class PoseWatch:
         return None
 
 
+TOLERANCE = 0.1
+"""Distance at which a node without an attribute `tolerance` is reached [m]."""
+
+ARRIVED = 0.9
+"""Share of a goal's tolerance within which a robot must be, so that it is there in spite of the noise of its pose."""
+
+
+def goal_tolerance(body: Body, goal: str, declared: float = 0.0) -> float:
+    """Distance from a goal at which an action has reached it [m].
+
+    Args:
+        body: Robot.
+        goal: Node of the world model.
+        declared: The action's own tolerance [m]; 0 for that of the goal.
+    """
+    if declared > 0.0:
+        return declared
+    graph = body.knowledge.graph
+    known = graph.attributes(goal).get("tolerance") if graph.has(goal) else None
+    return TOLERANCE if known is None else ARRIVED * float(known)
+
+
 def goal_pose(body: Body, goal: str) -> Pose2:
     """Pose of a goal, world frame.
 

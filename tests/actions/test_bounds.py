@@ -21,7 +21,7 @@ from rocs_bt.pipeline import TicketState
         ("GoTo", {"goal": "g", "cruise": math.inf}, "cruise of GoTo must be positive and finite, found inf m/s."),
         ("GoTo", {"goal": "g", "cruise": math.nan}, "cruise of GoTo must be positive and finite, found nan m/s."),
         ("GoTo", {"goal": "g", "cruise": "fast"}, "cruise of GoTo must be a number, found 'fast'."),
-        ("GoTo", {"goal": "g", "tolerance": 0.0}, "tolerance of GoTo must be positive and finite, found 0 m."),
+        ("GoTo", {"goal": "g", "tolerance": -0.1}, "tolerance of GoTo must be 0 or more and finite, found -0.1 m."),
         ("FollowPath", {"points": [(0, 0), (1, math.inf)]}, "points of FollowPath must be finite, found inf m."),
         ("FollowPath", {"points": [(0, 0)], "corner_radius": -1}, "corner_radius of FollowPath must be 0 or more and"),
         ("AvoidCollision", {"turn": 1.0, "rate": -2.5}, "rate of AvoidCollision must be positive and finite, found -2"),
