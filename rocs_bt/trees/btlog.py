@@ -20,7 +20,7 @@ from typing import BinaryIO
 from py_trees.behaviour import Behaviour
 
 from ..errors import Fault, InputError, RecordingError
-from .nodes import BUILTIN, Changes, SubTree, Tree
+from .nodes import BUILTIN, Node, SubTree, Tree
 from .nodes.port import ExactKey
 from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .xml.element import Element
@@ -80,13 +80,19 @@ MAGIC = b"BTCPP4-FileLogger2\x01"
 MAX_NODES = 0xFFFF
 """Largest number of nodes that the format can address."""
 
-#: Status codes of the format, which has none for a skipped node: it is written as idle.
-STATUSES = {IDLE: 0, RUNNING: 1, SUCCESS: 2, FAILURE: 3, SKIPPED: 0}
+STATUSES = {IDLE: 0, RUNNING: 1, SUCCESS: 2, FAILURE: 3}
+"""Status codes of the format. As in BehaviorTree.CPP, SKIPPED is not a status of a node and is not written."""
+_FINISHED = (STATUSES[SUCCESS], STATUSES[FAILURE])
+_REACTIVE = ("ReactiveSequence", "ReactiveFallback")
 _FLUSH_EVERY = 0.5  # [s] of run time; a killed run loses at most this much of the log
 
 
 class BtLog:
-    """Writes every change of status in a tree to a log file as it happens.
+    """Writes every change of status in a tree to a log file as it happens, in the order of BehaviorTree.CPP.
+
+    Within a tick a parent becomes RUNNING before its children change. Its finished children become IDLE before it ends
+    itself, and the root becomes IDLE at the end of its last tick. Nodes of rocs_bt keep their status after they have
+    ended, so these changes are derived here.
 
     A file can describe only one set of nodes. When a subtree is swapped, a second file is begun: `R2.btlog`, then
     `R2-2.btlog`.
@@ -108,7 +114,7 @@ class BtLog:
         self._begin()
         if self._failure:
             raise RecordingError(self._failure)
-        self._unwatch = Changes(tree, self._on_change).close
+        self._unwatch = tree.watch(self._on_tick, self._on_tick_end)
 
     def close(self) -> None:
         """Close the log.
@@ -131,6 +137,8 @@ class BtLog:
                 )
             )
         self._nodes: tuple[Behaviour, ...] = tree.nodes
+        self._uids = {node.id: uid for uid, node in enumerate(tree.nodes, 1)}
+        self._stock = {node.id: node.status for node in reversed(tree.nodes) if not isinstance(node, Node)}
         self._count += 1
         self._written = bytearray(len(tree.nodes) + 1)
         self._flush_at = 0.0
@@ -145,11 +153,45 @@ class BtLog:
             if node.status is RUNNING:
                 self._write(uid, STATUSES[RUNNING])
 
-    def _on_change(self, uid: int, before: Outcome, now: Outcome) -> None:
+    def _on_tick(self, node: Behaviour, outcome: Outcome) -> None:
+        """Write the changes of a node that was ticked or halted, after its children."""
         if self._nodes is not self._tree.nodes:
             self._end()
             self._begin()
-        self._write(uid, STATUSES[now])
+        if outcome is not IDLE:
+            self._start(node.parent)
+        if outcome is not SKIPPED:
+            self._reset_children(node, outcome)
+            self._write(self._uids[node.id], STATUSES[outcome])
+
+    def _start(self, node: Behaviour | None) -> None:
+        """Write that a node and its ancestors are RUNNING, the outermost first: one of their children was ticked."""
+        starting = []
+        while node is not None and self._written[self._uids[node.id]] != STATUSES[RUNNING]:
+            starting.append(self._uids[node.id])
+            node = node.parent
+        for uid in reversed(starting):
+            self._write(uid, STATUSES[RUNNING])
+
+    def _reset_children(self, node: Behaviour, outcome: Outcome) -> None:
+        """Write that children are IDLE: all if the node ended; while it runs, only those that its class resets."""
+        if outcome is RUNNING and len(node.children) != 1 and getattr(node, "tag", "") not in _REACTIVE:
+            return
+        for child in node.children:
+            uid = self._uids[child.id]
+            if outcome is not RUNNING or self._written[uid] in _FINISHED:
+                self._write(uid, STATUSES[IDLE])
+
+    def _on_tick_end(self) -> None:
+        """Write the changes of stock py_trees nodes, which report no ticks, and the reset of the root."""
+        if self._nodes is not self._tree.nodes:
+            return
+        for node in reversed(self._nodes):
+            if self._stock.get(node.id, node.status) is not node.status:
+                self._stock[node.id] = node.status
+                self._on_tick(node, node.status)
+        if self._written[1] in _FINISHED:
+            self._write(1, STATUSES[IDLE])
 
     def _write(self, uid: int, status: int) -> None:
         if self._written[uid] == status or self._file is None:

@@ -15,6 +15,7 @@ import pytest
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
 from rocs_bt.trees.board import Board
+from rocs_bt.trees.btlog import BtLog
 from rocs_bt.trees.nodes import BUILTIN, Instant, Leaf, Tree
 from rocs_bt.trees.script import compile_script, parse_script
 from rocs_bt.trees.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, outcome_name
@@ -382,6 +383,46 @@ def compare(seed: int) -> None:
 def test_random_trees_do_what_the_cpp_engine_does(block):
     for seed in range(block * 50, block * 50 + 50):
         compare(seed)
+
+
+def test_logs_of_random_trees_have_parents_around_their_children(tmp_path):
+    """Laws of BehaviorTree.CPP's log; `test_a_log_is_built_as_one_of_the_cpp_engine` compares with the engine's own."""
+    for seed in range(80):
+        draw = Draw(seed)
+        try:
+            side = Ours(draw.tree())
+        except InputError:
+            continue
+        log = BtLog(tmp_path / "a.btlog", side.tree)
+        story(side, ["tick" if draw.random.random() < 0.85 else "halt" for _ in range(TICKS)])
+        log.close()
+        nodes, status = side.tree.nodes, {}
+        uids = {node.id: uid for uid, node in enumerate(nodes, 1)}
+        for uid, now in changes_in(tmp_path / "a.btlog"):
+            node, before = nodes[uid - 1], status.get(uid, 0)
+            status[uid] = now
+            assert now != before, seed
+            if now:
+                assert node.parent is None or status[uids[node.parent.id]] == 1, (seed, "the parent runs")
+            if now != 1:
+                assert all(status.get(uids[child.id], 0) == 0 for child in node.children), (seed, "children are reset")
+            if node.children:
+                assert (before, now) not in {(0, 2), (0, 3)} or not entered(node), (
+                    seed,
+                    "a parent ends after it began",
+                )
+
+
+def changes_in(path):
+    """Records of a log: uid and status."""
+    data = path.read_bytes()
+    begin = 31 + int.from_bytes(data[19:23], "little")
+    return [(int.from_bytes(data[i + 6 : i + 8], "little"), data[i + 8]) for i in range(begin, len(data), 9)]
+
+
+def entered(node) -> bool:
+    """Whether a node always ticks a child before it ends: no pre-condition and no class of it decides otherwise."""
+    return not node.conditions and node.tag in ("Sequence", "Fallback", "Inverter", "ForceSuccess", "ForceFailure")
 
 
 @pytest.mark.soak
