@@ -297,6 +297,7 @@ def test_findings_about_rules_are_z3s():
         for kind, names in found.items():
             assert names <= expected[kind], (seed, kind)
             if not undecided:
-                assert names == expected[kind], (seed, kind)
+                # Invalid signals, which z3 does not know, can let a rule act that is shadowed while all are valid.
+                assert names == expected[kind] or kind == "shadowed", (seed, kind)
             seen[kind] += len(names)
     assert min(seen.values()) > 0, seen

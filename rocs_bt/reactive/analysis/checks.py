@@ -7,7 +7,6 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ...action import Action, Parameter, parameters_of
 from ...errors import interrupts
@@ -15,9 +14,9 @@ from ...expression import TRUTH, Expression, Kind, Node
 from ...expression.node import TEMPORAL_OPS
 from ...raised import describe
 from ...units import NONE, TIME
-from ..rule import OnInvalid, Rule, tie, ties
+from ..rule import OnInvalid, Rule
 from .case import Case, nodes_with_columns, short
-from .sample import Array, Samples
+from .sample import Array
 from .translate import conjunction, negation
 
 _SLACK = 1e-9  # [s]
@@ -379,119 +378,3 @@ def _also(case: Case, node: Node, words: str) -> str:
     if case.prover.decide(node).example is None or not node.reads():
         return ""
     return f"; with {case.shown(case.prover.example(node), [node])}, for example, {words}"
-
-
-TRIED = 6  # maximum number of rules of higher priority that are tested for shadowing one rule
-
-
-def check_pairs(case: Case) -> None:
-    """Report ties, and rules that never act because a rule of higher priority always acts instead (shadowing)."""
-    rules = case.rules
-    if len(rules) < 2:
-        return
-    examples = [case.prover.decide(rule.when.node).example for rule in rules]
-    rows = np.array([case.prover.samples.rows[0] if x is None else x for x in examples])
-    own = Samples(rows)
-    truths = np.array(
-        [np.concatenate([case.prover.samples.truth(r.when.node), own.truth(r.when.node)]) for r in rules], np.float32
-    )
-    alive = np.array([x is not None for x in examples])
-    _ties(case, alive)
-    for i, others in _covering(rules, truths, alive):
-        _shadowed(case, rules[i], [rules[k] for k in others])
-
-
-def _covering(
-    rules: Sequence[Rule], truths: NDArray[np.float32], alive: NDArray[np.bool_]
-) -> Iterator[tuple[int, list[int]]]:
-    """Find candidates for shadowing: rules of higher priority that held on all samples on which a rule held.
-
-    Args:
-        rules: The R rules.
-        truths: 1 for each rule and sample on which the guard held, else 0; shape (R, samples).
-        alive: Whether a snapshot is known on which each guard holds, shape (R,).
-
-    Yields:
-        Index of a rule, and the indices of at most TRIED candidates.
-    """
-    uncovered = truths @ (1.0 - truths).T  # [i, k]: number of samples on which i held and k did not
-    priority = np.array([rule.priority for rule in rules])
-    for i, rule in enumerate(rules):
-        if alive[i]:
-            found = np.flatnonzero((uncovered[i] == 0.0) & (priority > rule.priority) & alive)
-            ranked = sorted(found.tolist(), key=lambda k: (-int(truths[k].sum()), k))
-            if ranked:
-                yield i, [k for k in ranked if _hides(rules[k], rule)][:TRIED]
-
-
-def _hides(above: Rule, rule: Rule) -> bool:
-    """Whether `above` always acts instead of `rule`, if the guard of `above` holds whenever that of `rule` does."""
-    everywhere = not above.modes or bool(rule.modes and set(rule.modes) <= set(above.modes))
-    at_once = above.hold <= rule.hold and not above.cooldown
-    invalid = rule.on_invalid is OnInvalid.CLEAR or (
-        above.on_invalid is OnInvalid.TRIP and rule.when.node.reads() <= above.when.node.reads()
-    )
-    return everywhere and at_once and invalid
-
-
-def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
-    """Report that a rule never acts, if one of the candidates is proved to be latched whenever the rule is.
-
-    Args:
-        case: Rule set.
-        rule: Rule of the set.
-        others: Candidates, of higher priority.
-    """
-    guard, why = rule.when.node, ""
-    for above in others:
-        covered = case.prover.decide(conjunction([guard, negation(above.when.node)]))
-        outlived = case.prover.decide(conjunction([_released(above), _kept(rule)]))
-        if covered.never and outlived.never:
-            example = case.shown(case.prover.example(guard), [guard, above.when.node])
-            case.warn(
-                rule,
-                "when",
-                f"{short(rule)} never acts: whenever it is latched, so is {short(above)}, with a priority of "
-                f"{above.priority}, higher than {rule.priority}; both hold, for example, with {example}.",
-                f"Give {short(rule)} the higher priority, or a guard that is not covered by that of {short(above)}.",
-                guard,
-            )
-            return
-        if (unknown := covered.unknown or outlived.unknown) and covered.example is None and outlived.example is None:
-            why = why or f"whether {short(rule)} ever acts beside {short(above)}|{unknown}"
-    if why:
-        question, unknown = why.split("|", 1)
-        case.undecided(rule, "when", question, unknown)
-
-
-def _released(rule: Rule) -> Node:
-    """Release condition of a latched rule."""
-    return negation(rule.when.node) if rule.until is None else rule.until.node
-
-
-def _kept(rule: Rule) -> Node:
-    """Condition under which a latched rule stays latched."""
-    return rule.when.node if rule.until is None else negation(rule.until.node)
-
-
-def _ties(case: Case, alive: NDArray[np.bool_]) -> None:
-    """Report rules of equal priority with guards that can hold at once, and example values of the signals.
-
-    Args:
-        case: Rule set.
-        alive: Whether a snapshot is known on which each guard holds, shape (R,).
-    """
-    for k, others in ties(case.rules):
-        rule = case.rules[k]
-        for first in (case.rules[i] for i in others if alive[i] and alive[k]):
-            guards = [first.when.node, rule.when.node]
-            both = conjunction(guards)
-            if case.prover.decide(both).example is not None:
-                case.error(
-                    rule,
-                    "priority",
-                    f"{tie(rule, [case.rules[i] for i in others])} {short(first)} and {short(rule)} both hold, for "
-                    f"example, with {case.shown(case.prover.example(both), guards)}.",
-                    "Give each of them its own priority.",
-                )
-                break

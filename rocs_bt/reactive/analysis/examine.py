@@ -16,7 +16,8 @@ from ..rule import Rule
 from ..rule_file import read_rules
 from ..threshold import Override
 from .case import Case
-from .checks import check_guards, check_modes, check_pairs, check_parameters, check_period, check_times
+from .checks import check_guards, check_modes, check_parameters, check_period, check_times
+from .pairs import check_pairs
 
 _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require"})
 
