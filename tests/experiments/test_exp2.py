@@ -14,7 +14,7 @@ from rocs_bt.simulation import replay
 
 CATALOG = Catalog()
 EXP2 = CATALOG.load_scenario("exp2")
-SEEDS = (1, 10, 14, 26)  # R1 comes near in all but the first
+SEEDS = (1, 26)  # R1 comes near in the second; `make soak` plays a hundred
 
 
 @cache
@@ -43,7 +43,7 @@ def test_it_is_there_at_the_end_unless_the_walker_is() -> None:
         assert (summary.outcome == "success") is there[-1]
         near = math.hypot(last["R3"].x - last["R1"].x, last["R3"].y - last["R1"].y) < 1.5
         assert there[-1] or near
-    assert sum(there) >= len(SEEDS) - 1
+    assert all(there)
 
 
 def test_what_pushes_it_off_is_a_reflex_and_it_comes_back() -> None:

@@ -17,7 +17,7 @@ from rocs_bt.record import Recording, Summary
 from rocs_bt.simulation import SimulatedWorld, build_world, replay
 from rocs_bt.testing.faults import FaultySensor, break_sensor
 
-SEEDS = (1, 2, 3)
+SEEDS = (1,)  # `make soak` plays a hundred
 DISTANCE, SAFETY = 1.5, 0.8  # [m] between the centres, as the scenario asks of its follower
 SAFE = (SAFETY, 2.0 * DISTANCE - SAFETY)  # the mission's band
 
@@ -57,7 +57,7 @@ def test_the_follower_keeps_within_the_safe_band() -> None:
         shares.append(sum(SAFE[0] <= d <= SAFE[1] for d in kept) / len(kept))
         means.append(sum(kept) / len(kept))
     # Where the walker pins R3 down, R3 has to stand still meanwhile.
-    assert sum(share > 0.9 for share in shares) >= len(SEEDS) - 1
+    assert all(share > 0.9 for share in shares)
     assert min(shares) > 0.5
     assert all(1.1 < mean < 1.8 for mean in means)
 

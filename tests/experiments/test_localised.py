@@ -50,7 +50,7 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
         )
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_r2_reaches_the_origin_by_what_it_measures_itself(seed: int) -> None:
     summary, _ = episode("exp1_localised", seed)
     found = summary.agents["R2"]

@@ -42,7 +42,7 @@ def visits(events: list[Event]) -> list[str]:
     return found[1:]
 
 
-@pytest.mark.parametrize("seed", [1, 2, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(3, 13))])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(2, 13))])
 def test_the_round_is_walked_in_order_on_rough_ground_in_spite_of_a_push(seed: int) -> None:
     summary, events = episode(seed, *SCENARIO.pushes)
     found = summary.agents["R2"]
