@@ -213,6 +213,10 @@ class Action(ABC):
         """Distance that remains to be driven [m], from which Plan detects a lack of progress; NaN if unknown."""
         return math.nan
 
+    def awaits(self) -> str:
+        """What the running action waits for, beginning with `for` or `until`; empty if it does not wait."""
+        return ""
+
     def resume(self, cut_off: Action) -> None:
         """Take over state, such as timers, from an action that a reflex interrupted and that this action replaces.
 

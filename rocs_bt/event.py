@@ -145,7 +145,13 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
 
 
 class NodeTicked(Event, frozen=True, kw_only=True):
-    """A node of the mission's tree changed its status. `node` is the path: names from the root, joined by `/`."""
+    """A node of the mission's tree changed its status, or the mission waits in it and what it waits for changed.
+
+    Attributes:
+        node: Path of the node: names from the root, joined by `/`.
+        status: Status of the node.
+        feedback: Feedback of the node; while the mission waits in it, the values and deadline for which it waits.
+    """
 
     node: str
     status: str

@@ -51,6 +51,10 @@ class WaitForChange(Leaf):
                 return SUCCESS
         return RUNNING
 
+    def wait_text(self) -> str:
+        wanted = [f"{port} {value}" for port in ("kind", "node", "attribute", "relation") if (value := self.read(port))]
+        return f"for a change of {', '.join(wanted) or 'Knowledge'}"
+
     def terminate(self, new_status) -> None:
         if self._subscription is not None:
             self._subscription.close()

@@ -26,6 +26,7 @@ class WaitForOpenDoor(Leaf):
     def __init__(self, name="", /, **attributes):
         super().__init__(name, **attributes)
         self._since = 0.0
+        self._unseen = ""
 
     def initialise(self) -> None:
         self._since = mission_of(self).clock.now()
@@ -46,7 +47,13 @@ class WaitForOpenDoor(Leaf):
         if doors and not unseen:
             self.feedback_message = f"closed: {', '.join(doors)}"
             return FAILURE
+        self._unseen = unseen
         waited = mission.clock.now() - self._since
         reason = f"no door is known to be open after {waited:.1f} s; not observed: {unseen}"
         self.feedback_message = reason if doors else f"no door is known after {waited:.1f} s"
         return RUNNING if waited < self.patience else FAILURE
+
+    def wait_text(self) -> str:
+        unseen = f"; not observed: {self._unseen}" if self._unseen else "; none is known"
+        deadline = self._since + self.patience
+        return f"for an open door{unseen}" + (f", until {deadline:.2f} s" if deadline < inf else "")

@@ -45,6 +45,9 @@ class When(Instant):
         self.feedback_message = f"'{self._text}' does not hold: {condition.reading()}"
         return FAILURE
 
+    def wait_text(self) -> str:
+        return "" if self._condition is None else f"{self._text}, {self._condition.reading()}"
+
     def _compiled(self, text: str) -> SignalCondition:
         if self._condition is None or text != self._text:
             self._text, self._condition = text, mission_of(self).signal_condition(text)

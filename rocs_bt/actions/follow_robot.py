@@ -48,6 +48,11 @@ class _StationaryTimer:
         self._pose: Pose2 | None = None
         self._since = 0.0
 
+    @property
+    def since(self) -> float:
+        """Time from which the leader is stationary [s]."""
+        return self._since
+
     def update(self, leader: Pose2 | None, now: float) -> float:
         """Add the leader's present pose; return the duration of its standstill [s]."""
         if leader is None or self._pose is None or leader.distance(self._pose) > MOVED:
@@ -141,6 +146,12 @@ class FollowRobot(PathAction):
         super().resume(cut_off)
         if isinstance(cut_off, FollowRobot) and cut_off.leader == self.leader:
             self._stationary, self._search = cut_off._stationary, cut_off._search
+
+    def awaits(self) -> str:
+        if math.isinf(self.rest):
+            return ""
+        moved = f"it last moved at {self._stationary.since:.1f} s"
+        return f"until its leader {self.leader} has been stationary for {self.rest:g} s ({moved})"
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world, graph = body.knowledge.world, body.knowledge.graph

@@ -101,6 +101,11 @@ class Act(Leaf):
         self.feedback_message = f"{ticket.action.name} {ticket.state.name.lower()}"
         return Status.RUNNING
 
+    def wait_text(self) -> str:
+        if self.ticket is None or self.ticket.state.done:
+            return self.feedback_message
+        return self.ticket.action.awaits()
+
     def terminate(self, new_status: Status) -> None:
         # py_trees also calls this for leaves that have already ended; these have nothing to cancel.
         if new_status is Status.INVALID and self.status is Status.RUNNING and self.ticket is not None:

@@ -38,6 +38,9 @@ class Condition(Instant):
         self.feedback_message = f"'{self.text}' does not hold: {self._reading()}"
         return Status.FAILURE
 
+    def wait_text(self) -> str:
+        return f"{self.text}, {self._reading()}"
+
 
 class Enter(Instant):
     """Leaf that sets the mode of the agent and returns SUCCESS.
@@ -89,3 +92,6 @@ class Wait(Leaf):
     def update(self) -> Status:
         # The tolerance of a nanosecond covers the rounding of k * step.
         return Status.SUCCESS if self._clock.now() >= self._until - 1e-9 else Status.RUNNING
+
+    def wait_text(self) -> str:
+        return f"until {self._until:.2f} s" if self.status is Status.RUNNING else ""

@@ -28,6 +28,7 @@ from ..trees.status import RUNNING, SKIPPED, Outcome
 from .act import Act
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
+from .waits import ancestors, front, wait_text
 
 
 def shape_faults(root: object) -> list[Fault]:
@@ -109,7 +110,8 @@ class TreePlan(Plan):
         self._restarts: list[Behaviour] = []
         self.tree.runtime.caught = self._caught
         self._seen: dict[Any, Status] = {}
-        self._since: dict[Any, float] = {}  # [s] times at which RUNNING nodes began to run
+        self._since: dict[Any, float] = {}  # [s] times from which the tree waits in the nodes of its front
+        self._texts: dict[Any, str] = {}  # what they wait for
         self._index_nodes()
         for node, _ in self._nodes:
             node.logger = QUIET
@@ -207,13 +209,22 @@ class TreePlan(Plan):
 
     @property
     def running(self) -> str:
-        leaf = self.root.tip()
-        if leaf is None or (since := self._since.get(leaf.id)) is None:
-            return ""
+        return "; ".join(
+            self._running_text(leaf) for leaf, waits in front(self.root) if waits and leaf.id in self._since
+        )
+
+    def _running_text(self, leaf: Behaviour) -> str:
+        """Where the mission waits, for how long, and what for; deadlines of decorators included."""
+        took = f"{self.clock.now() - self._since[leaf.id]:.1f} s"
         action = leaf.ticket.action if isinstance(leaf, Act) and leaf.ticket is not None else None
-        goal = action.parameters.get("goal") if action is not None else None
-        name = f"'{self._paths[leaf.id]}'" if action is None or goal is None else f"{action.name}({goal})"
-        return f"{name} has run for {self.clock.now() - since:.1f} s"
+        what = f"'{self._paths[leaf.id]}'"
+        if action is not None:
+            about = next((value for n in ("goal", "leader") if (value := action.parameters.get(n))), None)
+            what = what if about is None else f"{action.name}({about})"
+            waits = action.awaits()
+            return f"{what} has run for {took}" + (f", and waits {waits}" if waits else "")
+        texts = [text for node in (leaf, *ancestors(leaf)) if (text := self._texts.get(node.id))]
+        return f"{what} has waited for {took}" + (f": {'; '.join(texts)}" if texts else "")
 
     def _tick(self) -> Outcome:
         if isinstance(self.root, Node):
@@ -283,14 +294,22 @@ class TreePlan(Plan):
         return found
 
     def _emit_changes(self) -> None:
-        """Emit an event for each node with a changed status, children before parents."""
+        """Emit an event for each node with a changed status, or in which the tree waits for something else than before.
+
+        Children come before parents.
+        """
+        texts = {node.id: wait_text(node) for node, _ in front(self.root)}
+        now, since = self.clock.now(), self._since
+        self._since = {}
         for node, path in reversed(self._nodes):
-            if node.status is not self._seen[node.id]:
+            changed, text = node.status is not self._seen[node.id], texts.get(node.id)
+            if text is not None:
+                self._since[node.id] = now if changed and node.status is RUNNING else since.get(node.id, now)
+            if changed or (text is not None and text != self._texts.get(node.id)):
                 self._seen[node.id] = node.status
-                self._since.pop(node.id, None)
-                if node.status is Status.RUNNING:
-                    self._since[node.id] = self.clock.now()
-                self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=node.feedback_message)
+                feedback = text or node.feedback_message
+                self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=feedback)
+        self._texts = texts
 
     def _no_status(self, node: Behaviour) -> Fault:
         path, kind = self._paths.get(node.id, node.name), type(node).__name__

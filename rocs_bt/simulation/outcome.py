@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -11,9 +11,13 @@ from ..errors import BlockError
 from ..geometry import Pose2
 from .fall import FallWatch
 from .progress import ProgressWatch
+from .reflex_time import ReflexTime
 
 OUTCOMES = ("error", "collision", "fell", "success", "failed", "stuck", "interrupted", "timeout")
 """All outcomes in order of precedence: the outcome of an agent is the first that applies."""
+
+HELD = 0.25
+"""Share of the time in which reflexes held the robot, from which the reason of a timeout or failure names the rules."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +159,9 @@ class Judge:
         self._end_on_collision = end_on_collision
         self._found: dict[str, str] = {}
         self._progress = ProgressWatch()
+        self._reflexes = ReflexTime()
+        self._reading: Callable[[str], str] = lambda rule: ""
+        self._now = start
         self._fall = FallWatch()
         self._mission = "RUNNING"
         self._distance = math.inf
@@ -191,6 +198,7 @@ class Judge:
         Returns:
             Whether the outcome is decided.
         """
+        self._watch_reflexes(t, agent)
         self._mission = agent.status
         self._distance = math.inf if self._goal is None else self._goal.distance(pose, z)
         self._at_goal = self._goal is not None and self._goal.reached(pose, z)
@@ -207,7 +215,8 @@ class Judge:
         if succeeded and not self._at_end:
             self._note("success", "", decides=True)
         elif agent.status == "FAILURE":
-            self._note("failed", f"the mission failed: {agent.reason or 'without a reason'}", decides=True)
+            reason = f"the mission failed: {agent.reason or 'without a reason'}"
+            self._note("failed", _joined(reason, self._held()), decides=True)
         self._watch_progress(t, pose, z, agent, commanded, paused)
         return self.decided
 
@@ -246,7 +255,7 @@ class Judge:
                 return Verdict(outcome, found[outcome], self.time_to_goal, "fell" in found)
         if self._at_end and self._at_goal and not self._after:
             return Verdict("success", "", self.time_to_goal)
-        return Verdict("timeout", "; ".join(filter(None, (self._why_not(), self.running))), None)
+        return Verdict("timeout", _joined(self._why_not(), self._held(), self.running), None)
 
     def _note(self, outcome: str, reason: str, *, decides: bool) -> None:
         self._found.setdefault(outcome, reason)
@@ -257,7 +266,21 @@ class Judge:
         self._after = [(goal, by) for goal, by in self._after if not goal.reached(pose, z)]
         for goal, by in self._after:
             if t > by:
-                self._note("timeout", f"it was not at '{goal.name}' by {by:g} s", decides=True)
+                late = f"it was not at '{goal.name}' by {by:g} s"
+                self._note("timeout", _joined(late, self._held()), decides=True)
+
+    def _watch_reflexes(self, t: float, agent: AgentState) -> None:
+        passed, self._now, self._reading = t - self._now, t, agent.reading
+        if agent.held:
+            self._reflexes.add(agent.reflex, passed)
+
+    def _held(self) -> str:
+        """Part of a reason about the reflexes that held the robot, if they did for a large part of the time."""
+        took, total = self._now - self._start, self._reflexes.total
+        if total <= HELD * took and not self._reflexes.alternating:
+            return ""
+        rules = self._reflexes.text(self._reading)
+        return f"reflexes held it for {total:.1f} s of {took:.1f} s ({100.0 * total / max(took, 1e-9):.0f} %): {rules}"
 
     def _watch_progress(
         self, t: float, pose: Pose2, z: float, agent: AgentState, commanded: bool, paused: bool
@@ -281,3 +304,7 @@ class Judge:
         if self._mission == "SUCCESS":
             return f"the mission returned SUCCESS, but it is {away} ({self._goal.limits})"
         return f"the mission is still {self._mission}, {away}"
+
+
+def _joined(*parts: str) -> str:
+    return "; ".join(filter(None, parts))

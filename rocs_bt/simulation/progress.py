@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 
 from ..geometry import Pose2
+from .reflex_time import ReflexTime
 
 PROGRESS = 0.05
 """Distance from the position of the last progress that counts as progress [m]."""
@@ -27,7 +28,7 @@ class ProgressWatch:
         self._anchor: tuple[Pose2, float] | None = None  # with the height [m]
         self._last: float | None = None
         self._trying = 0.0
-        self._rules: dict[str, float] = {}  # [s] by the active rule
+        self._reflexes = ReflexTime()  # since the last progress
 
     def update(self, t: float, pose: Pose2, z: float, *, commanded: bool, reflex: str, held: bool) -> bool:
         """Process one control period.
@@ -48,17 +49,16 @@ class ProgressWatch:
             return False
         if self._anchor is None or _distance(self._anchor, pose, z) >= PROGRESS:
             self._anchor, self._trying = (pose, z), 0.0
-            self._rules.clear()
+            self._reflexes.clear()
         elif commanded or held:
             self._trying += passed
-            if reflex:
-                self._rules[reflex] = self._rules.get(reflex, 0.0) + passed
+            self._reflexes.add(reflex, passed)
         return self._trying >= PATIENCE - _SLACK
 
     @property
     def rule(self) -> str:
         """Name of the rule that was active for the longest time since the last progress; empty if none was."""
-        return max(self._rules, key=self._rules.__getitem__, default="")
+        return self._reflexes.rule
 
     def reason(self, pose: Pose2, reading: Callable[[str], str]) -> str:
         """Explain why the robot counts as stuck, with its position and the rule that held it.
@@ -68,10 +68,8 @@ class ProgressWatch:
             reading: Guard values of a rule's last firing, by the rule's name.
         """
         where = f"it moved less than {PROGRESS} m in {PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
-        if not (rule := self.rule):
-            return where
-        values = f" ({text})" if (text := reading(rule)) else ""
-        return f"{where}, held by {rule} for {self._rules[rule]:.1f} s{values}"
+        held = self._reflexes.text(reading)
+        return f"{where}, held by {held}" if held else where
 
 
 def _distance(anchor: tuple[Pose2, float], pose: Pose2, z: float) -> float:

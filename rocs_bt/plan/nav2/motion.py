@@ -243,3 +243,6 @@ class Wait(Leaf):
 
     def update(self) -> Outcome:
         return SUCCESS if self.runtime.now() >= self._until - 1e-9 else RUNNING
+
+    def wait_text(self) -> str:
+        return f"until {self._until:.2f} s" if self.status is RUNNING else ""

@@ -189,8 +189,10 @@ class Picture:
             new.trail.append(point)
 
     def _ticked(self, event: NodeTicked) -> None:
+        known = self._whole.agent(event.agent).nodes.get(event.node)
+        since = known[2] if known is not None and known[0] == event.status else event.t
         for agent in self._both(event.agent):
-            agent.nodes[event.node] = event.status, event.feedback, event.t
+            agent.nodes[event.node] = event.status, event.feedback, since
 
     def _swapped(self, event: SubtreeSwapped) -> None:
         tree = nodes_after(event)

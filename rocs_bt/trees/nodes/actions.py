@@ -11,7 +11,7 @@ from ...errors import Fault
 from ..board import Board
 from ..error import TreeError
 from ..script import Script as Parsed
-from ..script import compile_condition, compile_script, parse_script
+from ..script import compile_condition, compile_script, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
 from .decorators import TIME_TOLERANCE
 from .family import Instant, Leaf
@@ -173,6 +173,9 @@ class ScriptCondition(_Scripted):
         self.status = outcome = SUCCESS if (self._run or self._read())() else FAILURE
         return outcome
 
+    def wait_text(self) -> str:
+        return script_reading(self.code, self.board)
+
 
 class Sleep(Leaf):
     """RUNNING for `msec` milliseconds of the tree's clock, then SUCCESS."""
@@ -189,6 +192,9 @@ class Sleep(Leaf):
 
     def update(self) -> Outcome:
         return SUCCESS if not self._until or self.runtime.now() >= self._until - TIME_TOLERANCE else RUNNING
+
+    def wait_text(self) -> str:
+        return f"until {self._until:.2f} s" if self.status is RUNNING else ""
 
 
 class TestNode(Leaf):
@@ -225,6 +231,9 @@ class TestNode(Leaf):
             self._run(self.failure_script)
         self._run(self.post_script)
         return outcome
+
+    def wait_text(self) -> str:
+        return f"until {self._until:.2f} s" if self.status is RUNNING and self._until is not None else ""
 
     def _outcome(self) -> Outcome:
         script = self.return_status_script

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from ...errors import Fault
 from ..board import from_string
 from ..error import TreeError
-from ..script import compile_condition, parse_script
+from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .family import Decorator, halt, no_outcome
 from .port import Code, InOut, Input, Output
@@ -263,6 +263,9 @@ class Precondition(Decorator):
             self.status = IDLE
         return outcome
 
+    def wait_text(self) -> str:
+        return "" if self._under_way else script_reading(self.script, self.board)
+
     def _holds(self) -> bool:
         text = self.script
         if self._compiled is None or self._compiled[0] != text:
@@ -282,6 +285,9 @@ class _Timed(Decorator):
     def halted(self) -> None:
         self._deadline = None
         super().halted()
+
+    def wait_text(self) -> str:
+        return "" if self._deadline is None else f"until {self._deadline:.2f} s"
 
     def _due(self, milliseconds: int) -> bool:
         """Whether a duration [ms] has passed since the first call in this run."""
@@ -371,3 +377,7 @@ class WaitValueUpdate(_Updated):
     """Ticks the child if the key `entry` was written since the node's last tick; RUNNING otherwise."""
 
     otherwise = RUNNING
+
+    def wait_text(self) -> str:
+        name = self.key("entry") or self.given["entry"]
+        return "" if self.decorated.status is RUNNING else f"for a new value of '{name}'"

@@ -293,6 +293,10 @@ class Node(Behaviour):
         """Tag and attributes to write to a document, if the node represents another one; None to write its own."""
         return None
 
+    def wait_text(self) -> str:
+        """What the node waits for while its tree is RUNNING, such as `until 12.30 s`; by default its feedback."""
+        return self.feedback_message
+
     def read(self, port: str) -> Any:
         """Current value of an input port.
 

@@ -4,6 +4,7 @@ from .arithmetic import Refused, truth
 from .compiler import compile_condition, compile_script
 from .form import Script, parse_script
 from .parser import Assignment, Comparison, Conditional, Expression, Literal, Name, ScriptError, parts, walk
+from .reading import script_reading
 
 __all__ = [
     "Assignment",
@@ -19,6 +20,7 @@ __all__ = [
     "compile_script",
     "parse_script",
     "parts",
+    "script_reading",
     "truth",
     "walk",
 ]
