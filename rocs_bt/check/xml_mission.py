@@ -13,6 +13,7 @@ from ..errors import Fault, InputError
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import tags_of
+from ..trees.nodes import Node
 from ..trees.xml import (
     Document,
     Model,
@@ -86,13 +87,13 @@ def check_xml(
         return
     own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))))
     known = mission_nodes(action_table(), own, dialect)
+    stubs: list[type[Node]] = []
     if options.palettes or options.stub_unknown:
         models = {**options.models, **document.models}
         stubs, warnings = stub_nodes(
             document, known, models, undeclared=options.stub_unknown, everywhere=options.together.nodes
         )
-        own += stubs
-        known = known.with_(stubs)
+        known = known.replaced(stubs)
         yield from warnings
     missions = _Missions(document, catalog, options)
     yield from missions.warnings()
@@ -105,6 +106,7 @@ def check_xml(
             missions=missions.find,
             beside=beside,
             dialect=dialect,
+            stubs=stubs,
         )
         if any(p.required for p in mission_parameters(build).values()):
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}

@@ -14,8 +14,8 @@ from ..action import Parameter
 from ..errors import Fault, InputError
 from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
-from ..trees.xml.document import Document, add_siblings, below, outer_trees, read_document
-from ..trees.xml.element import Element
+from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
+from ..trees.xml.element import Element, below
 from ..trees.xml.load import make_nodes
 from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
@@ -51,6 +51,7 @@ def xml_mission(
     missions: Callable[[str], Build | None] = lambda name: None,
     beside: Mapping[str, Path] = MappingProxyType({}),
     dialect: str = "",
+    stubs: Sequence[type[Node]] = (),
 ) -> Callable[..., Behaviour]:
     """Create the `build` function of a mission in an XML file.
 
@@ -68,6 +69,7 @@ def xml_mission(
         beside: Other files with trees that a SubTree may use, by the IDs of these trees.
         dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2; empty for
             rocs_bt's own.
+        stubs: Node classes that replace those of the same name, for a check.
 
     Raises:
         InputError: The file cannot be read, or has several trees and names no main tree.
@@ -79,7 +81,7 @@ def xml_mission(
     path = file if isinstance(file, Path) else None
 
     def make(mission: MissionContext) -> Behaviour:
-        return mission_tree(document, mission, own, missions, main, dialect)
+        return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
     keys = [key for key in GOAL_KEYS if dialect and f"{{{key}}}" in _read_in(document, shipped_nodes(dialect))]
     return _Build(path, document, main, make, keys)
@@ -134,13 +136,14 @@ def mission_tree(
     missions: Callable[[str], Build | None] = lambda name: None,
     main: str = "",
     dialect: str = "",
+    stubs: Sequence[type[Node]] = (),
 ) -> Behaviour:
     """Create the main tree of a document for a mission; arguments as in `xml_mission`.
 
     Raises:
         InputError: The tree has errors; the exception lists all of them.
     """
-    registry = mission_nodes(mission.actions, nodes, dialect)
+    registry = mission_nodes(mission.actions, nodes, dialect).replaced(stubs)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
     faults = [*document.faults, *verify(document, registry, main=main, outside=outside, elsewhere=ELSEWHERE)]
     wrong = [fault for fault in faults if not fault.warning]

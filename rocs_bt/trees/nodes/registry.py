@@ -49,6 +49,10 @@ class Registry(Mapping[str, type[Node]]):
         """Return a registry with additional classes."""
         return Registry([*self._classes.values(), *classes])
 
+    def replaced(self, classes: Iterable[type[Node]]) -> Registry:
+        """Return a registry in which these classes replace those of the same name, or are added."""
+        return Registry({**self._classes, **{node.tag: node for node in classes}}.values())
+
     def find(self, tag: str) -> type[Node]:
         """Find the node class with a name.
 

@@ -9,91 +9,10 @@ from pathlib import Path
 
 from ...confine import confined, is_file
 from ...errors import Fault, InputError, did_you_mean, unknown
-from .element import EXPLICIT, Element, Source
+from .element import Element, Source, below
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan
-
-_RENAMED = {
-    "SequenceStar": "SequenceWithMemory",
-    "SubTreePlus": "SubTree",
-    "RetryUntilSuccesful": "RetryUntilSuccessful",  # spelling of version 3
-}
-_ONLY_3 = (
-    "SequenceStar",
-    "SubTreePlus",
-    "BlackboardCheckInt",
-    "BlackboardCheckDouble",
-    "BlackboardCheckString",
-    "BlackboardCheckBool",
-)
-_ONLY_3_ATTRIBUTES = ("__shared_blackboard", "__autoremap")
-_CHECKS = 'Write <Precondition if="key == value" else="FAILURE"> around the child.'
-
-
-def is_version_3(root: Element) -> bool:
-    """Whether a document declares version 3, or declares no version and uses a feature that only version 3 has."""
-    version = root.attributes.get("BTCPP_format", "")
-    if version:
-        return version == "3"
-    return any(e.node_tag in _ONLY_3 or any(a in e.attributes for a in _ONLY_3_ATTRIBUTES) for e in below(root))
-
-
-def below(root: Element) -> Iterator[Element]:
-    """An element and all its descendants, in the order of the document."""
-    todo = [root]
-    while todo:
-        element = todo.pop()
-        yield element
-        todo += reversed(element.children)
-
-
-def convert(root: Element) -> list[Fault]:
-    """Convert a document from version 3 to 4 in place; returns warnings, and errors about parts without counterpart."""
-    hint = "Save it as version 4: `rocs-bt show FILE --format xml`."
-    found = [root.fault("the document is of version 3; it is read as version 4.", hint, warning=True)]
-    for tree in root.children:
-        if tree.tag == "BehaviorTree":
-            for element in below(tree):
-                found += _converted(element)
-    return found
-
-
-def _converted(element: Element) -> Iterator[Fault]:
-    tag = element.node_tag
-    if tag.startswith("BlackboardCheck"):
-        yield element.fault(f"{tag} does not exist in version 4.", _CHECKS)
-    if tag == "SubTree":
-        yield from _subtree(element)
-    elif tag == "SubTreePlus":
-        _rename(element, "__autoremap", "_autoremap")
-    if tag in _RENAMED:
-        if element.tag in EXPLICIT:
-            element.attributes["ID"] = _RENAMED[tag]
-        else:
-            element.tag = _RENAMED[tag]
-
-
-def _subtree(element: Element) -> Iterator[Fault]:
-    """Convert a SubTree element; in version 3 its port values are names of keys, without braces."""
-    for name in list(element.attributes):
-        value = element.attributes[name]
-        if name == "__shared_blackboard":
-            if value.lower() in ("true", "1"):
-                hint = "Private keys, which begin with '_', are no longer shared."
-                message = "__shared_blackboard becomes _autoremap."
-                yield element.fault(message, hint, attribute=name, warning=True)
-                _rename(element, name, "_autoremap")
-            else:
-                del element.attributes[name]
-        elif name not in ("ID", "name") and not name.startswith("_") and not value.startswith("{"):
-            element.attributes[name] = f"{{{value}}}"
-
-
-def _rename(element: Element, old: str, new: str) -> None:
-    if old in element.attributes:
-        element.attributes = {new if n == old else n: v for n, v in element.attributes.items()}
-        element.attribute_positions[new] = element.attribute_positions[old]
-
+from .version_3 import convert, is_version_3
 
 MAX_FILES = 100
 """Maximum number of files that a document may include."""
@@ -128,6 +47,7 @@ class Document:
         faults: Errors and warnings found while reading.
         files: Paths of all files, in the order of reading; the including file is first.
         library: Whether several trees may be entry points, so that no warning is given about unused trees.
+        version_3: Root elements of the files of version 3; the outputs of their nodes are converted by `verify`.
     """
 
     root: Element
@@ -137,6 +57,7 @@ class Document:
     faults: list[Fault] = field(default_factory=list)
     files: list[Path] = field(default_factory=list)
     library: bool = False
+    version_3: list[Element] = field(default_factory=list)
 
     def elements(self) -> Iterator[Element]:
         """Elements of all nodes, tree by tree."""
@@ -238,6 +159,7 @@ class _Reader:
         faults, version = self.found.faults, root.attributes.get("BTCPP_format", "")
         if is_version_3(root):
             faults += convert(root)
+            self.found.version_3.append(root)
         elif not version:
             message = "BTCPP_format is missing: the document is read as version 4."
             faults.append(root.fault(message, 'Write <root BTCPP_format="4">.', warning=True))

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from ...errors import Fault, InputError, did_you_mean
 from ...units import NONE, parse_quantity, parse_unit
-from ..nodes import Direction
+from ..nodes import Direction, Node
 from .element import EXPLICIT, Element
 
 KINDS = (*EXPLICIT, "SubTree")
@@ -95,6 +95,22 @@ def _ports(element: Element, faults: list[Fault]) -> Iterator[ModelPort]:
                 hint = f'Write default="{{{given["name"]}}}".'
                 faults.append(child.fault(message, hint, attribute="default", warning=True))
             yield ModelPort(given["name"], direction, given.get("type", ""), default, child.text, child)
+
+
+def differs(model: Model, node: type[Node]) -> bool:
+    """Whether a model declares another node than the class of the same name: other ports, or other children.
+
+    A class may have optional ports that the model omits.
+    """
+    leaf = model.kind in ("Action", "Condition")
+    if leaf != (node.max_children == 0):
+        return True
+    if any(port.required and name not in model.ports for name, port in node.ports.items()):
+        return True
+    return any(
+        name not in node.ports or {port.direction, node.ports[name].direction} == {Direction.INPUT, Direction.OUTPUT}
+        for name, port in model.ports.items()
+    )
 
 
 _WHOLE = frozenset(

@@ -13,9 +13,9 @@ from ...units import NONE
 from ..nodes import BUILTIN, CONDITIONS, Direction, InOut, Input, Leaf, Node, Output, Port
 from ..script import ScriptError, parse_script
 from ..status import SUCCESS, Outcome
-from .document import Document, below
-from .element import Element
-from .model import Model, ModelPort, annotation
+from .document import Document
+from .element import Element, below
+from .model import Model, ModelPort, annotation, differs
 
 _Sequence: Any = BUILTIN["Sequence"]
 _PORTS: Mapping[Direction, type[Port[Any]]] = {
@@ -90,6 +90,8 @@ def stub_nodes(
 ) -> tuple[list[type[Node]], list[Fault]]:
     """Create stub classes for the nodes of a document that have no available class.
 
+    A class that differs from the declaration of the same name is another node, so that a stub replaces it, too.
+
     Args:
         document: Document with the nodes.
         known: Available node classes, by name.
@@ -104,17 +106,27 @@ def stub_nodes(
     uses: dict[str, list[Element]] = {}
     for tree in document.trees.values():
         for element in below(tree.body):
-            if element.node_tag and element.node_tag not in known and element.node_tag not in document.trees:
-                uses.setdefault(element.node_tag, []).append(element)
+            tag = element.node_tag
+            if tag and tag not in document.trees and (tag not in known or _is_other(models.get(tag), known[tag])):
+                uses.setdefault(tag, []).append(element)
     classes: list[type[Node]] = []
     warnings: list[Fault] = []
     for tag, elements in uses.items():
         if tag in models and models[tag].kind != "SubTree":
             classes.append(_declared(models[tag]))
+            if tag in known:
+                message = (
+                    f"the class {tag} has other ports than the declared node; a stub replaces it{times(elements)}."
+                )
+                warnings.append(elements[0].fault(message, "Rename the node, if it is another one.", warning=True))
         elif undeclared:
             classes.append(_undeclared(tag, elements))
             warnings += _first(document, tag, everywhere.get(tag) or elements, [*known, *models], tag in everywhere)
     return classes, warnings
+
+
+def _is_other(model: Model | None, node: type[Node]) -> bool:
+    return model is not None and model.kind != "SubTree" and differs(model, node)
 
 
 def _first(

@@ -7,12 +7,14 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ...errors import Fault, InputError, unknown
+from ...errors import Fault, InputError, did_you_mean, unknown
 from ..board import from_string
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from .document import Document, TreeElement
 from .element import EXPLICIT, Element
+from .model import differs
+from .version_3 import convert_outputs
 
 FORBIDDEN = re.compile(r"""[ \t\r\n<>&"'/\\:*?|.\x00-\x1f\x7f]""")
 
@@ -62,6 +64,8 @@ def verify(
 ) -> list[Fault]:
     """Errors and warnings of a document's trees, in addition to `document.faults`.
 
+    Completes the conversion of a document of version 3, which needs the ports of the nodes.
+
     Args:
         document: Document to check.
         nodes: Node classes that the document may use, by name.
@@ -70,6 +74,8 @@ def verify(
         strict: Whether names that BehaviorTree.CPP 4.10 rejects are errors instead of warnings.
         elsewhere: Message and hint for each unknown node that exists in another dialect, by the node's name.
     """
+    for root in document.version_3:
+        convert_outputs(root, nodes, document.models)
     return _Verifier(document, nodes, outside or {}, elsewhere).faults(main, strict)
 
 
@@ -88,6 +94,7 @@ class _Verifier:
         self.found: list[Fault] = []
         self.uses: dict[str, list[Element]] = {}
         self.counts: dict[str, int] = {}
+        self.others: set[str] = set()
 
     def faults(self, main: str, strict: bool) -> list[Fault]:
         self.found += name_faults(self.document, strict)
@@ -147,9 +154,21 @@ class _Verifier:
         if element.tag != "SubTree":
             for fault in children_faults(node, element.node_name, len(element.children)):
                 self.found.append(element.fault(fault.message, fault.hint, path=path))
-        for attribute, fault in node.attribute_faults(element.node_attributes()):
+        faults = node.attribute_faults(element.node_attributes())
+        if faults and (model := self.document.models.get(tag)) is not None and differs(model, node):
+            self.other_node(element, tag, path)
+            return
+        for attribute, fault in faults:
             column = _script_column(node, attribute, element.attributes.get(attribute, ""))
             self.found.append(element.fault(fault.message, fault.hint, attribute=attribute, column=column, path=path))
+
+    def other_node(self, element: Element, tag: str, path: str) -> None:
+        """Add one error for all elements of a node whose model differs from the class of the same name."""
+        if tag not in self.others:
+            self.others.add(tag)
+            message = f"the class {tag} has other ports than the node '{tag}' that the TreeNodesModel declares."
+            hint = f"{_port_list(self.nodes[tag])} Rename the node; or use --stub-unknown, which uses the model."
+            self.found.append(element.fault(message, hint, path=path))
 
     def unknown_node(self, element: Element, tag: str, path: str) -> Fault:
         attribute = "ID" if element.tag in EXPLICIT else ""
@@ -250,6 +269,10 @@ class _Verifier:
                 message = f"the tree '{tree.name}' is not used."
                 hint = f'Use it by <SubTree ID="{tree.name}"/>, or remove it.'
                 self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
+
+
+def _port_list(node: type[Node]) -> str:
+    return did_you_mean("", node.ports, node.tag) if node.ports else f"{node.tag} has no ports."
 
 
 def _extended(hint: str, other: str) -> str:
