@@ -120,6 +120,11 @@ class Agent:
         """Whether an action of the plan waits for the end of a reflex."""
         return self.pipeline.blocked
 
+    @property
+    def waiting(self) -> bool:
+        """Whether the active reflex waits for something outside of the robot, such as a person."""
+        return self.arc.waiting
+
     def reading(self, rule: str) -> str:
         """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty before its first firing."""
         return self.arc.reading(rule)

@@ -128,6 +128,7 @@ def build_agent(
         actions=actions,
         compile_guard=lambda text: compile_expression(text, environment),
         rule_reading=arc.reading,
+        rule_waits=arc.waits,
         rng=runtime.rng,
         privileged=controller.privileged,
         ros=devices.ros,

@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..catalog import RateSpec, RobotSpec, robot_locomotion
+from ..catalog import Catalog, RateSpec, RobotSpec, robot_locomotion
 from ..control.locomotion import Locomotion
 from ..errors import Fault
 from ..geometry import Twist3
+from ..simulation import on_hardware
 from ..simulation.identified_file import AxisFigures, IdentifiedFile, identified_path, model_hash, read_identified
 
 TOLERANCE = 0.1
@@ -30,8 +31,10 @@ _WIDTHS = ("wheel_separation", "effective_wheel_separation", "half_length", "hal
 """Parameters of wheels, the sum of which is proportional to the wheel speeds of a turn."""
 
 
-def identified_faults(robot: RobotSpec) -> Iterator[Fault]:
+def identified_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
     """Compare a robot with its identified.toml; yields warnings at lines of robot.toml, and nothing without the file.
+
+    The file of a base is compared only if the robot moves like its base: with the same model and motion actuator.
 
     Raises:
         InputError: identified.toml has faults.
@@ -41,7 +44,8 @@ def identified_faults(robot: RobotSpec) -> Iterator[Fault]:
     measured, locomotion = read_identified(file), robot_locomotion(robot.locomotion)
     if measured.model != model_hash(robot):
         if file.parent != robot.file.parent:
-            return  # the figures of its base: a robot with another actuator may be a real one
+            yield from _not_identified(robot, catalog)
+            return
         message = f"{file.name} was measured with another model or actuator; [locomotion] is not compared with it."
         yield _warning(robot, message, f"Run: rocs-bt identify {robot.name}", "model")
         return
@@ -53,6 +57,17 @@ def identified_faults(robot: RobotSpec) -> Iterator[Fault]:
     for axis, figures in axes.items():
         if axis != "wz":
             yield from _stopping(robot, locomotion, axis, figures)
+
+
+def _not_identified(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
+    """Warn of a simulated robot that changes the model or the motion actuator of its base without measured values."""
+    if on_hardware(catalog, robot):  # the drivers differ, and the real robot may still move like the model
+        return
+    message = (
+        f"'{robot.name}' is not identified: its model or motion actuator differs from that of its base "
+        f"'{robot.bases[0].parent.name}', whose measured motion does not apply. It may stop late and cut corners."
+    )
+    yield _warning(robot, message, f"Run: rocs-bt identify {robot.name}. Then follow what check says.", "base")
 
 
 def _geometry(robot: RobotSpec, locomotion: Locomotion, measured: IdentifiedFile) -> Iterator[Fault]:

@@ -43,7 +43,6 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
         yield from driver_faults(robot, catalog)
     yield from ros2_faults(robot)
     sensors = yield from check_model(robot, catalog)
-    yield from identified_faults(robot)
     known = [rules.name for rules in catalog.list("rules")]
     for name, thresholds in robot.thresholds.items():
         if name not in known:
@@ -51,6 +50,7 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield unknown("rule file", name, known).at(robot.file, line)
     if not own:
         return
+    yield from identified_faults(robot, catalog)
     try:
         agent = stub_agent(robot, catalog.load_class, Controller(build=idle, schema=catalog.load_schema()))
     except InputError as error:

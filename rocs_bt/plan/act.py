@@ -126,7 +126,7 @@ class Act(Leaf):
             ticket: Ticket of the interrupted action.
             cause: Name of the reflex rule, or text about the exception.
         """
-        if not self._counted and self._stuck(ticket):
+        if not self._counted and self._stuck(ticket, cause):
             reading = self.mission.rule_reading(cause)
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"
             return self._fail(Failure(Reason.STUCK, evidence + (f" ({reading})" if reading else "")))
@@ -139,9 +139,14 @@ class Act(Leaf):
         self.mission.note(Replanned, node=self.mission.path(self), count=self.replans)
         return Status.RUNNING
 
-    def _stuck(self, ticket: Ticket) -> bool:
-        """Count a pre-emption; returns whether the maximum is exceeded. Progress towards the goal resets the count."""
+    def _stuck(self, ticket: Ticket, rule: str) -> bool:
+        """Count a pre-emption; returns whether the maximum is exceeded. Progress towards the goal resets the count.
+
+        Rules that wait for something outside of the robot do not count.
+        """
         self._counted = True
+        if self.mission.rule_waits(rule):
+            return False
         left = ticket.action.remaining(self.mission.knowledge)
         if left <= self._nearest - PROGRESS:
             self._nearest, self._preemptions = left, 0

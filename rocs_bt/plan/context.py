@@ -105,6 +105,7 @@ class MissionContext:
         compile_guard: Compiler of expressions over the signals; None if there are no signals.
         rule_reading: Function from the name of a reflex rule to the text of its guard values when it last fired, for
             the reason of a failure.
+        rule_waits: Function from the name of a reflex rule to whether it waits for something outside of the robot.
         check_options: Options of a check of the mission; None in a run.
         rng: Function from a purpose, such as `samples`, to a random generator. In a run the generators are seeded by
             the scenario and the seed of the run, so that runs are repeatable.
@@ -138,6 +139,7 @@ class MissionContext:
         actions: Mapping[str, type[Action]],
         compile_guard: Callable[[str], Expression] | None = None,
         rule_reading: Callable[[str], str] = lambda rule: "",
+        rule_waits: Callable[[str], bool] = lambda rule: False,
         check_options: CheckOptions | None = None,
         rng: Callable[[str], np.random.Generator] = lambda what: np.random.default_rng(0),
         privileged: Mapping[str, Any] | None = None,
@@ -152,6 +154,7 @@ class MissionContext:
         self.clock: Clock = pipeline.clock
         self.sink: EventSink = pipeline.sink
         self.rule_reading = rule_reading
+        self.rule_waits = rule_waits
         self.rng = rng
         self.leaves: list[Behaviour] = []
         self.faults: list[Fault] = []

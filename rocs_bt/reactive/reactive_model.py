@@ -28,6 +28,7 @@ class Reflex:
             `reading` that caused it. A rule that is no longer returned is released, too.
         reading: Text of the guard values, such as `min(front) = 0.21 m`, or a function that builds this text and is
             called only for events.
+        waits_for: What the rule waits for, such as `a person`, while which the robot is not stuck; empty for nothing.
         broken: Whether the model raised an exception. Stop then replaces `action`, until the model no longer raises.
     """
 
@@ -38,6 +39,7 @@ class Reflex:
     level: bool = False
     latched: bool = True
     reading: str | Callable[[], str] = ""
+    waits_for: str = ""
     broken: bool = False
 
     def describe(self) -> str:

@@ -91,6 +91,7 @@ class ReflexArc:
         self._wanted: dict[str, Reflex] = {}
         self._waiting: set[str] = set()
         self._readings: dict[str, str] = {}
+        self._planned: set[str] = set()  # rules that wait for something outside of the robot
         self._ranks: dict[str, int] = {}  # highest priority that each model in Python has requested
         self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
         self._t = -math.inf
@@ -100,6 +101,16 @@ class ReflexArc:
         """Name of the active rule; None while no reflex is active."""
         slot = self._slot
         return slot.reflex.rule if slot else None
+
+    @property
+    def waiting(self) -> bool:
+        """Whether the active rule waits for something outside of the robot."""
+        slot = self._slot
+        return slot is not None and self.waits(slot.reflex.rule)
+
+    def waits(self, rule: str) -> bool:
+        """Whether a rule that has fired waits for something outside of the robot, such as a person."""
+        return rule in self._planned
 
     def reading(self, rule: str) -> str:
         """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty if it never fired."""
@@ -241,6 +252,7 @@ class ReflexArc:
             self._emit(own, "updated")
 
     def _fire(self, reflex: Reflex, phase: str) -> _Active:
+        (self._planned.add if reflex.waits_for else self._planned.discard)(reflex.rule)
         self._readings[reflex.rule] = reflex.describe()
         self._emit(reflex, phase)
         if reflex.broken:

@@ -109,6 +109,7 @@ class Rule:
         tags: Tags such as `safety`.
         modes: Modes of the agent in which the rule is active; empty for all.
         require: Names of the signals without which the rule is inactive.
+        waits_for: What the rule waits for, such as `a person`; empty if the robot itself can release it.
         tests: Tests of the rule.
         positions: Positions of the rule's keys in its file, such as `when`; the empty key is the rule itself.
     """
@@ -128,6 +129,7 @@ class Rule:
     tags: tuple[str, ...] = ()
     modes: tuple[str, ...] = ()
     require: tuple[str, ...] = ()
+    waits_for: str = ""
     doc: str = ""
     tests: tuple[RuleTest, ...] = field(default=(), compare=False)
     positions: Mapping[str, Position] = field(default_factory=dict, compare=False)

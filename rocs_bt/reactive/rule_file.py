@@ -47,6 +47,7 @@ MAX_PRIORITY = 1_000_000
 MAX_RULES = 5000  # including those of included files
 _KEYS = (
     *("until", "for", "cooldown", "trigger", "priority", "on_invalid", "max_hold", "modes", "tags", "require"),
+    "waits_for",
     "action",
 )
 _Read = tuple[Rule | InactiveRule | None, Table]
@@ -217,6 +218,7 @@ def _rule(
         tags=tags,
         modes=_modes(table),
         require=require,
+        waits_for=_waits_for(table),
         when=when or reader.never,
         until=until,
         hold=reader.duration(table, "for"),
@@ -252,6 +254,7 @@ def _read_inactive(reader: ExpressionReader, table: Table, name: str, actions: M
         reader.duration(table, key)
     _priority(table)
     _modes(table)
+    _waits_for(table)
     _on_invalid(reader, table, name, tuple(table.texts("tags", [])))
     if isinstance(table.raw("action"), dict):
         read_action(table.table("action"), actions)
@@ -287,6 +290,13 @@ def _modes(table: Table) -> tuple[str, ...]:
         if not NAME.fullmatch(mode):
             table.fault("modes", f"'{mode}' cannot be the name of a mode.", hint="Use letters, digits and '_'.")
     return tuple(modes)
+
+
+def _waits_for(table: Table) -> str:
+    text = table.text("waits_for", "").strip()
+    if "waits_for" in table and not text:
+        table.fault("waits_for", "waits_for is empty.", hint='Name what releases the rule, such as "a person".')
+    return text
 
 
 def _kept(table: Table, arguments: Mapping[str, Argument]) -> tuple[str, ...]:

@@ -178,6 +178,7 @@ class RuleModel(ReactiveModel):
             action=rule.action,
             parameters=parameters,
             level=rule.level,
+            waits_for=rule.waits_for,
             latched=latched,
             reading=describe(rule, latched, values),
         )

@@ -73,8 +73,8 @@ class IdentifiedFile:
 
 
 def identified_path(robot: RobotSpec) -> Path | None:
-    """The identified.toml of a robot: its own, else that beside the model of its base; None if there is none."""
-    folders = [robot.file.parent] if robot.model is None else [robot.file.parent, robot.model.parent]
+    """The identified.toml of a robot: its own, else that of its nearest base; None if there is none."""
+    folders = [file.parent for file in (robot.file, *robot.bases)]
     return next((path for folder in folders if (path := folder / IDENTIFIED).is_file()), None)
 
 

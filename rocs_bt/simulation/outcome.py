@@ -112,6 +112,11 @@ class AgentState(Protocol):
         """Whether an action of the plan waits for the end of the active reflex."""
         ...
 
+    @property
+    def waiting(self) -> bool:
+        """Whether the active reflex waits for something outside of the robot, such as a person."""
+        ...
+
     def reading(self, rule: str) -> str:
         """Guard values of a rule's last firing."""
         ...
@@ -285,8 +290,11 @@ class Judge:
     def _watch_progress(
         self, t: float, pose: Pose2, z: float, agent: AgentState, commanded: bool, paused: bool
     ) -> None:
-        """Check the progress of the robot; none is required at the goal if success means staying there (`at_end`)."""
-        due = not paused and not (self._at_end and not self._after and self._at_goal)
+        """Check the progress of the robot.
+
+        None is required while a rule waits as planned, and at the goal if success means staying there (`at_end`).
+        """
+        due = not paused and not agent.waiting and not (self._at_end and not self._after and self._at_goal)
         watch, held = self._progress, agent.held and due
         stuck = watch.update(t, pose, z, commanded=commanded and due, reflex=agent.reflex, held=held)
         self.stuck, self.stuck_rule = (watch.reason(pose, agent.reading), watch.rule) if stuck else ("", "")

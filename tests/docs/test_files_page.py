@@ -216,6 +216,7 @@ doc = "One."
 tags = ["safety"]
 modes = ["drive"]
 require = ["front"]
+waits_for = "a person"
 when = "ahead < 0.4 m"
 until = "ahead > 0.5 m"
 for = "0.1 s"

@@ -28,6 +28,7 @@ class Wheels:
     running: str = ""
     reflex: str = ""
     held: bool = False
+    waiting: bool = False
     stopped: int = 0
 
     def step(self, count: int) -> None:

@@ -229,7 +229,8 @@ def test_another_model_or_driver_must_be_measured_again(rover: Path) -> None:
     based.parent.mkdir()
     wheels = '[[actuator]]\nname = "wheels"\nmax_acceleration = "2 m/s2"\n[locomotion]\ndeceleration = "2 m/s2"\n'
     based.write_text(f'format = "robot/3"\nbase = "rover"\n{wheels}', "utf-8")
-    assert not check_content([based]).faults  # the figures of its base are no figures of this robot
+    (fault,) = check_content([based]).faults  # the figures of its base are no figures of this robot
+    assert "'based' is not identified" in fault.message
     own = based.with_name("identified.toml")
     shutil.copy(rover.with_name("identified.toml"), own)
     (fault,) = check_content([based]).faults

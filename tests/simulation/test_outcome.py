@@ -26,6 +26,7 @@ class Mind:
     failure: BlockError | None = None
     reflex: str = ""
     held: bool = False
+    waiting: bool = False
 
     def reading(self, rule: str) -> str:
         return "front = 0.21 m"
@@ -166,12 +167,12 @@ def test_the_clock_of_stuck_stops_in_between_and_its_reason_names_the_rule_that_
     assert "held by r/B for 6.0 s" in judge.verdict().reason
 
 
-@pytest.mark.parametrize("paused", [False, True])
-def test_the_clock_of_stuck_stops_while_the_robot_is_held_in_neutral(paused: bool) -> None:
-    judge, mind = Judge(GOAL), Mind(reflex="r/Halt", held=True)
+@pytest.mark.parametrize(("paused", "waiting"), [(False, False), (True, False), (False, True)])
+def test_the_clock_of_stuck_stops_in_neutral_and_while_a_rule_waits(paused: bool, waiting: bool) -> None:
+    judge, mind = Judge(GOAL), Mind(reflex="r/Halt", held=True, waiting=waiting)
     for i in range(400):
         judge.update(0.05 * i, Pose2(0.0, 0.0), mind, commanded=True, paused=paused)
-    assert judge.decided is not paused
+    assert judge.decided is not (paused or waiting)
 
 
 def test_the_time_to_the_goal_counts_from_the_start() -> None:

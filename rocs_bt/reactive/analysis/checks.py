@@ -96,7 +96,7 @@ _TIME = TIME.exponents.index(1)
 
 
 def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
-    """Report a rule that can hold the robot for ever, because its action cannot cause its release.
+    """Report a rule that can hold the robot for ever, because its action cannot cause its release; see `waits_for`.
 
     An action that does not move the robot changes only the speed signals, which become 0. The rule is reported if it
     is proved that its release condition is then false whenever its guard was true.
@@ -106,8 +106,8 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
         rule: Rule of the set. Its guard must be known to be satisfiable while all signals are valid.
         action: Action of the rule.
     """
-    if any(argument.value is None for argument in rule.arguments.values()):
-        return  # an invalid parameter is reported separately
+    if rule.waits_for or any(argument.value is None for argument in rule.arguments.values()):
+        return  # planned; or an invalid parameter, which is reported separately
     known = {name: value for name, a in rule.arguments.items() if not _sensed(value := a.value)}
     try:
         moves = action.can_move(known)
@@ -128,7 +128,7 @@ def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
         f"{short(rule)} can hold the robot for ever: {rule.action} does not move it, and a standstill does not "
         f"release the rule. It latches, for example, with {example}.",
         "Choose an action that moves the robot, or an until that holds at standstill. A robot that a reflex holds for "
-        "15 s without progress is stuck.",
+        '15 s without progress is stuck, unless the rule says what it waits for, such as waits_for = "a person".',
     )
 
 

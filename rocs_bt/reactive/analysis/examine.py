@@ -19,7 +19,7 @@ from .case import Case
 from .checks import check_guards, check_modes, check_parameters, check_period, check_times
 from .pairs import check_pairs
 
-_PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require"})
+_PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require", "waits_for"})
 
 
 def unused_names(document: Document) -> list[Fault]:
