@@ -28,7 +28,7 @@ class Reflex:
             `reading` that caused it. A rule that is no longer returned is released, too.
         reading: Text of the guard values, such as `min(front) = 0.21 m`, or a function that builds this text and is
             called only for events.
-        waits_for: What the rule waits for, such as `a person`, while which the robot is not stuck; empty for nothing.
+        waits_for: Condition outside of the robot that releases the rule, such as `a person`; empty for none.
         broken: Whether the model raised an exception. Stop then replaces `action`, until the model no longer raises.
     """
 

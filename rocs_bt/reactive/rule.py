@@ -109,7 +109,7 @@ class Rule:
         tags: Tags such as `safety`.
         modes: Modes of the agent in which the rule is active; empty for all.
         require: Names of the signals without which the rule is inactive.
-        waits_for: What the rule waits for, such as `a person`; empty if the robot itself can release it.
+        waits_for: Condition outside of the robot that releases the rule, such as `a person`; empty for none.
         tests: Tests of the rule.
         positions: Positions of the rule's keys in its file, such as `when`; the empty key is the rule itself.
     """

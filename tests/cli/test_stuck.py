@@ -57,10 +57,10 @@ def test_a_mission_that_waits_is_not_stuck_whatever_a_reflex_does(held, rocs_bt)
     assert "R1 timeout" in told.out
 
 
-def test_a_rule_that_waits_for_a_person_is_neither_stuck_nor_warned_of(held, rocs_bt) -> None:
+def test_a_rule_that_waits_for_the_world_is_neither_stuck_nor_warned_of(held, rocs_bt) -> None:
     file = held / "rules/keep_clear.toml"
     assert "can hold the robot for ever" in rocs_bt("check", "rules/keep_clear.toml").out
-    file.write_text(RULES.replace("priority = 10", 'priority = 10\nwaits_for = "a person who moves the goal"'))
+    file.write_text(RULES.replace("priority = 10", 'priority = 10\nwaits_for = "a moved goal"'))
     assert "can hold the robot for ever" not in rocs_bt("check", "rules/keep_clear.toml").out
     rocs_bt("run", "first", "--out", "out", "--no-report", "--for", "20")
     assert outcome(held / "out")[0] == "timeout"

@@ -51,7 +51,7 @@ HOLDS = {
 }
 
 RELEASES = {
-    "something that it says it waits for": rule(NEAR, 'waits_for = "a person who leaves"'),
+    "something that it says it waits for": rule(NEAR, 'waits_for = "a person"'),
     "the speed": rule('when = "min(front) < 0.4 m and speed > 0.1 m/s"'),
     "until it is at rest": rule(NEAR, 'until = "abs(speed) < 0.02 m/s and abs(turn_rate) < 0.02 rad/s"'),
     "wheels at rest": rule(NEAR, 'until = "max(wheel_speeds) < 0.1 m/s"'),
