@@ -12,7 +12,8 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
-from rocs_bt.check.scenario import agent_warnings, check_feasible, check_scenario_file
+from rocs_bt.check.feasible import check_feasible
+from rocs_bt.check.scenario import agent_warnings, check_scenario_file
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import BlockError, InputError

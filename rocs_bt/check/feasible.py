@@ -1,0 +1,157 @@
+"""Feasibility of scenarios: whether starts and goals are free, and whether reflexes allow to reach the goals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+from ..agent import Agent, Controller, Rates, Runtime, build_agent
+from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
+from ..errors import Fault
+from ..event import NullSink
+from ..expression import Node, evaluate
+from ..expression.node import TEMPORAL_OPS
+from ..geometry import Pose2
+from ..reactive import Rule, RuleModel
+from ..reactive.rule_model import describe, stateless_rule
+from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
+from ..simulation.scripted_objects import FREE
+from ..units import TIME
+from .robot import trial_faults
+from .stub_agent import idle
+
+_EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
+_AT_ONCE = 0.2  # [s] maximum `for` of a rule that fires before a robot that drives to a goal is there
+_TIME = TIME.exponents.index(1)
+_AWAY = 1000.0  # [m] distance of moving objects from the world while the goals are checked
+
+
+def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
+    """Check the feasibility of a scenario; an unreachable goal is a warning, since the scenario still runs.
+
+    A goal needs a pose within its tolerance at which the robot has no contact and no reflex fires; a goal with few
+    free poses is also reported. Every goal that an agent knows is checked.
+
+    Raises:
+        InputError: The world does not compile, or a robot's start pose is not free.
+    """
+    yield from _outside(scenario, build_world(scenario, catalog, 1, NullSink()))
+    for agent in scenario.agents:
+        others = tuple(m for m in scenario.actors if not m.robot)
+        world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
+        _remove_movers(scenario, world)
+        built = _single_agent(scenario, catalog, agent, world)
+        faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
+        yield from faults
+        if faults:
+            continue  # without readings the reflexes cannot be evaluated
+        for goal in scenario.places:
+            if goal.kind == "goal" and agent.name in goal.agents:
+                fault = _goal_warning(world, built, agent, goal)
+                if fault is not None:
+                    yield replace(fault, file=scenario.file, line=goal.line, warning=True)
+
+
+def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:
+    """Place the objects that a script moves far away, since they need not stay where they start."""
+    _, _, right, _ = simulated.world.bounds()
+    for actor in scenario.actors:
+        if not actor.robot and actor.script != FREE:
+            simulated.world.place_object(actor.name, Pose2(right + _AWAY, 0.0))
+
+
+def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Fault]:
+    """Places, grounds and starts of actors outside of the world; an agent's start there is refused earlier."""
+    left, low, right, high = simulated.world.bounds()
+    named = [(f"the start of {m.name}", m.pose, m.line) for m in scenario.actors]
+    named += [(f"the {p.kind} '{p.name}'", p.pose, p.line) for p in scenario.places]
+    named += [(f"the ground '{g.name}'", g.pose, g.line) for g in scenario.grounds]
+    for what, pose, line in named:
+        if pose.x < left or pose.x > right or pose.y < low or pose.y > high:
+            yield Fault(
+                f"{what} at x = {pose.x:g} m, y = {pose.y:g} m is outside of the world, which goes from x = {left:.3g} "
+                f"to {right:.3g} m and from y = {low:.3g} to {high:.3g} m.",
+                scenario.file,
+                line,
+                hint="Move it inside.",
+                warning=True,
+            )
+
+
+def _single_agent(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, world: SimulatedWorld) -> Agent:
+    """Build an agent with its rules and an idle mission, alone in the world."""
+    controller = Controller(
+        build=idle,
+        rules=[catalog.find("rules", name).path for name in agent.rules],
+        places=[p for p in scenario.places if agent.name in p.agents],
+        facts=scenario.facts_of(agent.name),
+        schema=catalog.load_schema(),
+    )
+    rates = Rates(scenario.rate.control_rate, scenario.rate.plan_rate)
+    runtime = Runtime(world.clock, NullSink())
+    return build_agent(agent.name, world.devices(agent.name), controller, rates, runtime, load_class=catalog.load_class)
+
+
+def _goal_warning(simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
+    """Warning about a goal with no or few free poses for an agent alone in the world; None if it is reachable."""
+    world, what = simulated.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
+    height = goal.z if simulated.robots[agent.name].locomotion.kind == "flying" else None
+    poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance, height=height)
+    if not poses:
+        world.place(agent.name, goal.pose._replace(yaw=0.0), height)
+        depth, obstacle = world.clearance(agent.name)
+        where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{obstacle}'"
+        message = f"{what}: {agent.robot} has no free pose within {goal.tolerance:g} m of it; {where}."
+        return Fault(message, hint="Move the goal or the obstacle.")
+    built.knowledge.world.pursue(goal.name)
+    fires = ""
+    for free in poses:
+        world.place(agent.name, free.pose, height)
+        fires = _firing(built, free.pose, goal.pose)
+        if not fires:
+            return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)
+    message = f"{what}: at every free pose within {goal.tolerance:g} m of it a reflex fires; at the last, {fires}."
+    return Fault(message, hint="Move the goal or the obstacle, or use goal_distance in the rule.")
+
+
+def _tight(agent: AgentSpec, goal: PlaceSpec, poses: Sequence[FreePose]) -> Fault:
+    obstacles = ", ".join(sorted({f"'{pose.nearest}'" for pose in poses if pose.nearest}))
+    message = (
+        f"the goal '{goal.name}' of {agent.name} is tight: {agent.robot} is free at {len(poses)} of the {POSES_TRIED} "
+        f"poses tried within {goal.tolerance:g} m of it; obstacles: {obstacles}."
+    )
+    return Fault(message, hint="It can be reached, but contacts are likely.")
+
+
+def _firing(agent: Agent, pose: Pose2, goal: Pose2) -> str:
+    """Rule that certainly fires at the robot's present pose, with its signal values; empty if none does.
+
+    A rule counts only if the position alone decides its guard: whatever the motion is and was, and without signals that
+    are invalid here because no Analyze block runs.
+    """
+    t = agent.clock.now()
+    for monitor in agent.monitors:
+        monitor.run(t, 0)
+    signals = agent.knowledge.signals
+    if any(signal.name == "pose" for analyze in agent.analyzes for signal in analyze.signals()):
+        # An estimator cannot follow jumps between poses; its estimate is assumed to be correct.
+        signals.write("pose", [*pose], t)
+        signals.write("goal_distance", pose.distance(goal), t)
+    row = signals.snapshot(t).copy()
+    for name in signals.names:
+        spec, at = signals.spec(name), signals.slice_of(name).start
+        dimensions = [spec.dimension] * spec.size if spec.dimension is not None else spec.dimensions
+        moving = [i for i, dimension in enumerate(dimensions) if dimension.exponents[_TIME] < 0]
+        row[[at + i for i in moving]] = math.nan
+    values = [*row.tolist(), math.nan]
+    for model in agent.knowledge.reactive_models:
+        for rule in model.rules.rules if isinstance(model, RuleModel) else ():
+            if rule.hold <= _AT_ONCE and not rule.modes and evaluate(_momentary(rule, len(row)), values) is True:
+                return f"{rule.name} with {describe(rule, True, values)()}"
+    return ""
+
+
+def _momentary(rule: Rule, unknown: int) -> Node:
+    """Guard of a rule with reads of the index `unknown` instead of operators on earlier snapshots."""
+    return stateless_rule(rule, {node: unknown for node in rule.when.node.walk() if node.op in TEMPORAL_OPS}).when.node

@@ -1,0 +1,93 @@
+"""A goal cannot be reached because of a reflex only if the reflex fires there, however the robot came."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rocs_bt.check import check_content
+
+SCENARIO = """format = "scenario/2"
+doc = "Drive to a goal."
+world = "arena_box"
+duration = "30 s"
+[[agent]]
+name = "R1"
+robot = "{robot}"
+mission = "go_to"
+rules = [{rules}]
+x = "1.5 m"
+y = "0 m"
+parameters = {{ goal = "goal" }}
+[[place]]
+name = "goal"
+x = "-1.5 m"
+y = "0 m"
+tolerance = "0.1 m"
+"""
+RULE = """format = "reflex/1"
+[rule.Halt]
+when = "{when}"
+until = "speed > 1 m/s"
+priority = 10
+for = "{hold}"
+on_invalid = "{policy}"
+[rule.Halt.action]
+name = "Stop"
+"""
+
+
+def unreachable(folder: Path, robot: str, rules: str) -> list[str]:
+    (folder / "scenarios").mkdir(exist_ok=True)
+    file = folder / "scenarios" / "goal.toml"
+    file.write_text(SCENARIO.format(robot=robot, rules=rules))
+    return [str(f) for f in check_content([file]).faults if "cannot be reached" in f.message]
+
+
+@pytest.mark.parametrize("robot", ["jackal", "pioneer_p3dx_tracking"])
+@pytest.mark.parametrize("rules", ['"contact"', '"avoid_collision"', '"contact", "avoid_collision"'])
+def test_shipped_rules_make_no_free_goal_unreachable(tmp_path, robot, rules):
+    assert unreachable(tmp_path, robot, rules) == []
+
+
+@pytest.mark.parametrize(
+    ("when", "hold", "policy", "fires"),
+    [
+        ("min(front) < 90 m", "0 s", "clear", True),
+        ("min(front) < 90 m or contact_time < 1 s", "0.1 s", "trip", True),
+        ("min(front) < 90 m or held(speed > 1 m/s, 1 s)", "0 s", "clear", True),
+        ("min(front) < stop_distance + 90 m", "0 s", "clear", True),
+        ("contact_time < 0.1 s", "0 s", "trip", False),  # no Analyze block runs here, so it is invalid
+        ("rate(min(front), 0.5 s) < -9 m/s", "0 s", "trip", False),  # not yet valid at the first sample
+        ("not held(min(front) > 0.1 m, 1 s)", "0 s", "clear", False),  # true only at the first sample
+        ("held(min(front) < 90 m, 1 s)", "0 s", "clear", False),  # the robot is there before
+        ("time_since(min(front) < 0.1 m) > 1 s", "0 s", "clear", False),  # it depends on the way
+        ("min(front) < 90 m and speed < 0.1 m/s", "0 s", "clear", False),  # the robot comes faster
+        ("min(front) < 90 m", "5 s", "clear", False),
+    ],
+)
+def test_a_reflex_makes_a_goal_unreachable_only_by_the_position(tmp_path, when, hold, policy, fires):
+    (tmp_path / "rules").mkdir()
+    (tmp_path / "rules" / "own.toml").write_text(RULE.format(when=when, hold=hold, policy=policy))
+    assert bool(unreachable(tmp_path, "jackal", '"own"')) is fires
+
+
+DOOR = """<mujoco><worldbody>
+<geom name="floor" type="plane" size="5 5 0.1"/>
+<body name="door" mocap="true" pos="-1.5 0 0.5"><geom type="box" size="0.5 0.5 0.5"/></body>
+</worldbody></mujoco>
+"""
+
+
+def test_an_object_that_moves_need_not_stay_at_the_goal(tmp_path):
+    (tmp_path / "scenarios" / "worlds").mkdir(parents=True)
+    (tmp_path / "scenarios" / "worlds" / "yard.xml").write_text(DOOR)
+    file = tmp_path / "scenarios" / "goal.toml"
+    text = SCENARIO.format(robot="jackal", rules="").replace("arena_box", "yard")
+    file.write_text(text)
+    assert any("inside 'door'" in f.message for f in check_content([file]).faults)
+    actor = '[[actor]]\nname = "door"\nscript = "slide"\nx = "-1.5 m"\ny = "0 m"\n'
+    file.write_text(text + actor + 'to_x = "-1.5 m"\nto_y = "3 m"\ndepart_at = "2 s"\nduration = "5 s"\n')
+    faults = [str(f) for f in check_content([file]).faults]
+    assert faults == []
