@@ -6,7 +6,18 @@ receive the loaded objects.
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import CachingCatalog, Catalog
-from .entry import IDENTIFIED, KINDS, Entry, content_hash, find_project, is_path, kind_of, make_entry, shipped_root
+from .entry import (
+    IDENTIFIED,
+    KINDS,
+    TREES,
+    Entry,
+    content_hash,
+    find_project,
+    is_path,
+    kind_of,
+    make_entry,
+    shipped_root,
+)
 from .ground_tables import GroundSpec, PushSpec
 from .planner_file import PlannerSpec, at_parameters, read_planner
 from .robot_file import load_robot
@@ -28,6 +39,7 @@ __all__ = [
     "DIALECTS",
     "IDENTIFIED",
     "KINDS",
+    "TREES",
     "ActorSpec",
     "ActuatorSpec",
     "AgentSpec",

@@ -20,6 +20,7 @@ from ..reactive import included_files
 from ..toml_text import as_data, as_toml
 from .entry import (
     KINDS,
+    TREES,
     Entry,
     by_name,
     confine_name,
@@ -380,7 +381,7 @@ class Catalog:
             dialect: Dialect of the nodes in XML.
         """
         missions: set[str] = set()
-        if mission.path.suffix == ".xml":
+        if mission.path.suffix in TREES:
             from ..plan.nav2 import ROUTES
             from ..plan.xml_mission import shipped_nodes, tags_of, values_of
             from ..trees.xml import outer_trees, read_document

@@ -29,6 +29,9 @@ KINDS: dict[str, tuple[str, ...]] = {
     "planner": ("planners/*.toml",),
 }
 
+TREES = (".xml", ".btproj")
+"""Suffixes of files with trees in XML: documents, and projects of Groot2, which include documents."""
+
 IDENTIFIED = "identified.toml"
 """Name of the file in a robot's folder with its measured parameters, which no run reads."""
 
@@ -78,7 +81,7 @@ class Entry:
             folder = self.path.parent
             kept = (p for p in folder.rglob("*") if "__pycache__" not in p.parts and p != folder / IDENTIFIED)
             return sorted(p for p in kept if p.is_file())
-        if self.path.suffix == ".xml":
+        if self.path.suffix in TREES:
             return sorted(_with_references(self.path, set()))
         if self.path.suffix == ".py":
             return sorted(with_siblings(self.path))
@@ -163,7 +166,7 @@ def _with_references(path: Path, seen: set[Path]) -> set[Path]:
     if path in seen or not is_file(path):
         return seen
     seen.add(path)
-    if path.suffix == ".xml":
+    if path.suffix in TREES:
         for name in _XML_FILE.findall(path.read_text(encoding="utf-8", errors="replace")):
             _with_references(path.parent / name, seen)
     return seen
@@ -196,7 +199,7 @@ def find_project(start: Path) -> Path | None:
 
 def is_path(name: str) -> bool:
     """Whether a text denotes a file rather than a name of content."""
-    return "/" in name or name.endswith((".toml", ".xml", ".py"))
+    return "/" in name or name.endswith((".toml", ".py", *TREES))
 
 
 def confine_name(name: str, roots: tuple[Path, ...], own: Path) -> None:

@@ -8,7 +8,18 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ..catalog import KINDS, Catalog, Entry, at_parameters, classes_in, find_project, functions_in, kind_of, make_entry
+from ..catalog import (
+    KINDS,
+    TREES,
+    Catalog,
+    Entry,
+    at_parameters,
+    classes_in,
+    find_project,
+    functions_in,
+    kind_of,
+    make_entry,
+)
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from ..knowledge import SCHEMA, load_schema
@@ -16,7 +27,7 @@ from ..plan import mission_arguments
 from ..raised import content_line, describe
 from ..reactive import tested_file
 from ..trees.examine import blocking_faults
-from ..trees.xml import survey
+from ..trees.xml import included_files, survey
 from .mission import check_mission_file
 from .robot import check_robot, check_world
 from .rules import check_rule_file
@@ -81,7 +92,7 @@ def check_content(
             entries += _entries(path, code)
         except InputError as error:
             faults += error.faults
-    together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix == ".xml"])
+    together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix in TREES])
     options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together)
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     defect: BaseException | None = None
@@ -148,8 +159,10 @@ def _inside(folder: Path) -> list[Path]:
     """Files of content and rule tests: by the layout of a project, or else anywhere in the folder."""
     patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
     own = [p for pattern in (*patterns, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
-    found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", ".xml") and _is_content(p))
-    return [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
+    found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", *TREES) and _is_content(p))
+    found = [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
+    included = {file for project in found if project.suffix == ".btproj" for file in included_files(project)}
+    return [p for p in found if p.resolve() not in included]
 
 
 def _is_content(path: Path) -> bool:
@@ -158,7 +171,7 @@ def _is_content(path: Path) -> bool:
     Either its path is that of a mission, rule file, robot or other content, or it is an XML file of behaviour trees.
     """
     try:
-        return kind_of(tested_file(path)) is not None or (path.suffix == ".xml" and xml_kind(path) == "mission")
+        return kind_of(tested_file(path)) is not None or (path.suffix in TREES and xml_kind(path) == "mission")
     except InputError:
         return False
 
@@ -168,7 +181,7 @@ def _kind_inside(path: Path) -> str | None:
     if path.suffix == ".toml":
         kind = str(read_toml(path).raw("format", "")).partition("/")[0]
         return {"reflex": "rules"}.get(kind, kind if kind in KINDS else None)
-    if path.suffix in (".xml", ".urdf", ".sdf"):
+    if path.suffix in (*TREES, ".urdf", ".sdf"):
         return xml_kind(path)
     return {".py": "node"}.get(path.suffix)
 

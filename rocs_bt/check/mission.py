@@ -14,7 +14,7 @@ from typing import Any
 from ..actions import ACTIONS, action_table
 from ..actions.heading import looked_at
 from ..agent import Agent, Controller
-from ..catalog import Catalog, Entry, functions_in
+from ..catalog import TREES, Catalog, Entry, functions_in
 from ..drivers.ros2.known_types import installed_types
 from ..drivers.ros2.settings import Ros2Settings
 from ..errors import Fault
@@ -32,7 +32,7 @@ DEFAULT = MissionOptions()
 
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
     """Check a mission, built with its default parameters; one with required parameters is not built."""
-    if entry.path.suffix == ".xml":
+    if entry.path.suffix in TREES:
         dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):

@@ -8,7 +8,7 @@ from typing import Any
 from ..action import Parameter
 from ..actions import action_table
 from ..agent import Controller
-from ..catalog import Catalog, Entry
+from ..catalog import TREES, Catalog, Entry
 from ..errors import Fault, InputError
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
@@ -51,7 +51,7 @@ def draw_mission(
         InputError: The mission or the robot is invalid.
     """
     dialect = dialect_of(entry, catalog) if dialect is None else dialect
-    if entry.path.suffix == ".xml" and (stub_unknown or main):
+    if entry.path.suffix in TREES and (stub_unknown or main):
         document = read_document(entry.path, within=catalog.root_of(entry.path))
         tree, faults = _read(document, catalog, main, stub_unknown, dialect)
         return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document)
@@ -66,7 +66,7 @@ def draw_mission(
     if not isinstance(plan, TreePlan):
         lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
         return "\n".join([*lines, f"planned by {type(plan).__name__}, which has no tree."])
-    read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix == ".xml" else None
+    read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix in TREES else None
     picture = picture_of(plan.tree, entry.name, entry.doc, shown, mission_faults(plan.tree, plan.knowledge))
     return _drawn(picture, plan.tree, form, read)
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import action_table
-from ..catalog import Catalog, Entry, kind_of
+from ..catalog import TREES, Catalog, Entry, kind_of
 from ..errors import Fault, InputError
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.nav2 import ELSEWHERE
@@ -154,7 +154,7 @@ def dialect_of(mission: Entry, catalog: Catalog) -> str:
         mission: Entry of the mission.
         catalog: Catalog of the scenarios and planners; files without the word nav2 are not read.
     """
-    if mission.path.suffix != ".xml":
+    if mission.path.suffix not in TREES:
         return ""
     entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if b"nav2" in e.path.read_bytes()]
     for entry in entries:

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Annotated, Any
 
 from py_trees.behaviour import Behaviour
 
@@ -14,6 +14,7 @@ from ..action import Parameter
 from ..errors import Fault, InputError
 from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
+from ..trees.nodes.subtree import literal
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
 from ..trees.xml.element import Element, below
 from ..trees.xml.load import make_nodes
@@ -223,7 +224,7 @@ def _typed(parameter: Parameter, text: str) -> object:
 
 
 def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
-    """Keyword-only parameters of `build`, from the model of the main tree.
+    """Keyword-only parameters of `build`, from the model of the main tree and the attributes of its `<BehaviorTree>`.
 
     Raises:
         InputError: Ports have an invalid name, type or default; the error lists all of them.
@@ -238,6 +239,11 @@ def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
             found.append(_parameter(port))
         except InputError as error:
             faults += (port.element.fault(f.message, f.hint, attribute="default") for f in error.faults)
+    for name, text in document.trees[main].defaults.items():
+        if name.isidentifier() and pointer(text) is None and name not in {p.name for p in found}:
+            value = literal(text)
+            hint = str if isinstance(value, str) else Annotated[float, NONE]
+            found.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=hint))
     if faults:
         raise InputError(*faults)
     return sorted(found, key=lambda p: p.default is not inspect.Parameter.empty)

@@ -13,7 +13,7 @@ from py_trees.behaviour import Behaviour
 
 from .board import Board
 from .btlog import BtLog
-from .error import TreeError
+from .error import TreeError, TreeWarning
 from .examine import examine
 from .nodes import (
     BUILTIN,
@@ -60,6 +60,7 @@ __all__ = [
     "SubTree",
     "Tree",
     "TreeError",
+    "TreeWarning",
     "examine",
     "load_xml",
     "palette",

@@ -5,5 +5,9 @@ from __future__ import annotations
 from ..errors import InputError
 
 
+class TreeWarning(UserWarning):
+    """A document of trees can be loaded, but contains what is probably a mistake."""
+
+
 class TreeError(InputError):
     """Raised if a tree cannot be built or continued, because of a port, a script, a key or a node."""

@@ -17,6 +17,8 @@ from rocs_bt.trees.script import form
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml, read_document
 
+pytestmark = pytest.mark.filterwarnings("ignore::rocs_bt.trees.TreeWarning")
+
 
 class Say(Instant):
     """Keeps what it says."""
@@ -430,3 +432,22 @@ def test_text_before_the_root_is_skipped_with_a_warning_as_in_the_cpp_engine(bef
 @pytest.mark.parametrize("text", ["{0} text", "<a/>{0}", "</x>{0}", "a < b {0}"])
 def test_other_things_around_the_root_are_refused_as_in_the_cpp_engine(text):
     assert both(text.format(document("<AlwaysSuccess/>")), {}) == ["raises", "raises"]
+
+
+@pytest.mark.parametrize(
+    ("text", "warning"),
+    [
+        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="A"><Work/></BehaviorTree></root>', "there is another tree 'A'"),
+        ('<root><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "BTCPP_format is missing"),
+        ('<root BTCPP_format="3"><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "is of version 3"),
+        ('<root BTCPP_format="4"><BehaviorTree ID="a b"><Say/></BehaviorTree></root>', "contains ' '"),
+        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><Tree/></root>', "<Tree> is not expected"),
+        ('<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>', "'B' is not used"),
+        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say message="a&b"/></BehaviorTree></root>', "not well-formed"),
+        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><TreeNodesModel><Action ID="Say"><input_port name="x"/></Action></TreeNodesModel></root>', "the model is outdated"),
+        (document('<Sequence><SubTree ID="Sub1" name="a"/><SubTree ID="Sub1" name="a"/></Sequence>', "<Say/>"), "two SubTrees .* are named 'a'"),
+    ],
+)  # fmt: skip  # a table
+def test_warnings_are_given_when_a_document_is_loaded(text, warning):
+    with pytest.warns(UserWarning, match=warning):
+        load_xml(text, NODES)

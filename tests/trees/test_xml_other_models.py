@@ -11,6 +11,8 @@ from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS
 from rocs_bt.trees.xml import load_xml, make_nodes, read_document, stub_nodes, verify
 from rocs_bt.trees.xml.model import differs
 
+pytestmark = pytest.mark.filterwarnings("ignore::rocs_bt.trees.TreeWarning")
+
 NODES = {
     dialect + node.tag: (dialect, node)
     for dialect in ("", "nav2", "nav2_servers")

@@ -16,6 +16,8 @@ from rocs_bt.trees.xml import scan as scanner
 from rocs_bt.trees.xml.element import Source
 from rocs_bt.trees.xml.scan import MAX_ATTRIBUTES, MAX_DEPTH, MAX_ELEMENTS, MAX_VALUE, scan
 
+pytestmark = pytest.mark.filterwarnings("ignore::rocs_bt.trees.TreeWarning")
+
 NAMES = st.from_regex(r"[A-Za-z_][A-Za-z0-9_.\-]{0,6}", fullmatch=True)
 TEXTS = st.text(
     st.characters(codec="utf-8", exclude_categories=("Cs", "Cc"), exclude_characters="\ufffe\uffff"), max_size=8

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...catalog import Catalog
+from ...catalog import TREES, Catalog
 from ...errors import Fault, InputError
 from ...event import Said
 from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, shipped_nodes, xml_mission
@@ -181,7 +181,7 @@ def _build(
     if isinstance(mission, str) and mission.lstrip().startswith("<"):
         return xml_mission(mission, main=main, nodes=nodes, missions=others), main or "mission"
     entry = catalog.find("mission", str(mission))
-    if entry.path.suffix != ".xml":
+    if entry.path.suffix not in TREES:
         return catalog.load_mission(str(entry.path)), entry.name
     root = catalog.root_of(entry.path)
     return xml_mission(entry.path, main=main, within=root, nodes=nodes, missions=others), entry.name

@@ -101,6 +101,7 @@ class Node(Behaviour):
         board: Blackboard of the node; until the node is bound, an empty one of its own.
         runtime: State shared by all nodes of the tree.
         origin: Source of the node, such as an XML element with its position; None if Python code made it.
+        initial_keys: Values by key that a tree with this root writes to its blackboard, unless the keys have values.
         visits: Recorder of ticks; None until the node or an ancestor is ticked as a generator.
     """
 
@@ -118,6 +119,7 @@ class Node(Behaviour):
     iterator: Any = LazyAttribute(lambda node: node.tick())
     logger: Any = LazyAttribute(lambda node: Logger(node.name))
     blackbox_level = BlackBoxLevel.NOT_A_BLACKBOX
+    initial_keys: Mapping[str, Any] = MappingProxyType({})
 
     _required: ClassVar[tuple[Port[Any], ...]] = ()
     _accepted: ClassVar[set[tuple[str, str]]] = set()

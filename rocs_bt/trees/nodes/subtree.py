@@ -57,7 +57,7 @@ class SubTree(Decorator):
             if key is not None:
                 inner.remapping[name] = key
             else:
-                inner.set_local(name, _literal(given))
+                inner.set_local(name, literal(given))
         return [(self.decorated, inner)]
 
     def tick_once(self) -> Outcome:
@@ -78,7 +78,7 @@ def _key(given: Any, name: str) -> str | None:
     return None if given == "=" else pointed(given, name)
 
 
-def _literal(given: Any) -> Any:
+def literal(given: Any) -> Any:
     """Literal as stored on the subtree's blackboard: a number if the text can be converted to one, else the text."""
     if not isinstance(given, str):
         return given

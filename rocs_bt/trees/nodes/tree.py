@@ -68,6 +68,9 @@ class Tree:
         self._watchers: list[Watch] = []
         self._after: list[Callable[[], None]] = []
         self._faults = faults
+        for key, value in (root.initial_keys if isinstance(root, Node) else {}).items():
+            if key not in self.board:
+                self.board.set_local(key, value)
         self.bind()
 
     def bind(self) -> None:

@@ -1,6 +1,6 @@
 """Trees in BehaviorTree.CPP's XML format, version 4: reading, checks, creation of nodes, and writing."""
 
-from .document import Document, Survey, TreeElement, add_siblings, outer_trees, read_document, survey
+from .document import Document, Survey, TreeElement, add_siblings, included_files, outer_trees, read_document, survey
 from .element import Element, Source
 from .load import Outside, load_xml, make_nodes
 from .model import Model
@@ -18,6 +18,7 @@ __all__ = [
     "Survey",
     "TreeElement",
     "add_siblings",
+    "included_files",
     "load_xml",
     "make_nodes",
     "outer_trees",

@@ -14,6 +14,9 @@ from .model import Model, read_models
 from .scan import MAX_TEXT, scan
 from .version_3 import convert, is_version_3
 
+_INCLUDES = ("include", "import")
+"""Tags, in lower case, of elements that include a file: BehaviorTree.CPP's, and py_trees' with `file` or `src`."""
+
 MAX_FILES = 100
 """Maximum number of files that a document may include."""
 
@@ -27,12 +30,18 @@ class TreeElement:
         element: The `<BehaviorTree>` element.
         body: Element of the tree's root node.
         included: Whether the tree is in an included file.
+        defaults: Values of the tree's keys for a SubTree that omits them: attributes of `<BehaviorTree>`, as in
+            py_trees.
     """
 
     name: str
     element: Element
     body: Element
     included: bool
+
+    @property
+    def defaults(self) -> dict[str, str]:
+        return {n: v for n, v in self.element.attributes.items() if n not in ("ID", "name") and n[0] != "_"}
 
 
 @dataclass
@@ -64,13 +73,19 @@ class Document:
         for tree in self.trees.values():
             yield from below(tree.body)
 
+    def own_trees(self) -> list[TreeElement]:
+        """Trees of the file that was read first; all trees if it only includes others, as a project of Groot2 does."""
+        return [tree for tree in self.trees.values() if not tree.included] or [*self.trees.values()]
+
     def entries(self) -> list[str]:
         """IDs of the trees that can be ticked: the main tree, or, if none is named, those that no other tree uses."""
-        own = [tree.name for tree in self.trees.values() if not tree.included]
-        if self.named or len(own) < 2:
-            return [self.main().name]
+        own = self.own_trees()
+        return [self.main().name] if self.named or len(own) < 2 else [tree.name for tree in self._outermost(own)]
+
+    def _outermost(self, trees: list[TreeElement]) -> list[TreeElement]:
+        """Trees that no other tree uses; all trees if each is used."""
         used = {e.attributes.get("ID") for e in self.elements() if e.tag == "SubTree"}
-        return [name for name in own if name not in used] or own
+        return [tree for tree in trees if tree.name not in used] or trees
 
     def main(self, wanted: str = "") -> TreeElement:
         """Tree to tick: the tree `wanted` if given, else the main tree that the document names, else its only tree.
@@ -85,9 +100,11 @@ class Document:
                 attribute = "" if wanted else "main_tree_to_execute"
                 raise InputError(self.root.fault(fault.message, fault.hint, attribute=attribute))
             return self.trees[name]
-        own = [tree for tree in self.trees.values() if not tree.included] or list(self.trees.values())
+        own = self.own_trees()
+        if all(tree.included for tree in own):
+            own = self._outermost(own)
         if len(own) != 1:
-            hint = did_you_mean("", self.trees, "It") + ' Write <root main_tree_to_execute="...">, or name one.'
+            hint = did_you_mean("", self.trees, "It") + ' Write <root main_tree_to_execute="...">, or use --tree ID.'
             raise InputError(self.root.fault("the document has several trees and names no main tree.", hint))
         return own[0]
 
@@ -154,6 +171,12 @@ class _Reader:
         self.found.faults += warnings
         self._version(root)
         self._children(root, included)
+        if self._is_project():
+            self.found.named = self.found.named or root.attributes.get("main_tree_to_execute", "").strip()
+
+    def _is_project(self) -> bool:
+        """Whether the file that was read first is a project of Groot2, which only includes the files with trees."""
+        return all(child.tag != "BehaviorTree" for child in self.found.root.children)
 
     def _version(self, root: Element) -> None:
         faults, version = self.found.faults, root.attributes.get("BTCPP_format", "")
@@ -170,7 +193,7 @@ class _Reader:
     def _children(self, root: Element, included: bool) -> None:
         models = 0
         for child in root.children:
-            if child.tag == "include":
+            if child.tag.lower() in _INCLUDES:
                 self._include(child)
         for child in root.children:
             if child.tag == "BehaviorTree":
@@ -180,7 +203,7 @@ class _Reader:
                 if models > 1:
                     self.found.faults.append(child.fault("there is a second TreeNodesModel.", "Put them into one."))
                 self.found.models.update({m.name: m for m in read_models(child, self.found.faults)})
-            elif child.tag != "include":
+            elif child.tag.lower() not in _INCLUDES:
                 hint = did_you_mean(child.tag, ("BehaviorTree", "TreeNodesModel", "include"), "A document")
                 message = f"<{child.tag}> is not expected here and is ignored."
                 self.found.faults.append(child.fault(message, hint, warning=True))
@@ -223,7 +246,8 @@ class _Reader:
         self.open.pop()
 
     def _included(self, element: Element) -> tuple[Path, Source]:
-        path, own = element.attributes.get("path", ""), element.source.file
+        given, own = element.attributes, element.source.file
+        path = given.get("path") or given.get("file") or given.get("src") or ""
         if "ros_pkg" in element.attributes:
             raise InputError(Fault("'ros_pkg' needs ROS.", hint="Write the path of the file, relative to this one."))
         if not path:
@@ -243,6 +267,14 @@ class _Reader:
         if len(text) > self.room:
             raise InputError(Fault(f"with '{path}' the document has more than {MAX_TEXT} characters."))
         return file, Source(text, file)
+
+
+def included_files(file: Path) -> set[Path]:
+    """Resolved paths of the files that a document includes, such as a project of Groot2; empty if it is unreadable."""
+    try:
+        return {path.resolve() for path in read_document(file).files[1:]}
+    except InputError:
+        return set()  # reported where the file itself is checked
 
 
 def outer_trees(document: Document) -> set[str]:

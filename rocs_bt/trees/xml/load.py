@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault, InputError
-from ..nodes import BUILTIN, Node, children_faults
+from ..error import TreeWarning
+from ..nodes import BUILTIN, Node, children_faults, pointer
 from ..nodes.port import ExactKey
+from ..nodes.subtree import literal
 from .document import Document, read_document
 from .element import Element
 from .model import OWN_NAME
@@ -44,7 +47,7 @@ def make_nodes(
     main: str = "",
     outside: Outside | None = None,
     lenient: bool = False,
-) -> Behaviour:
+) -> Node:
     """Create the nodes of a document's main tree; each use of a subtree gets its own nodes.
 
     The document must have passed `verify`, unless `lenient` is true.
@@ -57,12 +60,15 @@ def make_nodes(
         lenient: Whether stubs replace unknown or faulty nodes.
 
     Returns:
-        Root node. The attribute `origin` of each node is its element.
+        Root node, with the tree's defaults as `initial_keys`. The attribute `origin` of each node is its element.
 
     Raises:
         InputError: A node's constructor rejects its attributes.
     """
-    return _Maker(document, nodes, outside or {}, lenient).root(document.main(main).body)
+    tree = document.main(main)
+    root = _Maker(document, nodes, outside or {}, lenient).root(tree.body)
+    root.initial_keys = {n: literal(v) for n, v in tree.defaults.items() if pointer(v) is None}
+    return root
 
 
 class _Maker:
@@ -74,7 +80,7 @@ class _Maker:
         self.frames: list[_Frame] = []
         self.count = 1
 
-    def root(self, body: Element) -> Behaviour:
+    def root(self, body: Element) -> Node:
         frames = self.frames
         frames.append(self.begin(body))
         while True:
@@ -146,14 +152,16 @@ class _Maker:
         return lenient_stub(element, self.document) if faults else found
 
     def defaults(self, element: Element) -> dict[str, str]:
-        """Defaults that a subtree's model declares, for the ports that a SubTree element omits."""
-        model = self.document.models.get(element.attributes["ID"])
-        if model is None or model.kind != "SubTree":
-            return {}
+        """Defaults that a subtree or its model declares, for the ports that a SubTree element omits."""
+        name = element.attributes["ID"]
         if element.attributes.get("_autoremap", "false").lower() in ("true", "1"):
             return {}  # as in BehaviorTree.CPP, a key that is not remapped refers to the parent's key
-        ports = [p for p in model.ports.values() if p.default and p.name not in element.attributes]
-        return {p.name: ExactKey("=") if p.default == OWN_NAME else str(p.default) for p in ports}
+        model, found = self.document.models.get(name), dict[str, str]()
+        if model is not None and model.kind == "SubTree":
+            ports = [p for p in model.ports.values() if p.default]
+            found = {p.name: ExactKey("=") if p.default == OWN_NAME else str(p.default) for p in ports}
+        tree = self.document.trees.get(name)
+        return found if tree is None else {**found, **tree.defaults}
 
 
 _TRUTH = ("true", "false", "1", "0")
@@ -188,6 +196,9 @@ def load_xml(
     Returns:
         Root node, to be bound by a `Tree`.
 
+    Warns:
+        TreeWarning: The document contains what is probably a mistake, such as a second tree of one name.
+
     Raises:
         InputError: The document has errors; the exception lists all of them, each with its line and column.
     """
@@ -199,4 +210,6 @@ def load_xml(
         faults += error.faults
     if wrong := [fault for fault in faults if not fault.warning]:
         raise InputError(*wrong)
+    for fault in faults:
+        warnings.warn(str(fault), TreeWarning, stacklevel=2)
     return make_nodes(document, nodes, main=main, outside=outside)

@@ -12,7 +12,7 @@ from ..board import from_string
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from .document import Document, TreeElement
-from .element import EXPLICIT, Element
+from .element import EXPLICIT, Element, below
 from .model import differs
 from .version_3 import convert_outputs
 
@@ -104,6 +104,8 @@ class _Verifier:
                 self.found.append(tree.element.fault(message, "Rename the tree.", attribute="ID"))
             self.uses[tree.name] = []
             self.elements(tree)
+            self.defaults(tree)
+            self.found += _equal_names(tree, self.uses[tree.name], strict)
         self.models()
         self.recursion()
         self.unused(main)
@@ -207,10 +209,22 @@ class _Verifier:
             return
         if model is None or model.kind != "SubTree" or remapped:
             return
+        defaults = self.document.trees[name].defaults if name in self.document.trees else {}
         for port in model.ports.values():
-            if port.name not in given and not port.default:
+            if port.name not in given and port.name not in defaults and not port.default:
                 hint = f'Write {port.name}="{{key}}" or a value, or give the port a default in the TreeNodesModel.'
                 self.found.append(element.fault(f"the subtree '{name}' needs '{port.name}'.", hint, path=path))
+
+    def defaults(self, tree: TreeElement) -> None:
+        """Add warnings about attributes of `<BehaviorTree>` that are no keys of the tree."""
+        if not tree.defaults:
+            return
+        texts = (text for e in below(tree.body) for item in e.attributes.items() for text in item)
+        words = {word for text in texts for word in re.findall(r"\w+", text)}
+        for name in sorted(tree.defaults.keys() - words):
+            message = f"no node of the tree '{tree.name}' uses the key '{name}'."
+            hint = "Attributes of <BehaviorTree> are defaults of the tree's keys."
+            self.found.append(tree.element.fault(message, hint, attribute=name, warning=True))
 
     def models(self) -> None:
         """Add warnings about models that declare ports which the node class does not have, or no longer has."""
@@ -269,6 +283,18 @@ class _Verifier:
                 message = f"the tree '{tree.name}' is not used."
                 hint = f'Use it by <SubTree ID="{tree.name}"/>, or remove it.'
                 self.found.append(tree.element.fault(message, hint, attribute="ID", warning=True))
+
+
+def _equal_names(tree: TreeElement, uses: list[Element], strict: bool) -> Iterator[Fault]:
+    """Faults of SubTrees in one tree that have the same `name`."""
+    names: set[str] = set()
+    for use in uses:
+        name = use.attributes.get("name", "")
+        if name and name in names:
+            hint = "BehaviorTree.CPP 4.10 rejects it; rename one of them."
+            message = f"two SubTrees of the tree '{tree.name}' are named '{name}'."
+            yield use.fault(message, hint, attribute="name", warning=not strict)
+        names.add(name)
 
 
 def _port_list(node: type[Node]) -> str:

@@ -207,7 +207,7 @@ class Writer:
             if name in document.trees:
                 read = document.trees[name].element
                 tree.comments = read.comments
-                tree.attributes |= {n: v for n, v in read.attributes.items() if n.startswith("_")}
+                tree.attributes |= {n: v for n, v in read.attributes.items() if n != "ID"}
 
     def tree(self, root: Behaviour) -> Element:
         """Element of a node with its descendants; subtrees are added to `trees`."""
