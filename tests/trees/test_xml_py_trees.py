@@ -38,7 +38,7 @@ def read_by(root):
 
 
 SUB = '<Sequence name="s"><Reader name="r1" value="{a}"/><Reader name="r2" value="{b}"/></Sequence>'
-DEFAULTS = ("", 'a="1" b="text"', 'a="{x}" b="2.5"', 'b="{x}"')
+DEFAULTS = ("", 'a="1" b="text"', 'a="{x}" b="2"', 'b="{x}"')
 GIVEN = ('a="7" b="8"', 'a="{x}"', 'b="{y}"', "")
 
 
@@ -49,7 +49,8 @@ def test_attributes_of_a_tree_are_defaults_as_in_py_trees(tmp_path, defaults, gi
     file = tmp_path / "a.xml"
     file.write_text(
         '<root main_tree_to_execute="Main"><BehaviorTree ID="Main" x="of x" y="of y"><Sequence name="top">'
-        f'<SubTree ID="Sub" name="one" {given}/><Reader name="r0" value="{{x}}"/><Reader name="r3" value="{{y}}"/></Sequence></BehaviorTree>'
+        f'<SubTree ID="Sub" name="one" {given}/><Reader name="r0" value="{{x}}"/>'
+        '<Reader name="r3" value="{y}"/></Sequence></BehaviorTree>'
         f'<BehaviorTree ID="Sub" {defaults}>{SUB}</BehaviorTree></root>'
     )
     theirs = read_by(parse_behaviour_tree_xml(str(file), node_registry={"Reader": TheirReader}))
