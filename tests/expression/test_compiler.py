@@ -129,6 +129,29 @@ def test_generated_code_gives_what_the_interpreter_gives(text, rows):
             assert also.margin == margin or (margin is None and math.isnan(also.margin))
 
 
+TEMPORAL = [
+    "held(c > 0, 0.3 s)", "once(c > 0, 0.3 s)", "since(d > -0.5, c > 0.8, 0.4 s)", "rate(c, 0.3 s) * 1 s",
+    "time_since(c > 0.9) / 1 s", "rate(min(a), 0.25 s) * 1 s > 0.1",
+]  # fmt: skip  # a table
+
+
+@pytest.mark.parametrize("text", TEMPORAL)
+@settings(max_examples=10, deadline=None)
+@given(st.integers(0, 10**6), st.sampled_from([0.01, 0.05, 0.08]))
+def test_windows_that_fill_many_times_give_what_the_whole_trace_gives(text, seed, period):
+    rng = np.random.default_rng(seed)
+    node, t, trace = parse(text, ENVIRONMENT), 10.0, Trace()
+    compiled = compile_node(node, margins=node.kind.boolean)
+    for _ in range(150):
+        t += period * float(rng.choice([0.5, 1.0, 1.0, 1.7]))
+        x = np.where(rng.random(SIZE) < 0.05, math.nan, rng.uniform(-1.0, 1.0, SIZE)).tolist()
+        trace.append(x, t)
+        assert same(compiled(x, t), trace.value(node))
+        if node.kind.boolean:
+            margin = trace.margin(node)
+            assert compiled.margin == margin or (margin is None and math.isnan(compiled.margin))
+
+
 @settings(max_examples=200, deadline=None)
 @given(expressions(2), snapshots)
 def test_a_margin_has_the_sign_of_the_truth(text, x):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.clock import Rate, SimulatedClock
@@ -19,6 +19,7 @@ from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor, ScanMonitor
 
 BEAMS, SPAN = 271, math.radians(270.0)  # a degree each
+RAYS = [math.radians(i - 135.0) for i in range(BEAMS)]
 AHEAD = Pose2(0.1, 0.0, 0.0)
 GROUPS = {
     "front": {
@@ -90,6 +91,24 @@ def test_a_ray_that_ends_on_the_hull_has_no_gap(x: float, y: float, yaw: float) 
     sectors = {"all": {"sectors": [[b, b] for b in (0.0, 1.0471975511965976, -2.0943951023931953)]}}
     found = interpreted((low + 0.3).tolist(), Pose2(x, y, yaw), sectors)["all"]
     assert found == pytest.approx([0.3] * 3, abs=1e-9)
+
+
+bearings = st.floats(-135.0, 135.0).map(math.radians)
+
+
+@settings(max_examples=40)
+@given(st.lists(st.tuples(bearings, bearings, st.sampled_from([0.5, 0.8, 1.0])), min_size=1, max_size=5), st.data())
+def test_a_sector_has_the_rays_between_its_bearings_and_no_other(sectors: list[Any], data: Any) -> None:
+    values = data.draw(st.lists(st.sampled_from([1.0, 1.5, 2.0, 3.0, math.inf]), min_size=BEAMS, max_size=BEAMS))
+    each = interpreted(values, groups={f"ray{i}": {"sectors": [[b, b]]} for i, b in enumerate(RAYS)})
+    sectors = [s for s in sectors if any(min(s[:2]) <= b <= max(s[:2]) for b in RAYS)]
+    groups = {"all": {"sectors": [list(s[:2]) for s in sectors], "weights": [s[2] for s in sectors]}}
+    expected = [
+        min(each[f"ray{i}"][0] for i, b in enumerate(RAYS) if min(low, high) <= b <= max(low, high)) / weight
+        for low, high, weight in sectors
+    ]
+    if sectors:
+        assert interpreted(values, groups=groups)["all"] == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
