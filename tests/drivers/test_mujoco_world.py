@@ -10,6 +10,8 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+import mujoco
+import numpy as np
 import pytest
 
 from rocs_bt.catalog import RobotSpec
@@ -80,6 +82,41 @@ def test_running_into_a_wall_is_one_contact_while_moving(make_world: MakeWorld, 
         world.advance(10)
         found += world.contacts()
     assert [(c.robot, c.other, c.moving) for c in found] == [("R2", "wall", True)]
+
+
+def test_a_contact_of_any_single_step_is_found(make_world: MakeWorld, p3dx: RobotSpec) -> None:
+    """However many steps are taken at once, the period in which the wall is touched reports it."""
+
+    def touched_at(steps: int) -> list[float]:
+        world = make_world(WALL)
+        world.place("R2", Pose2(0.75, 0.0, 0.0))
+        drive(world, p3dx, "R2", 0.5)
+        found: list[float] = []
+        while len(found) < 1:
+            world.advance(steps)
+            found += [c.t for c in world.contacts()]
+        return found
+
+    (exact,) = touched_at(1)
+    step = round(exact / 0.005)
+    for steps in {step, *(n for n in range(2, 11) if step % n == 0), 7, 10}:
+        assert touched_at(steps) == [pytest.approx(exact)]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_nearest_of_many_things_is_that_of_all_distances(make_world: MakeWorld, seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    posts = [(*rng.uniform(0.8, 4.0, 2) * rng.choice([-1.0, 1.0], 2), rng.uniform(0.05, 0.5)) for _ in range(14)]
+    geom = '<geom name="post{}" type="cylinder" size="{} 0.2" pos="{} {} 0.2"/>'
+    world = make_world("".join(geom.format(i, r, x, y) for i, (x, y, r) in enumerate(posts)))
+    world.place("R2", Pose2(*rng.uniform(-0.3, 0.3, 3)))
+    found, _ = world.clearance("R2")
+    gaps = [
+        mujoco.mj_geomDistance(world.model, world.data, hull, world.model.geom(f"post{i}").id, 100.0, None)
+        for i in range(len(posts))
+        for hull in world.robots["R2"].hull
+    ]
+    assert found == pytest.approx(min(gaps), abs=1e-6)
 
 
 def test_a_robot_that_stands_still_is_struck(make_world: MakeWorld, p3dx: RobotSpec) -> None:
