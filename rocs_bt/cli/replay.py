@@ -16,6 +16,7 @@ from .terminal import echo
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path), required=False)
 @click.option("--why", metavar="SECONDS", type=float, help="Explain the decision at this time.")
+@click.option("--all", "everything", is_flag=True, help="Print all evidence, or the whole of the first difference.")
 @click.option("--agent", help="Name of the agent; by default all.")
 @click.option("--changed-content", is_flag=True, help="Compare although robots, rules or other files have changed.")
 @click.option("--bag", type=click.Path(path_type=Path), help="ROS bag to replay in place of a run.")
@@ -32,6 +33,7 @@ from .terminal import echo
 def command(
     run: Path | None,
     why: float | None,
+    everything: bool,
     agent: str | None,
     changed_content: bool,
     bag: Path | None,
@@ -44,7 +46,8 @@ def command(
 ) -> int:
     """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.
 
-    Exits with 0 if all events are equal, with 1 at the first difference. With --why, the recording is only queried.
+    Exits with 0 if all events are equal, with 1 at the first difference. With --why, the recording is only queried:
+    the answer and at most ten lines of evidence; with --all, everything known.
     With --changed-content, the agents have the present content: it shows whether a change alters their decisions.
 
     With --bag, the sensors of --robot read a ROS bag: when would the reflexes of --rules have fired? Prints the tables
@@ -52,8 +55,8 @@ def command(
     """
     given = {"robot": robot, "rules": rules, "out": out, "begin": begin, "duration": duration, "rate": rate}
     if bag is not None:
-        if run is not None or why is not None or agent is not None or changed_content:
-            raise click.UsageError("--bag excludes RUN, --why, --agent and --changed-content.")
+        if run is not None or why is not None or agent is not None or everything or changed_content:
+            raise click.UsageError("--bag excludes RUN, --why, --all, --agent and --changed-content.")
         if robot is None:
             raise click.UsageError("--bag needs --robot, a robot with sensors that read topics of ROS 2.")
         _replay_bag(bag, robot, rules, out, begin or 0.0, duration, 20.0 if rate is None else rate)
@@ -62,17 +65,17 @@ def command(
         raise click.UsageError("Missing argument 'RUN', or --bag.")
     if any(given.values()):
         raise click.UsageError("--robot, --rules, --out, --from, --for and --rate need --bag.")
-    return _replay_run(run, why, agent, changed_content)
+    return _replay_run(run, why, agent, everything, changed_content)
 
 
-def _replay_run(run: Path, why: float | None, agent: str | None, changed_content: bool) -> int:
+def _replay_run(run: Path, why: float | None, agent: str | None, everything: bool, changed_content: bool) -> int:
     from ..record import Recording
 
     recording = Recording.open(run)
     if why is not None:
         from ..record import explain
 
-        echo(explain(recording, why, agent))
+        echo(explain(recording, why, agent).text(everything=everything))
         return 0
     from ..simulation import replay
 
@@ -81,7 +84,7 @@ def _replay_run(run: Path, why: float | None, agent: str | None, changed_content
         cut = "" if recording.complete else ", up to the end of the recording, which was cut off"
         echo(f"All events are equal{cut}.")
         return 0
-    echo(str(difference))
+    echo(difference.text(everything=everything))
     return 1
 
 

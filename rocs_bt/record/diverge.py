@@ -33,6 +33,9 @@ WORLD_EVENTS: tuple[type[Event], ...] = (
     OutcomeDecided,
 )
 
+_ALL = 2**31  # maximum number of printed values
+_FEW = 6  # the same in short texts
+_TEXT = 50  # maximum number of printed characters of a text, for each of these values
 _BYTES = msgspec.msgpack.Encoder(order="deterministic").encode  # encodes NaN and infinities, unlike JSON
 
 
@@ -67,13 +70,26 @@ class Divergence:
         return tuple(f for f in a.__struct_fields__ if _BYTES(getattr(a, f)) != _BYTES(getattr(b, f)))
 
     def __str__(self) -> str:
+        return self.text()
+
+    def text(self, *, everything: bool = False) -> str:
+        """Both events, with the equal events before; long lists are shortened unless `everything` is requested."""
         lines = [f"the runs differ at t = {self.t:.3f} s, at event {self.index + 1}:"]
-        lines += [f"  both      {describe(e)}" for e in self.before]
-        lines.append(f"  recorded  {describe(self.expected)}")
-        lines.append(f"  replayed  {describe(self.found)}")
+        shown = [("both    ", e) for e in self.before] + [("recorded", self.expected), ("replayed", self.found)]
+        lines += [f"  {title}  {describe(e, everything=everything)}" for title, e in shown]
         if self.fields:
-            lines.append(f"  differing fields: {', '.join(self.fields)}")
+            lines.append(f"  differing fields: {', '.join(map(self._difference, self.fields))}")
         return "\n".join(lines)
+
+    def _difference(self, name: str) -> str:
+        """Name of a field, with the place and the values of its first difference if it is a list."""
+        a, b = _plain(getattr(self.expected, name)), _plain(getattr(self.found, name))
+        if not (isinstance(a, (list, tuple)) and isinstance(b, (list, tuple))):
+            return name
+        if len(a) != len(b):
+            return f"{name} (recorded {len(a)} values, replayed {len(b)})"
+        at = next(i for i, (x, y) in enumerate(zip(a, b, strict=True)) if _BYTES(x) != _BYTES(y))
+        return f"{name} (first at [{at}]: recorded {_text(a[at], 9, _FEW)}, replayed {_text(b[at], 9, _FEW)})"
 
 
 def compare(
@@ -111,8 +127,14 @@ def timeless(event: Event) -> Event:
     return msgspec.structs.replace(event, solve_time=0.0) if isinstance(event, FollowerStepped) else event
 
 
-def describe(event: Event | None) -> str:
-    """Describe an event in one line: time, agent, kind and fields, with unpacked values."""
+def describe(event: Event | None, *, digits: int = 9, everything: bool = True) -> str:
+    """Describe an event in one line: time, agent, kind and fields, with unpacked values.
+
+    Args:
+        event: The event; None for the end of a stream.
+        digits: Significant digits of numbers.
+        everything: Whether long lists are complete; if not, only their first values are included.
+    """
     if event is None:
         return "(the end)"
     fields = []
@@ -120,20 +142,25 @@ def describe(event: Event | None) -> str:
         value = getattr(event, name)
         if name in ("t", "agent") or value in ("", None, {}, b""):
             continue
-        if isinstance(value, bytes):
-            value = unpack(value) if len(value) % 8 == 0 else value
-        fields.append(f"{name}={_text(value)}")
+        fields.append(f"{name}={_text(_plain(value), digits, _ALL if everything else _FEW)}")
     return f"t={event.t:.3f} {event.agent or 'world'} {type(event).__name__} {' '.join(fields)}"
 
 
-def _text(value: object) -> str:
+def _plain(value: object) -> object:
+    return unpack(value) if isinstance(value, bytes) and len(value) % 8 == 0 else value
+
+
+def _text(value: object, digits: int, most: int) -> str:
     if isinstance(value, float):
-        return f"{value:.9g}"
+        return f"{value:.{digits}g}"
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_text(v) for v in value) + "]"
+        shown = [_text(v, digits, most) for v in value[:most]]
+        return f"[{', '.join(shown)}{f', ... {len(value)} values' if len(value) > most else ''}]"
     if isinstance(value, dict):
-        return "{" + ", ".join(f"{k}: {_text(v)}" for k, v in value.items()) + "}"
-    return str(value)
+        shown = [f"{k}: {_text(v, digits, most)}" for k, v in list(value.items())[:most]]
+        return f"{{{', '.join(shown)}{f', ... {len(value)} entries' if len(value) > most else ''}}}"
+    text = str(value)
+    return text if len(text) <= _TEXT * most else f"{text[: _TEXT * most]} ... {len(text)} characters"
 
 
 def _kept(events: Iterable[Event], skip: tuple[type[Event], ...]) -> Iterator[Event]:

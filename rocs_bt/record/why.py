@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable
+import re
+from collections import deque
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 from ..errors import Fault, InputError, unknown
 from ..event import (
     ActuatorCommanded,
+    AgentStopped,
     AtomicStarted,
+    BlockFailed,
     BodyMoved,
     Change,
     CommandLimited,
@@ -17,7 +20,11 @@ from ..event import (
     Event,
     FollowerStepped,
     KnowledgeChanged,
+    MinClearanceLowered,
+    MotionHeld,
+    MotionReleased,
     NodeTicked,
+    RobotPushed,
     RuleChanged,
     SensorRead,
     SignalsWritten,
@@ -31,18 +38,33 @@ from ..words import inactive_rule
 from .diverge import describe
 from .header import nodes_after
 from .recording import Recording
+from .tree_state import TreeState
+from .why_sentence import numbers_text as _numbers
+from .why_sentence import sentence
+from .why_sentence import since as _since
+from .why_sentence import values_text as _values
 
 _RECENT = 0.5  # [s] interval before the requested time of which events are listed
 _RAISED = 5  # maximum number of listed exceptions of content
-_LONG = 24  # maximum number of printed values of a signal; of longer signals only the minimum is printed
-_SLOW = 0.02  # speed above which the robot counts as moving [m/s]
-_WORDS = {  # motion of each axis in words, by its signal: for positive and negative values
-    "speed": ("moved ahead", "moved back"),
-    "lateral_speed": ("moved left", "moved right"),
-    "climb": ("climbed", "descended"),
-}
-_TURNING = 0.1  # turn rate above which the robot counts as turning [rad/s]
+_BRIEF = 10  # maximum number of lines of evidence, unless all of it is requested
+_TIMES = 5e-4  # [s] tolerance of times given by users, which are rounded
 _STREAMS = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)  # every period, not listed
+_MINOR = (MinClearanceLowered, KnowledgeChanged, AtomicStarted, Change)  # of little use as evidence, and many
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Command of an actuator with its cause.
+
+    Attributes:
+        t: Time [s].
+        ticket: Ticket whose action commanded; None for a command outside of actions.
+        neutral: Whether all values are zero.
+    """
+
+    t: float
+    ticket: TicketChanged | None
+    neutral: bool
 
 
 @dataclass
@@ -54,48 +76,76 @@ class Why:
         agent: Name of the agent.
         signals: Time of writing [s] and values by signal, SI units.
         graph: Knowledge graph.
-        tree: Last status of each node of the mission tree.
+        tree: Statuses of the nodes of the mission tree.
         ports: Given ports of its nodes as text, by path.
         rules: Last event of each active rule.
         inactive: Sentences about the rules that were inactive at the start of the run.
         fired: Firings of rules so far, newest last.
+        latched: Last event of the phase `latched` by rule.
+        causes: That event at the last firing of each rule.
+        waited: Rule that was active when a rule began to wait, by the waiting rule.
         tickets: Open tickets by number.
         atomic: Atomic action that started last.
         commands: Last command by actuator.
+        drives: Newest commands with their causes, newest last.
         limited: Last command that the safety gate scaled, by actuator.
+        held: Actuators that a safety gate holds in neutral, each with the event.
+        pushed: Last push of the robot; None before the first.
         followed: Last command computed by the trajectory follower.
         bodies: Last ground-truth pose by body.
         changes: Last change of each kind.
         raised: Exceptions of content so far.
-        recent: Events of the last half second, except those emitted every period.
+        failed: First failure of a block; None if there is none.
+        stopped: Event that the agent was stopped; None before it.
+        recent: Newest events, except those emitted every period.
     """
 
     t: float
     agent: str
     signals: dict[str, tuple[float, list[float]]] = field(default_factory=dict)
     graph: State = field(default_factory=lambda: State(""))
-    tree: dict[str, NodeTicked] = field(default_factory=dict)
+    tree: TreeState = field(default_factory=TreeState)
     ports: dict[str, str] = field(default_factory=dict)
     rules: dict[str, RuleChanged] = field(default_factory=dict)
     inactive: list[str] = field(default_factory=list)
     fired: list[RuleChanged] = field(default_factory=list)
+    latched: dict[str, RuleChanged] = field(default_factory=dict)
+    causes: dict[str, RuleChanged] = field(default_factory=dict)
+    waited: dict[str, str] = field(default_factory=dict)
     tickets: dict[int, TicketChanged] = field(default_factory=dict)
     atomic: AtomicStarted | None = None
     commands: dict[str, ActuatorCommanded] = field(default_factory=dict)
+    drives: deque[Drive] = field(default_factory=lambda: deque(maxlen=64))
     limited: dict[str, CommandLimited] = field(default_factory=dict)
+    held: dict[str, MotionHeld] = field(default_factory=dict)
+    pushed: RobotPushed | None = None
     followed: FollowerStepped | None = None
     bodies: dict[str, BodyMoved] = field(default_factory=dict)
     changes: dict[str, Change] = field(default_factory=dict)
     raised: list[ContentRaised] = field(default_factory=list)
-    recent: list[Event] = field(default_factory=list)
+    failed: BlockFailed | None = None
+    stopped: AgentStopped | None = None
+    recent: deque[Event] = field(default_factory=lambda: deque(maxlen=400))
 
     @property
     def answer(self) -> str:
-        """Sentence with the motion of the robot, and the rule or leaf of the mission that caused this motion."""
-        return f"{self.agent} {_motion(self)} because {_cause(self)}."
+        """Sentence with the motion of the robot, and what caused it: a rule, a leaf of the mission, a wait, an end."""
+        return sentence(self)
+
+    @property
+    def running(self) -> TicketChanged | None:
+        """Ticket of the running action, of a reflex first; None if no action runs."""
+        running = [e for e in self.tickets.values() if e.state == "RUNNING"]
+        return next((e for e in running if e.priority == "HIGH"), running[0] if running else None)
+
+    def text(self, *, everything: bool = False) -> str:
+        """The answer and its evidence, a few lines or all of it."""
+        lines = list(_brief(self) if not everything else _render(self))
+        hint = "" if everything else " (--all prints everything known)"
+        return "\n".join([self.answer, f"Evidence at t = {self.t:.3f} s{hint}:", *lines])
 
     def __str__(self) -> str:
-        return "\n".join(_render(self))
+        return self.text()
 
 
 def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
@@ -109,6 +159,23 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
     Raises:
         InputError: Unknown agent, or a time outside the run.
     """
+    return next(explain_each(recording, [t], agent))
+
+
+def explain_each(recording: Recording, times: Sequence[float], agent: str | None = None) -> Iterator[Why]:
+    """Reconstruct the states of an agent at several times, in one pass over the recording.
+
+    Args:
+        recording: Recording of the run.
+        times: Times [s], ascending.
+        agent: Name of the agent; the first agent by default.
+
+    Yields:
+        State at each time. It is one object, which changes when the next one is requested.
+
+    Raises:
+        InputError: Unknown agent, or a time outside the run.
+    """
     names = [a.name for a in recording.header.agents]
     name = agent if agent is not None else names[0] if names else ""
     if name not in names:
@@ -116,16 +183,20 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
     info = next(a for a in recording.header.agents if a.name == name)
     ports = {node.path: node.ports for node in info.nodes}
     inactive = [inactive_rule(rule, [info.robot], missing) for rule, missing in info.inactive.items()]
-    why, last = Why(t, name, graph=State(name), ports=ports, inactive=inactive), recording.header.start
-    # Times given by users are rounded: tolerate half a millisecond.
-    for event in recording.events():
-        last = max(last, event.t)
-        if event.t <= t + 5e-4 and (event.agent == name or isinstance(event, BodyMoved)):
-            _take(why, event)
-    if not recording.header.start <= t <= last + 5e-4:
-        covered = f"from {recording.header.start:g} s to {last:g} s"
-        raise InputError(Fault(f"the time {t:g} s is outside the run.", hint=f"The run is {covered}."))
-    return why
+    why = Why(0.0, name, graph=State(name), tree=TreeState(info.nodes), ports=ports, inactive=inactive)
+    events = sorted(recording.events(), key=lambda event: event.t)  # threads emit them in nearly this order
+    start, end = recording.header.start, max([recording.header.start, *(e.t for e in events[-1:])])
+    at = 0
+    for t in times:
+        if not start <= t <= end + _TIMES:
+            covered = f"from {start:g} s to {end:g} s"
+            raise InputError(Fault(f"the time {t:g} s is outside the run.", hint=f"The run is {covered}."))
+        while at < len(events) and events[at].t <= t + _TIMES:
+            if events[at].agent == name or isinstance(events[at], (BodyMoved, RobotPushed)):
+                _take(why, events[at])
+            at += 1
+        why.t = t
+        yield why
 
 
 def _take(why: Why, event: Event) -> None:
@@ -134,17 +205,12 @@ def _take(why: Why, event: Event) -> None:
     elif isinstance(event, KnowledgeChanged):
         why.graph.apply(event)
     elif isinstance(event, NodeTicked):
-        why.tree[event.node] = event
+        why.tree.take(event)
     elif isinstance(event, SubtreeSwapped):
+        why.tree.swap(event)
         why.ports.update({node.path: node.ports for node in nodes_after(event)})
     elif isinstance(event, RuleChanged):
-        before = why.rules.pop(event.rule, None)
-        # A rule that fired stays active until its action has ended, even if released (docs/architecture.md).
-        waited = before is None or before.phase in ("latched", "waits")
-        if event.phase != "ended" and not (event.phase == "released" and waited):
-            why.rules[event.rule] = event
-        if event.phase.startswith("fired"):
-            why.fired.append(event)
+        _take_rule(why, event)
     elif isinstance(event, TicketChanged):
         why.tickets.pop(event.ticket, None)
         if event.state in ("QUEUED", "RUNNING"):
@@ -153,8 +219,15 @@ def _take(why: Why, event: Event) -> None:
         why.atomic = event
     elif isinstance(event, ActuatorCommanded):
         why.commands[event.actuator] = event
+        why.drives.append(Drive(event.t, why.running, not any(event.values)))
     elif isinstance(event, CommandLimited):
         why.limited[event.actuator] = event
+    elif isinstance(event, MotionHeld):
+        why.held[event.actuator] = event
+    elif isinstance(event, MotionReleased):
+        why.held.pop(event.actuator, None)
+    elif isinstance(event, RobotPushed):
+        why.pushed = event if event.body == why.agent else why.pushed
     elif isinstance(event, FollowerStepped):
         why.followed = event
     elif isinstance(event, BodyMoved):
@@ -163,47 +236,58 @@ def _take(why: Why, event: Event) -> None:
         why.changes[event.kind] = event
     elif isinstance(event, ContentRaised):
         why.raised.append(event)
-    if event.t >= why.t - _RECENT and not isinstance(event, _STREAMS):
+    elif isinstance(event, BlockFailed):
+        why.failed = why.failed or event
+    elif isinstance(event, AgentStopped):
+        why.stopped = why.stopped or event
+    if not isinstance(event, _STREAMS):
         why.recent.append(event)
+
+
+def _take_rule(why: Why, event: RuleChanged) -> None:
+    before = why.rules.pop(event.rule, None)
+    # A rule that fired stays active until its action has ended, even if released (docs/architecture.md).
+    waited = before is None or before.phase in ("latched", "waits")
+    if event.phase != "ended" and not (event.phase == "released" and waited):
+        why.rules[event.rule] = event
+    if event.phase == "latched":
+        why.latched[event.rule] = event
+    elif event.phase == "waits":
+        active = (e.rule for e in reversed(why.fired) if e.rule in why.rules and e.rule != event.rule)
+        why.waited[event.rule] = next(active, "another rule")
+    elif event.phase.startswith("fired") or event.phase == "stopped":
+        why.fired.append(event)
+        if event.rule in why.latched:
+            why.causes[event.rule] = why.latched[event.rule]
 
 
 def _height(body: BodyMoved) -> str:
     return "" if body.height is None else f", height {body.height:.3f} m"
 
 
-def _motion(why: Why) -> str:
-    """Motion of the robot in words: along its fastest axis, and its turn."""
-    values = {name: why.signals[name][1][0] for name in (*_WORDS, "turn_rate") if name in why.signals}
-    turn, along = values.pop("turn_rate", math.nan), {n: v for n, v in values.items() if math.isfinite(v)}
-    side = " left" if turn > 0.0 else " right"
-    fastest = max(along, key=lambda name: abs(along[name]), default="")
-    if fastest and abs(along[fastest]) > _SLOW:
-        return _WORDS[fastest][along[fastest] < 0.0] + (f" turning{side}" if abs(turn) > _TURNING else "")
-    if abs(turn) > _TURNING:
-        return f"turned{side}"
-    return "was stationary" if "speed" in along else "acted"
-
-
-def _cause(why: Why) -> str:
-    """Cause of the motion in words: the rule that fired, or the leaf that submitted the running action."""
-    running = [e for e in why.tickets.values() if e.state == "RUNNING"]
-    for ticket in running:
-        if ticket.priority == "HIGH":
-            fired = next((e for e in reversed(why.fired) if e.rule == ticket.by), None)
-            guard = "" if fired is None else f"{_since(fired, why.t)}: {fired.reading}"
-            rule = ticket.by.rpartition("/")[2]
-            action = "" if ticket.action == rule else f" {ticket.action}"
-            return f"the rule {rule} fired{action}{guard}"
-    for ticket in running:
-        return f"the leaf '{ticket.by}' of its mission runs {ticket.action}({_values(ticket.parameters)})"
-    root = next(iter(why.tree.values()), None)
-    ended = root is not None and root.status in ("SUCCESS", "FAILURE")
-    return f"its mission had ended with {root.status}" if root is not None and ended else "no action was active"
+def _brief(why: Why) -> Iterable[str]:
+    """At most ten lines: rules, waiting or running leaves, action, command, the last events, pose and motion."""
+    active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
+    if not active and why.fired:
+        active = [f"last: {why.fired[-1].rule}{_since(why.fired[-1], why.t)}: {why.fired[-1].reading}"]
+    lines = [*_part("fired", active[:2] or ["no rule so far"])]
+    leaves = [f"{e.status} {_labelled(why, e.node)}, for {why.t - began:.2f} s" for e, began in why.tree.waiting()]
+    lines += _part("planned", leaves[:2])
+    lines += _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-1:] if why.t - e.t <= _RECENT])
+    running = why.running
+    sent = "no running action" if running is None else f"RUNNING {running.action}({_values(running.parameters)})"
+    lines += _part("sent", [sent, *_commands(why)][:3])
+    events = [e for e in why.recent if e.t >= why.t - _RECENT and not isinstance(e, _MINOR)]
+    lines += _part("just before", [describe(e, digits=3) for e in events[-2:]])
+    own = [b for b in why.bodies.values() if b.body == why.agent]
+    lines += _part("true pose", [_pose(b) for b in own])
+    named = [n for n in ("speed", "turn_rate", "stop_distance", "goal_distance", "front") if n in why.signals]
+    known = [_signal(n, *why.signals[n], why.t) for n in named]
+    lines += _part("known", ["; ".join(known)] if known else [])
+    return lines[:_BRIEF]
 
 
 def _render(why: Why) -> Iterable[str]:
-    yield why.answer
-    yield f"Evidence at t = {why.t:.3f} s:"
     active = [f"{e.rule} {e.phase}, priority {e.priority}{_since(e, why.t)}: {e.reading}" for e in why.rules.values()]
     yield from _part("fired", active or ["no active rule"])
     if why.fired:
@@ -211,7 +295,12 @@ def _render(why: Why) -> Iterable[str]:
         yield f"             last: {last.rule}{_since(last, why.t)}: {last.reading}"
     yield from _part("", why.inactive)
     yield from _part(
-        "planned", [f"{e.status:8} {e.node}{why.ports.get(e.node, '')}{_since(e, why.t)}" for e in why.tree.values()]
+        "planned",
+        [
+            f"{e.status:8} {e.node}{why.ports.get(e.node, '')}, since {why.tree.since[e.node]:.2f} s"
+            + (f": {e.feedback}" if e.feedback else "")
+            for e in why.tree.events.values()
+        ],
     )
     yield from _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
     tickets = [
@@ -221,32 +310,43 @@ def _render(why: Why) -> Iterable[str]:
     yield from _part("sent", tickets or ["no open ticket"])
     if why.atomic is not None:
         yield f"             started {why.atomic.action}({_values(why.atomic.parameters)}){_since(why.atomic, why.t)}"
-    for command in why.commands.values():
-        yield f"             {command.actuator} = {_numbers(command.values)} ({command.route}){_since(command, why.t)}"
-        limited = why.limited.get(command.actuator)
-        if limited is not None and limited.t == command.t:
-            by = f"{limited.action} wanted" if limited.action else "wanted"
-            yield f"             limited by the safety gate: {by} {_numbers(list(limited.wanted))}"
+    yield from _part("", _commands(why))
     if why.followed is not None:
         yield f"             {_follower(why.followed)}{_since(why.followed, why.t)}"
-    yield from _part("just before", [describe(e) for e in why.recent[-10:]])
+    yield from _part("just before", [describe(e, digits=3) for e in why.recent if e.t >= why.t - _RECENT][-10:])
     yield from _part(
         "true pose",
-        [f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m{_height(b)}, yaw {b.yaw:.3f} rad" for b in why.bodies.values()],
+        [_pose(b) for b in why.bodies.values()],
     )
     yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
     yield from _part("", [_node(why.graph, name) for name in sorted(why.graph.nodes())])
 
 
+def _labelled(why: Why, path: str) -> str:
+    """Path of a node with its given ports, numbers with three digits."""
+    return path + re.sub(r"\d+\.\d+", lambda found: f"{float(found[0]):.3g}", why.ports.get(path, ""))
+
+
+def _pose(b: BodyMoved) -> str:
+    return f"{b.body} at ({b.x:.3f}, {b.y:.3f}) m{_height(b)}, yaw {b.yaw:.3f} rad"
+
+
+def _commands(why: Why) -> list[str]:
+    """Last command of each actuator, and what the safety gate changed of it."""
+    lines = []
+    for command in why.commands.values():
+        lines.append(f"{command.actuator} = {_numbers(command.values)} ({command.route}){_since(command, why.t)}")
+        limited = why.limited.get(command.actuator)
+        if limited is not None and limited.t == command.t:
+            by = f"{limited.action} wanted" if limited.action else "wanted"
+            lines.append(f"limited by the safety gate: {by} {_numbers(list(limited.wanted))}")
+    return lines
+
+
 def _part(title: str, lines: list[str]) -> Iterable[str]:
     for i, line in enumerate(lines):
         yield f"{title if i == 0 else '':<13}{line}"
-
-
-def _since(event: Event, t: float) -> str:
-    age = t - event.t
-    return "" if age < 5e-4 else f", {age:.2f} s ago"
 
 
 def _follower(tick: FollowerStepped) -> str:
@@ -262,22 +362,3 @@ def _node(graph: State, name: str) -> str:
     held = {"kind": graph.kind(name), **{a: plain(v) for a, v in graph.attributes(name).items()}}
     edges = {f"{r} -> {target}": True for r in graph.schema.relations for target in graph.related(name, r)}
     return f"{name}: {_values(held | edges)}"
-
-
-def _values(values: object) -> str:
-    if not isinstance(values, dict):
-        return str(values)
-    return ", ".join(k if v is True else f"{k}={_numbers(v)}" for k, v in values.items())
-
-
-def _numbers(value: object) -> str:
-    if isinstance(value, float):
-        return f"{value:.3f}"
-    if isinstance(value, list) and len(value) > _LONG and all(isinstance(v, float) for v in value):
-        heard = [v for v in value if math.isfinite(v)]
-        least = f", least {min(heard):.3f} at [{value.index(min(heard))}]" if heard else ""
-        return f"{len(value)} values, {len(heard)} finite{least}"
-    if isinstance(value, list):
-        shown = ", ".join(_numbers(v) for v in value)
-        return shown if len(value) == 1 else f"[{shown}]"
-    return str(value)

@@ -199,7 +199,7 @@ class TestInactiveRules:
         assert shown in (project / "out/report.html").read_text()
         (project / "out/summary.json").unlink()
         assert rocs_bt("report", "out").code == 0
-        assert INACTIVE in rocs_bt("replay", "out", "--why", "0.5").out
+        assert INACTIVE in rocs_bt("replay", "out", "--why", "0.5", "--all").out
         assert rocs_bt("replay", "out").code == 0
         told = rocs_bt("rules", "replay", "keep_clear", "out")
         assert (told.code, told.err) == (0, INACTIVE + "\n")

@@ -3,7 +3,7 @@
 import pytest
 
 from rocs_bt.errors import InputError
-from rocs_bt.event import KnowledgeChanged, ListSink, RuleChanged
+from rocs_bt.event import KnowledgeChanged, ListSink, NodeTicked, RuleChanged
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.why import Why, explain
@@ -18,19 +18,19 @@ def test_in_a_reflex_everything_is_there(recording):
     assert why.agent == "R2"
     assert set(why.signals) == {"front", "rear", "pose", "wheel_speeds"}
     assert why.signals["pose"][0] == pytest.approx(FIRED.t + 0.1)
-    assert why.tree["go to"].status == "RUNNING"
+    assert why.tree.events["go to"].status == "RUNNING"
     assert why.rules == {FIRED.rule: FIRED}
     assert [(k.action, k.state, k.priority) for k in why.tickets.values()] == [("AvoidCollision", "RUNNING", "HIGH")]
     assert why.commands["wheels"].route == "reactive"
     assert why.atomic.action == "TurnAngle"
     assert why.graph.kind("origin") == "goal"
     assert set(why.bodies) == {"R1", "R2"}
-    text = str(why)
+    text = why.text(everything=True)
     for part in [
         *["known", "planned", "fired", "sent", "true pose"],
         FIRED.reading,
         "0.10 s ago",
-        "AvoidCollision(turn=1.047)",
+        "AvoidCollision(turn=1.05)",
     ]:
         assert part in text
 
@@ -39,7 +39,11 @@ def test_the_answer_is_the_first_line(recording):
     first = str(explain(recording, FIRED.t + 0.1)).splitlines()[0]
     assert first == f"R2 acted because the rule AvoidCollision fired, 0.10 s ago: {FIRED.reading}."
     assert "because the leaf 'go to/GoTo' of its mission runs GoTo(" in explain(recording, FIRED.t - 0.1).answer
-    assert explain(recording, 19.0).answer == "R2 acted because its mission had ended with SUCCESS."
+    end = next(
+        e.t for e in synthetic.events() if isinstance(e, NodeTicked) and e.status == "SUCCESS" and e.node == "go to"
+    )
+    age = 19.0 - end
+    assert explain(recording, 19.0).answer == f"R2 acted because its mission had ended with SUCCESS, {age:.2f} s ago."
 
 
 @pytest.mark.parametrize(
@@ -54,7 +58,8 @@ def test_the_answer_is_the_first_line(recording):
 )
 def test_the_motion_is_that_of_speed_and_turn_rate(speed, turn, says):
     why = Why(1.0, "R2", signals={"speed": (1.0, [speed]), "turn_rate": (1.0, [turn])})
-    assert why.answer == f"R2 {says} because no action was active."
+    link = "because" if says == "was stationary" else "without a command, while"
+    assert why.answer == f"R2 {says} {link} no action was active."
 
 
 @pytest.mark.parametrize(
@@ -70,12 +75,13 @@ def test_the_motion_is_that_of_speed_and_turn_rate(speed, turn, says):
 )
 def test_the_motion_is_that_of_the_fastest_axis(signals, says):
     why = Why(1.0, "R2", signals={name: (1.0, [value]) for name, value in signals.items()})
-    assert why.answer == f"R2 {says} because no action was active."
+    link = "because" if says == "was stationary" else "without a command, while"
+    assert why.answer == f"R2 {says} {link} no action was active."
 
 
 def test_of_many_values_the_least_is_shown():
     why = Why(1.0, "R2", signals={"scan": (1.0, [3.0, 0.5, *[float("inf")] * 30])})
-    assert "scan = 32 values, 2 finite, least 0.500 at [1]" in str(why)
+    assert "scan = 32 values, 2 finite, minimum 0.5 at [1]" in why.text(everything=True)
 
 
 def test_before_and_after_it_no_rule_is_active(recording):
@@ -83,9 +89,9 @@ def test_before_and_after_it_no_rule_is_active(recording):
     assert before.rules == after.rules == {}
     assert before.fired == []
     assert len(after.fired) == 2
-    assert "no active rule" in str(before)
-    assert "no open ticket" in str(after)
-    assert after.tree["go to"].status == "SUCCESS"
+    assert "no active rule" in before.text(everything=True)
+    assert "no open ticket" in after.text(everything=True)
+    assert after.tree.events["go to"].status == "SUCCESS"
 
 
 def test_a_time_as_typed_includes_its_period(recording):
@@ -108,10 +114,10 @@ def test_the_graph_is_as_it_was(tmp_path):
         recorder.emit(event)
     recorder.close()
     run = Recording.open(recorder.path)
-    lines = str(explain(run, 0.25)).splitlines()
+    lines = explain(run, 0.25).text(everything=True).splitlines()
     assert [line.strip() for line in lines if "kind=" in line] == [
         "R2: kind=robot, near -> box",
-        "box: kind=object, width=0.500",
+        "box: kind=object, width=0.5",
     ]
     assert explain(run, 0.35).graph.related("R2", "near") == []
     assert explain(run, 0.4).graph.nodes() == ["R2"]
