@@ -23,6 +23,7 @@ from ..trees.xml.verify import verify
 from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
+from .goal_keys import needed_keys
 from .nav2 import ELSEWHERE, GOAL_KEYS, NAV2
 from .parameters import mission_arguments, mission_parameters
 from .ros2 import NAV2_SERVERS, ROS_NODES
@@ -84,18 +85,9 @@ def xml_mission(
     def make(mission: MissionContext) -> Behaviour:
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
-    keys = [key for key in GOAL_KEYS if dialect and f"{{{key}}}" in _read_in(document, shipped_nodes(dialect))]
+    needed = needed_keys(document, main, shipped_nodes(dialect)) if dialect else set()
+    keys = [key for key in GOAL_KEYS if key in needed]
     return _Build(path, document, main, make, keys)
-
-
-def _read_in(document: Document, nodes: Registry) -> set[Any]:
-    """All attribute values in a document's trees, and the defaults of omitted ports of these nodes."""
-    found: set[Any] = set(values_of(document))
-    for element in document.elements():
-        node = nodes.get(element.node_tag)
-        ports = node.ports.values() if node is not None else ()
-        found |= {p.default for p in ports if isinstance(p.default, str) and p.name not in element.attributes}
-    return found
 
 
 class _Build:

@@ -224,3 +224,20 @@ def test_leaves_that_would_block_are_found_in_their_text(tmp_path, body, told):
     faults = list(blocking_faults(head + body, tmp_path / "a.py"))
     assert [told in f.message for f in faults] == ([True] if told else [])
     assert all((f.line, f.column) == (5, 9) for f in faults)
+
+
+@pytest.mark.parametrize("text", ["", "  ", ";"])
+@pytest.mark.parametrize(
+    ("node", "refused"),
+    [
+        *[(f'<AlwaysSuccess {name}="{{}}"/>', True) for name in ("_failureIf", "_successIf", "_skipIf", "_while")],
+        ('<ScriptCondition code="{}"/>', True),
+        ('<Precondition if="{}"><AlwaysSuccess/></Precondition>', True),
+        *[(f'<AlwaysSuccess {name}="{{}}"/>', False) for name in ("_onHalted", "_onFailure", "_onSuccess", "_post")],
+        ('<Script code="{}"/>', False),
+    ],
+)
+def test_empty_conditions_are_refused(node, refused, text):
+    faults = found(node.format(text))
+    assert [f[2:] for f in faults if "the condition is empty" in f[3]] == ([faults[0][2:]] if refused else [])
+    assert any(f[2] == "wrong" for f in faults) is refused

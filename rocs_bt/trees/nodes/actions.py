@@ -165,6 +165,7 @@ class ScriptCondition(_Scripted):
     """SUCCESS if a script is true, else FAILURE."""
 
     kind = "Condition"
+    code = Code(doc="script", condition=True)
 
     def compiled(self, script: Parsed) -> Callable[[], Any]:
         return compile_condition(script, self.board)

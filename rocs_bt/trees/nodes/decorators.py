@@ -236,7 +236,7 @@ class Precondition(Decorator):
     The script is not evaluated while the child is RUNNING.
     """
 
-    script = Code(doc="script", name="if")
+    script = Code(doc="script", name="if", condition=True)
     otherwise = Input(Status, "FAILURE", "outcome while the script is false", name="else")
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:

@@ -18,8 +18,8 @@ from ..board import Board
 from ..error import TreeError
 from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
-from .guard import CONDITIONS, Run, Tick, guarded
-from .port import REQUIRED, Direction, Port, Reading, pointed
+from .guard import CONDITIONS, PRE, Run, Tick, guarded
+from .port import REQUIRED, Direction, Port, Reading, parse_condition, pointed
 from .runtime import Runtime, Watch
 from .visits import Visits
 
@@ -213,7 +213,7 @@ class Node(Behaviour):
                 continue
             try:
                 if name in CONDITIONS:
-                    parse_script(value)
+                    (parse_condition if name in PRE else parse_script)(value)
                     continue
                 if name in cls.ports:
                     _check_value(cls.ports[name], value)

@@ -11,7 +11,7 @@ from ...errors import Fault, InputError
 from ...units import Dimension, convert
 from ..board import Board, Enums, from_string, to_string
 from ..error import TreeError
-from ..script import parse_script
+from ..script import Script, parse_script
 
 T = TypeVar("T")
 
@@ -150,10 +150,13 @@ class Input(Port[T]):
 
 
 class Code(Input[str]):
-    """Input port for a script; the syntax of the script is checked when the file is loaded."""
+    """Input port for a script; the syntax of the script is checked when the file is loaded.
 
-    def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "") -> None:
-        super().__init__(str, default, doc, name=name, parse=_script)
+    With `condition`, the script must not be empty.
+    """
+
+    def __init__(self, default: Any = REQUIRED, doc: str = "", *, name: str = "", condition: bool = False) -> None:
+        super().__init__(str, default, doc, name=name, parse=_condition if condition else _script)
 
 
 class Output(Port[T]):
@@ -174,6 +177,23 @@ class InOut(Port[T]):
 def _script(text: str) -> str:
     parse_script(text)
     return text
+
+
+def _condition(text: str) -> str:
+    parse_condition(text)
+    return text
+
+
+def parse_condition(text: str) -> Script:
+    """Parse a script that must have a value.
+
+    Raises:
+        InputError: The text is not a script, or is empty.
+    """
+    script = parse_script(text)
+    if not script.statements:
+        raise TreeError(Fault("the condition is empty.", hint="Write an expression, or remove it."))
+    return script
 
 
 class ExactKey(str):
