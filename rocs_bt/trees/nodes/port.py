@@ -190,10 +190,9 @@ def parse_condition(text: str) -> Script:
     Raises:
         InputError: The text is not a script, or is empty.
     """
-    script = parse_script(text)
-    if not script.statements:
+    if not text.strip("; \t\r\n"):
         raise TreeError(Fault("the condition is empty.", hint="Write an expression, or remove it."))
-    return script
+    return parse_script(text)
 
 
 class ExactKey(str):
