@@ -93,7 +93,8 @@ def check_content(
         except InputError as error:
             faults += error.faults
     together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix in TREES])
-    options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together)
+    scenarios = frozenset(e.path for e, _ in entries if e.kind == "scenario")
+    options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together, scenarios)
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     defect: BaseException | None = None
     for done, (entry, catalog) in enumerate(entries):

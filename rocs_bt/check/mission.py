@@ -1,151 +1,109 @@
-"""Check of missions: whether they can be built for a robot, and faults of their trees."""
+"""Check of missions: in the scenarios that use them, with their robots; else for any robot that fits."""
 
 from __future__ import annotations
 
-import ast
-import re
-from collections import Counter
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
-from functools import partial
-from pathlib import Path
 from typing import Any
 
-from ..actions import ACTIONS, action_table
-from ..actions.heading import looked_at
-from ..agent import Agent, Controller
-from ..catalog import TREES, Catalog, Entry, functions_in
-from ..drivers.ros2.known_types import installed_types
-from ..drivers.ros2.settings import Ros2Settings
-from ..errors import Fault
-from ..expression import Environment, compile_expression
-from ..plan import check_mission, mission_actions, mission_parameters
+from ..agent import Controller
+from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
+from ..errors import Fault, InputError
+from ..plan import mission_parameters
 from ..trees.examine import blocking_faults
+from .mission_use import built_faults, idle_controller, mission_faults
 from .stub_agent import idle, stub_agent
 from .xml_mission import MissionOptions, check_xml, dialect_of
-
-_GOALS = ("goal", "leader", "heading")
-"""Names of parameters for a place or a robot to go to or to look at."""
 
 DEFAULT = MissionOptions()
 
 
 def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions = DEFAULT) -> Iterable[Fault]:
-    """Check a mission, built with its default parameters; one with required parameters is not built."""
-    if entry.path.suffix in TREES:
+    """Check a mission in the scenarios that use it; else with its default parameters, if it requires none."""
+    python = entry.path.suffix not in TREES
+    if python:
+        if "build" not in functions_in(entry.path):
+            hint = "Write: def build(mission: Mission): ..."
+            yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
+            return
+        yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+    if users := [] if options.given else list(_users(entry, catalog)):
+        for scenario, agent in users:
+            judged = catalog.code and scenario.file.resolve() in options.scenarios  # by the check of the scenario
+            if not judged:
+                yield from _in_use(scenario, agent, catalog)
+    elif not python:
         dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):
-            yield from check_xml(entry.path, catalog, options, lambda build: _built(build, catalog))
-        return
-    if "build" not in functions_in(entry.path):
-        hint = "Write: def build(mission: Mission): ..."
-        yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
-        return
-    yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
-    if catalog.code:
+            yield from check_xml(entry.path, catalog, options, lambda build: _alone(build, catalog))
+    elif catalog.code:
         build = catalog.load_mission(str(entry.path))
         if not any(p.required for p in mission_parameters(build).values()):
-            yield from _built(build, catalog)
+            yield from _alone(build, catalog)
 
 
-def _built(build: Any, catalog: Catalog) -> list[Fault]:
-    """Faults of a mission built for the first robot of the catalog."""
-    robot = next(iter(catalog.list("robot")), None)
-    if robot is None:
-        return []
-    controller = Controller(build=idle, schema=catalog.load_schema())
-    agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
-    return built_faults(build, agent, {}, robot="")
-
-
-def built_faults(
-    build: Any,
-    agent: Agent,
-    parameters: Mapping[str, Any],
-    later: Collection[str] | None = None,
-    *,
-    robot: str,
-    ros2: Ros2Settings | None = None,
-) -> list[Fault]:
-    """Faults of a mission built for an agent.
-
-    Args:
-        build: The mission's `build` function.
-        agent: Agent of the mission.
-        parameters: Mission parameters, in SI units.
-        later: Nodes that may become known during the run; None if any node may.
-        robot: Robot of the agent in messages; empty if it is an arbitrary one, for which the mission is not meant.
-        ros2: Settings of the robot's ROS connection, with the types that the mission may use; None for the defaults.
-    """
-    environment = Environment.of(agent.knowledge.signals)
-    return check_mission(
-        build,
-        actions=action_table(*mission_actions(build)),
-        knowledge=agent.knowledge,
-        clock=agent.clock,
-        parameters=parameters,
-        compile_guard=lambda text: compile_expression(text, environment),
-        robot=robot,
-        later=later,
-        ros_types=partial(installed_types, ros2),
-    )
-
-
-def words_in(mission: Path) -> set[str] | None:
-    """All words in the string literals of a mission's file; None if the file is unreadable.
-
-    A check uses them to find modes that the mission never sets.
-    """
-    try:
-        text = mission.read_text(encoding="utf-8")
-        if mission.suffix != ".py":
-            return set(re.findall(r"\w+", text))
-        found = _texts(text)
-    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
-        return None
-    return {word for value in found for word in re.findall(r"\w+", value)}
-
-
-def nodes_in(files: Iterable[Path]) -> set[str]:
-    """Strings in content files that may name nodes of Knowledge which the content itself adds.
-
-    A string that occurs only as the goal of an action is not included, since something else must then add the node.
-    """
-    found: Counter[str] = Counter()
-    goals: Counter[str] = Counter()
-    for file in files:
+def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, AgentSpec]]:
+    """Agents that use a mission in scenarios of the same project, and whose robots and missions may be loaded."""
+    root = catalog.root_of(entry.path)
+    for found in catalog.list("scenario"):
+        if catalog.root_of(found.path) != root:
+            continue  # a shipped scenario means the shipped mission of this name
         try:
-            text = file.read_text(encoding="utf-8")
-            if file.suffix == ".py":
-                found.update(_texts(text))
-                goals.update(_goals(text))
-            else:
-                found.update(looked_at(value) or value for value in re.findall(r"""=\s*["']([^"']*)["']""", text))
-                goals.update(_xml_goals(text))
-        except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
-            continue  # reported where the file itself is checked
-    return {text for text, count in found.items() if count > max(1, goals[text])}
+            scenario = catalog.read_scenario(str(found.path))
+            agents = [a for a in scenario.agents if catalog.find("mission", a.mission).path.samefile(entry.path)]
+            for agent in agents:
+                code = catalog.load_robot(agent.robot).code or catalog.python_of(entry, dialect=agent.nodes)
+                if catalog.code or not code:
+                    yield scenario, agent
+        except InputError:
+            continue  # reported by the check of the scenario
 
 
-def _xml_goals(text: str) -> list[str]:
-    """Goals of actions and subtrees in an XML mission; other nodes may add these goals to Knowledge."""
-    tags = re.findall(r"<(\w+)((?:[^<>\"']|\"[^\"]*\"|'[^']*')*)>", text)
-    going = [attributes for tag, attributes in tags if tag == "SubTree" or tag in ACTIONS]
-    given = [pair for each in going for pair in re.findall(r"""(\w+)\s*=\s*["']([^"']*)["']""", each)]
-    return [looked_at(value) or value for name, value in given if name in _GOALS]
+def _in_use(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
+    controller = idle_controller(scenario, agent, catalog)
+    try:
+        built = stub_agent(catalog.load_robot(agent.robot), catalog.load_class, controller, agent.name)
+    except InputError:
+        message = f"not judged in the scenario '{scenario.name}': '{agent.name}' cannot be built without its mission."
+        yield Fault(message, hint="Check the scenario.", warning=True, note=True)
+        return
+    yield from mission_faults(scenario, agent, catalog, built)
 
 
-def _goals(python: str) -> list[str]:
-    """Goals of actions and subtrees in a Python mission; other nodes may add these goals to Knowledge."""
-    found = [node for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Call)]
-    calls = [call for call in found if isinstance(call.func, ast.Attribute) and call.func.attr in ("act", "tree")]
-    values = [word.value for call in calls for word in call.keywords if word.arg in _GOALS]
-    texts = [node.value for node in values if isinstance(node, ast.Constant) and isinstance(node.value, str)]
-    return [looked_at(text) or text for text in texts]
+def _alone(build: Any, catalog: Catalog) -> list[Fault]:
+    """Faults of a mission that no scenario uses, for the robot of the catalog with the fewest errors.
+
+    The robots of the project come first. Signals that this robot has not are only noted, because another one may.
+    """
+    best: list[Fault] | None = None
+    for robot in catalog.list("robot"):
+        try:
+            controller = Controller(build=idle, schema=catalog.load_schema())
+            agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
+        except InputError:
+            continue  # reported by the check of the robot
+        found = built_faults(build, agent, {}, robot="")
+        if best is None or _misfit(found) < _misfit(best):
+            best = found
+        if not _of_signals(best):
+            break
+    return [_noted(fault) if fault in _of_signals(best or []) else fault for fault in best or []]
 
 
-def _texts(python: str) -> list[str]:
-    """String constants in a Python file."""
-    found = [node.value for node in ast.walk(ast.parse(python)) if isinstance(node, ast.Constant)]
-    return [looked_at(value) or value for value in found if isinstance(value, str)]
+def _misfit(faults: list[Fault]) -> tuple[int, int]:
+    """Number of errors, and of those about unknown signals."""
+    return sum(not fault.warning for fault in faults), len(_of_signals(faults))
+
+
+def _of_signals(faults: list[Fault]) -> list[Fault]:
+    """Errors that depend on the signals of the robot."""
+    return [fault for fault in faults if not fault.warning and _NO_SIGNAL in fault.message]
+
+
+_NO_SIGNAL = "no signal or alias is named"
+
+
+def _noted(fault: Fault) -> Fault:
+    message = f"not judged, because no scenario uses this mission: {fault.message}"
+    return replace(fault, message=message, hint="Check it again once a scenario uses it.", warning=True, note=True)

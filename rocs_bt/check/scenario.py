@@ -7,9 +7,8 @@ from contextlib import suppress
 from dataclasses import replace
 
 from ..actions import action_table
-from ..agent import Controller
 from ..agent.build import thresholds
-from ..catalog import AgentSpec, Catalog, Entry, RobotSpec, ScenarioSpec
+from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec
 from ..errors import Fault, InputError
 from ..expression import Environment
 from ..plan import mission_actions, mission_arguments
@@ -22,10 +21,10 @@ from ..simulation import (
 )
 from ..simulation.share import share_faults
 from .feasible import check_feasible
-from .mission import built_faults, nodes_in, words_in
+from .mission_use import idle_controller, mission_faults, words_in
 from .protection import unprotected
 from .rules import inactive_faults
-from .stub_agent import idle, stub_agent
+from .stub_agent import stub_agent
 
 
 def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -77,17 +76,6 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
             yield Fault(message, scenario.file, push.line, hint=hint, warning=True)
 
 
-def _idle_controller(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Controller:
-    """Controller with an agent's initial knowledge and an idle mission."""
-    return Controller(
-        build=idle,
-        places=[p for p in scenario.places if agent.name in p.agents],
-        facts=scenario.facts_of(agent.name),
-        peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
-        schema=catalog.load_schema(),
-    )
-
-
 def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
     """Build an agent with its mission and its rules.
 
@@ -96,7 +84,7 @@ def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
     """
     build = catalog.load_mission(agent.mission, agent.nodes)
     controller = replace(
-        _idle_controller(scenario, agent, catalog),
+        idle_controller(scenario, agent, catalog),
         build=build,
         mission=agent.mission,
         parameters=mission_arguments(build, agent.parameters),
@@ -110,7 +98,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     robot = catalog.load_robot(agent.robot)
     if robot.code and not catalog.code:
         return
-    built = stub_agent(robot, catalog.load_class, _idle_controller(scenario, agent, catalog), agent.name)
+    built = stub_agent(robot, catalog.load_class, idle_controller(scenario, agent, catalog), agent.name)
     environment = Environment.of(built.knowledge.signals)
     build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
@@ -132,25 +120,4 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     yield from requirement_faults(scenario, agent.name, known)
     if build is None:
         return
-    line = agent.parameters_line or agent.line
-    try:
-        parameters = mission_arguments(build, agent.parameters)
-    except InputError as error:
-        yield from error.at(scenario.file, line).faults
-        return
-    later, named = _later(scenario, agent, robot, catalog), f"{robot.name} ({agent.name} in {scenario.name})"
-    for fault in built_faults(build, built, parameters, later, robot=named, ros2=robot.ros2):
-        yield fault.at(scenario.file, line)
-
-
-def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: Catalog) -> set[str] | None:
-    """Names of nodes that may be added to an agent's Knowledge during the run; None if they cannot be determined.
-
-    The reason for None is that sharing, user blocks and TrackObjects may add nodes with any name.
-    """
-    if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
-        return None
-    mission = catalog.find("mission", agent.mission)
-    python = catalog.python_of(mission, agent.parameters.values())
-    declared = {fact.node for fact in scenario.facts_of(agent.name)}
-    return declared | nodes_in([mission.path, *(entry.path for entry in python)])
+    yield from mission_faults(scenario, agent, catalog, built)

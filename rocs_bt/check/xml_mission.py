@@ -39,6 +39,7 @@ class MissionOptions:
         palettes: Whether the user named palettes; the models of the checked files are then used as well.
         stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
         together: Trees and nodes that occur in the files checked together.
+        scenarios: Files of the scenarios that are checked together, which judge their missions themselves.
     """
 
     dialect: str | None = None
@@ -46,6 +47,12 @@ class MissionOptions:
     palettes: bool = False
     stub_unknown: bool = False
     together: Survey = field(default_factory=Survey)
+    scenarios: frozenset[Path] = frozenset()
+
+    @property
+    def given(self) -> bool:
+        """Whether the user chose a dialect, palettes or stubs, for files that need not run here."""
+        return self.dialect is not None or self.palettes or self.stub_unknown
 
 
 def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
