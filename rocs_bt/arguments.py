@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import inspect
 import types
 import typing
@@ -10,9 +11,14 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from .action import Parameter
 from .errors import Fault, InputError, unknown
-from .units import NONE, convert
+from .parameter import Parameter, misfit
+from .units import NONE, Bounds, convert
+
+Positions = Mapping[str, tuple[int, int]]
+"""Line and column of values in a file, by name; the name of a value in a table is `TABLE.NAME`."""
+
+_LISTS = (list, tuple, Sequence)
 
 
 def keyword_parameters(
@@ -61,13 +67,58 @@ def keyword_parameters(
     return found, any(p.kind is p.VAR_KEYWORD for p in given)
 
 
+def class_parameters(cls: type, positional: Sequence[str]) -> dict[str, Parameter]:
+    """Keyword-only parameters that the constructor of a class takes, by name.
+
+    A constructor that ends in `**rest` also takes the parameters of its base class. A class with an attribute
+    `declares`, a dataclass, takes the parameters of that class.
+
+    Args:
+        cls: Class with the constructor.
+        positional: Names of the arguments that the engine passes by position.
+
+    Raises:
+        InputError: A constructor does not have the expected form; the error lists all faults.
+    """
+    found: dict[str, Parameter] = {}
+    for base in cls.__mro__:
+        if declared := vars(base).get("declares"):
+            return found | {k: p for k, p in field_parameters(declared).items() if k not in found}
+        make = vars(base).get("__init__")
+        if not inspect.isfunction(make):
+            continue
+        form = f"Write: def __init__(self, {', '.join(positional)}, *, ...)."
+        own, more = keyword_parameters(make, positional, f"{base.__name__}.__init__", form)
+        found |= {name: parameter for name, parameter in own.items() if name not in found}
+        if not more:
+            return found
+    return found
+
+
+def field_parameters(declared: type) -> dict[str, Parameter]:
+    """Parameters that a dataclass declares, by name, in order.
+
+    Their bounds allow infinite values, because the dataclass checks values itself.
+    """
+    hints = typing.get_type_hints(declared, include_extras=True)
+    found = {}
+    for field in dataclasses.fields(declared):
+        hint, required = hints[field.name], field.default is dataclasses.MISSING
+        each = typing.get_args(hint)[0] if typing.get_origin(hint) is tuple else hint
+        dimension = Parameter.annotated(field.name, each, required, None).dimension
+        kind = Parameter.annotated(field.name, hint, required, None).type
+        default = None if required else field.default
+        found[field.name] = Parameter(field.name, kind, dimension, required, default, Bounds(infinite=True))
+    return found
+
+
 def read_arguments(
     declared: Mapping[str, Parameter],
     values: Mapping[str, object],
     owner: str,
     *,
     file: Path | None = None,
-    positions: Mapping[str, tuple[int, int]] | None = None,
+    positions: Positions | None = None,
 ) -> dict[str, Any]:
     """Convert values from a file to keyword arguments, with numbers in SI units.
 
@@ -94,16 +145,25 @@ def read_arguments(
     arguments: dict[str, Any] = {}
     for name in (name for name in values if name in declared):
         try:
-            arguments[name] = read_argument(declared[name], values[name])
+            arguments[name] = read_argument(declared[name], values[name], file, positions)
         except InputError as error:
-            faults.extend(error.at(file, *positions.get(name, (0, 0))).faults)
+            place = positions.get(declared[name].name, (0, 0))
+            faults.extend(error.at(file, *place).faults)
     if faults:
         raise InputError(*faults)
     return arguments
 
 
-def read_argument(parameter: Parameter, value: object) -> Any:
-    """Convert a value from a file for one parameter: numbers and lists of numbers to SI units, others unchanged.
+def read_argument(
+    parameter: Parameter, value: object, file: Path | None = None, positions: Positions | None = None
+) -> Any:
+    """Convert a value from a file for one parameter: all numbers in it to SI units, others unchanged.
+
+    Args:
+        parameter: Declaration of the parameter; a table is declared as a TypedDict, tables by name as a Mapping.
+        value: Value in the file.
+        file: File of the value, for faults in tables.
+        positions: Line and column of each value in the file.
 
     Raises:
         InputError: The type, the unit or the number is invalid.
@@ -111,21 +171,34 @@ def read_argument(parameter: Parameter, value: object) -> Any:
     kind = parameter.type
     if typing.get_origin(kind) in (typing.Union, types.UnionType):
         kinds = [each for each in typing.get_args(kind) if each is not type(None)]
-        return read_argument(_part(parameter, kinds[0]), value) if len(kinds) == 1 else value
+        return read_argument(_part(parameter, kinds[0]), value, file, positions) if len(kinds) == 1 else value
+    if typing.is_typeddict(kind) or typing.get_origin(kind) is Mapping:
+        return _table(parameter, value, file, positions)
     if kind is float:
         number = convert(value, parameter.dimension or NONE, parameter.name)
         if faults := parameter.faults(number, parameter.name):
             raise InputError(*faults)
         return number
-    if typing.get_origin(kind) in (list, tuple, Sequence):
+    if typing.get_origin(kind) in _LISTS:
         return _list(parameter, value)
-    # bool is a subclass of int in Python, but is refused where an integer is expected.
-    fits = isinstance(value, kind) if kind in (str, int, bool) else True
-    if not fits or (kind is int and isinstance(value, bool)):
-        raise InputError(Fault(f"{parameter.name} must be of type {kind.__name__}, found {value!r}."))
+    if kind in (str, int, bool) and (wanted := misfit(kind, value)) is not None:
+        raise InputError(Fault(f"{parameter.name} must be {wanted}, found {value!r}."))
     if kind is int and (faults := parameter.faults(value, parameter.name)):
         raise InputError(*faults)
     return value
+
+
+def _table(parameter: Parameter, value: object, file: Path | None, positions: Positions | None) -> dict[str, Any]:
+    """Convert the values of a table, or of each table in a table of tables."""
+    if not isinstance(value, dict):
+        raise InputError(Fault(f"{parameter.name} must be a table, found {value!r:.80}."))
+    hints: Mapping[str, Any]
+    if typing.is_typeddict(parameter.type):
+        hints = typing.get_type_hints(parameter.type, include_extras=True)
+    else:
+        hints = dict.fromkeys(value, typing.get_args(parameter.type)[1])
+    declared = {key: Parameter.annotated(f"{parameter.name}.{key}", hint, False, None) for key, hint in hints.items()}
+    return read_arguments(declared, value, parameter.name, file=file, positions=positions)
 
 
 def _list(parameter: Parameter, value: object) -> list[Any] | tuple[Any, ...]:

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from rocs_bt import Monitor, Reading, Signal
 from rocs_bt.channel import Signals
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
-from rocs_bt.units import Metres
+from rocs_bt.units import Joules, Metres, Watts
 
 AIR = 1.225  # [kg/m3] density of air at sea level
 
@@ -34,10 +34,10 @@ class Battery(MujocoSensor):
         name: str,
         mount: Mount,
         *,
-        capacity: float,
+        capacity: Joules,
         rotor_radius: Metres,
         efficiency: float,
-        electronics: float,
+        electronics: Watts,
         charge: float = 1.0,
     ) -> None:
         super().__init__(name, mount)

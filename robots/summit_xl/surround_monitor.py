@@ -16,7 +16,7 @@ from rocs_bt.errors import Fault, InputError
 from rocs_bt.geometry import Pose2, along_arc
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH
+from rocs_bt.units import ANGLE, LENGTH, Metres, MetresPerSecondSquared, Radians, Seconds
 
 from .edges import leading_edges, turned_edges
 from .encounter import PASSED, Encounters, Reach
@@ -97,15 +97,15 @@ class SurroundMonitor(RangeMonitor):
     def __init__(
         self,
         *args: Any,
-        mounts: Sequence[Sequence[float]],
-        half_angle: float,
-        max_range: float,
-        max_echo_age: float,
-        max_free_ground_age: float,
-        peer_radius: float,
-        reaction: float,
-        deceleration: float,
-        horizon: float = 0.7,
+        mounts: Sequence[tuple[Metres, Metres, Radians]],
+        half_angle: Radians,
+        max_range: Metres,
+        max_echo_age: Seconds,
+        max_free_ground_age: Seconds,
+        peer_radius: Metres,
+        reaction: Seconds,
+        deceleration: MetresPerSecondSquared,
+        horizon: Seconds = 0.7,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

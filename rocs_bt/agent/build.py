@@ -30,7 +30,7 @@ from ..plan import Mission, Plan, TreePlan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from ..safety import SafetyGate
 from .agent import Agent
-from .facts import add_facts, check_queries
+from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
 from .wiring import LoadClass, declare_signals, make_analyzers, make_monitors
@@ -246,10 +246,11 @@ def describe(
     for place in places:
         x, y, yaw = place.pose
         pose = place.pose if math.isfinite(yaw) else type(place.pose)(x, y)
-        attributes = dict(place.attributes) if place.kind == "object" else {"tolerance": place.tolerance}
-        if place.z is not None:
-            attributes["z"] = place.z
         with located_at(None, place.line):  # the caller adds the scenario's file
+            given = read_attributes(place, graph.schema)
+            attributes = given if place.kind == "object" else {"tolerance": place.tolerance}
+            if place.z is not None:
+                attributes["z"] = place.z
             knowledge.world.place(place.name, pose, kind=place.kind, **attributes)
     for peer, tag in peers.items():
         graph.add(peer, "peer", tag=tag)

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from ..catalog import FactSpec
+from ..arguments import read_arguments
+from ..catalog import FactSpec, PlaceSpec
 from ..document import Table
 from ..errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
 from ..geometry import Pose2
 from ..knowledge import Attribute, Knowledge, Schema
-from ..units import ANGLE, LENGTH
+from ..parameter import Parameter
+from ..units import ANGLE, LENGTH, Bounds
 
 TO, BOTH_WAYS = "to", "both_ways"
 POSE = ("x", "y", "yaw")
@@ -31,6 +33,24 @@ def add_facts(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
                 write(writer)
     if faults:
         raise InputError(*faults)
+
+
+def read_attributes(place: PlaceSpec, schema: Schema) -> dict[str, Any]:
+    """Convert the further keys of a place to the attributes that the schema declares for its kind.
+
+    Raises:
+        InputError: An attribute is unknown, or a value has another type or unit; the error lists all faults, without
+            the scenario's file.
+    """
+    declared = {name: _parameter(name, of) for name, of in schema.kinds[place.kind].attributes.items()}
+    return read_arguments(declared, place.attributes, f"the {place.kind} '{place.name}'", positions=place.positions)
+
+
+def _parameter(name: str, attribute: Attribute) -> Parameter:
+    """Declaration of an attribute as a parameter; the graph checks its bounds."""
+    kind = tuple[float, ...] if attribute.type is tuple else attribute.type
+    dimension = attribute.dimensions[0] if attribute.type in (float, tuple) else None
+    return Parameter(name, kind, dimension, False, None, Bounds(infinite=True))
 
 
 def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:

@@ -17,7 +17,7 @@ from ..event import Change
 from ..geometry import Pose2, wrap_angle
 from ..knowledge import OccupancyGrid
 from ..signal import Signal
-from ..units import TIME
+from ..units import TIME, Metres, Seconds
 from .analyze import Analyze
 
 SCAN = "scan"
@@ -61,11 +61,11 @@ class LocalMap(Analyze):
     def __init__(
         self,
         *args: Any,
-        max_range: float = 10.0,
-        max_raytrace_range: float = 4.0,
-        cell_size: float = 0.05,
-        map_size: float = 30.0,
-        max_age: float | None = None,
+        max_range: Metres = 10.0,
+        max_raytrace_range: Metres = 4.0,
+        cell_size: Metres = 0.05,
+        map_size: Metres = 30.0,
+        max_age: Seconds | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

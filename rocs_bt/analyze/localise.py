@@ -15,7 +15,7 @@ from ..errors import Fault, InputError
 from ..event import Change
 from ..geometry import Pose2
 from ..signal import Signal
-from ..units import ANGLE, LENGTH
+from ..units import ANGLE, LENGTH, Metres, Radians, RadiansPerSecond, Seconds
 from .analyze import Analyze
 
 FARTHEST = 1e6
@@ -54,15 +54,15 @@ class Localise(Analyze):
     def __init__(
         self,
         *args: Any,
-        travel_noise: float = PoseNoise.travel,
-        slip_noise: float = PoseNoise.slip,
-        turn_noise: float = PoseNoise.turn,
-        gyro_noise: float = PoseNoise.gyro,
-        gyro_bias_noise: float = PoseNoise.gyro_bias,
-        drift_noise: float = PoseNoise.drift,
-        fix_position_noise: float = PoseNoise.fix_position,
-        fix_heading_noise: float = PoseNoise.fix_heading,
-        max_age: float = 0.15,
+        travel_noise: Metres = PoseNoise.travel,
+        slip_noise: Metres = PoseNoise.slip,
+        turn_noise: Radians = PoseNoise.turn,
+        gyro_noise: RadiansPerSecond = PoseNoise.gyro,
+        gyro_bias_noise: RadiansPerSecond = PoseNoise.gyro_bias,
+        drift_noise: Metres = PoseNoise.drift,
+        fix_position_noise: Metres = PoseNoise.fix_position,
+        fix_heading_noise: Radians = PoseNoise.fix_heading,
+        max_age: Seconds = 0.15,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

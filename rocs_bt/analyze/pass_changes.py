@@ -10,6 +10,7 @@ from ..channel import Signals, Stamped
 from ..errors import InputError
 from ..event import Change
 from ..geometry import wrap_angle
+from ..units import Metres, Radians
 from .analyze import Analyze
 
 
@@ -47,7 +48,7 @@ class PassOrientation(Analyze):
         step: Heading change that triggers a Change [rad].
     """
 
-    def __init__(self, *args: Any, step: float = math.radians(45.0), **kwargs: Any) -> None:
+    def __init__(self, *args: Any, step: Radians = math.radians(45.0), **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._step = step
         self._reported: float | None = None
@@ -82,8 +83,8 @@ class PassRange(Analyze):
         self,
         *args: Any,
         groups: Sequence[str] = ("front", "rear"),
-        near: float = 0.6,
-        clear: float = 0.8,
+        near: Metres = 0.6,
+        clear: Metres = 0.8,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

@@ -12,6 +12,7 @@ from ..control.motion_filter import MotionFilter, MotionNoise
 from ..errors import Fault, InputError
 from ..event import Change
 from ..geometry import Pose2, wrap_angle
+from ..units import Metres, Radians, Seconds
 from .analyze import Analyze
 
 STATIONARY = 0.08
@@ -67,10 +68,10 @@ class PeerAnalyze(Analyze):
     def __init__(
         self,
         *args: Any,
-        range_noise: float = 0.05,
-        bearing_noise: float = math.radians(2.0),
-        lost_after: float = 0.5,
-        give_up_after: float = 3.0,
+        range_noise: Metres = 0.05,
+        bearing_noise: Radians = math.radians(2.0),
+        lost_after: Seconds = 0.5,
+        give_up_after: Seconds = 3.0,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

@@ -12,6 +12,7 @@ from ..event import Change
 from ..geometry import Pose2
 from ..knowledge.belief import Belief, BeliefSettings, Sighting, Track
 from ..knowledge.belief.beams import Beams
+from ..units import Metres, MetresPerSecond, Radians, Seconds
 from .analyze import Analyze
 
 MOVED = 0.02
@@ -70,14 +71,14 @@ class TrackObjects(Analyze):
         self,
         *args: Any,
         ranges: str,
-        mounts: Sequence[Sequence[float]] = (),
-        half_angle: float = math.radians(15.0),
-        max_range: float = 1.0,
-        noise: float = 0.02,
-        max_object_size: float = 0.8,
-        half_life: float = 10.0,
-        speed_noise: float = 0.3,
-        peer_radius: float = 0.5,
+        mounts: Sequence[tuple[Metres, Metres, Radians]] = (),
+        half_angle: Radians = math.radians(15.0),
+        max_range: Metres = 1.0,
+        noise: Metres = 0.02,
+        max_object_size: Metres = 0.8,
+        half_life: Seconds = 10.0,
+        speed_noise: MetresPerSecond = 0.3,
+        peer_radius: Metres = 0.5,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)

@@ -31,7 +31,7 @@ from .robot_spec import (
     SensorSpec,
     robot_locomotion,
 )
-from .values import driver_parameters, free_parameters, locomotion_parameters, read_name, ros2_settings
+from .values import driver_parameters, locomotion_parameters, raw_parameters, read_name, ros2_settings
 
 FORMAT = ROBOT.name
 
@@ -219,8 +219,9 @@ def _wire_monitors(tables: Sequence[Table], sensors: Sequence[SensorSpec]) -> It
         listed += [s.name for s in sensors if s.monitor == name and s.name not in listed]
         if not listed:
             table.fault(None, f"no sensor feeds the monitor '{name}'.", "List some: sensors = [...].")
-        parameters = free_parameters(table, ("name", "class", "sensors"))
-        yield MonitorSpec(name, _class(table, "class", MONITORS), tuple(listed), parameters, table.position()[0])
+        parameters, positions = raw_parameters(table, ("name", "class", "sensors"))
+        cls, line = _class(table, "class", MONITORS), table.position()[0]
+        yield MonitorSpec(name, cls, tuple(listed), parameters, line, positions)
 
 
 def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
@@ -229,9 +230,9 @@ def _analyze(table: Table, monitors: Sequence[MonitorSpec]) -> AnalyzeSpec:
     for name in wanted:
         if name not in names:
             _unknown(table, "monitors", name, names, "monitor")
-    known = ("name", "class", "monitors")
-    cls = _class(table, "class", ANALYZERS)
-    return AnalyzeSpec(read_name(table), cls, tuple(wanted), free_parameters(table, known), table.position()[0])
+    parameters, positions = raw_parameters(table, ("name", "class", "monitors"))
+    cls, line = _class(table, "class", ANALYZERS), table.position()[0]
+    return AnalyzeSpec(read_name(table), cls, tuple(wanted), parameters, line, positions)
 
 
 def _actuator(table: Table, motion: str, twists: bool) -> ActuatorSpec:

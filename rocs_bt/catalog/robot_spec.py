@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..arguments import Positions
 from ..clock import Clock
 from ..confine import is_file
 from ..control.locomotion import Locomotion
@@ -100,8 +101,9 @@ class MonitorSpec:
         name: Block's name.
         cls: Name of a shipped Monitor class, or `file.py:Class` beside robot.toml.
         sensors: Names of the sensors that the Monitor reads.
-        parameters: Arguments of the class, in SI units; sub-tables are dicts.
+        parameters: Arguments of the class, unconverted; sub-tables are dicts.
         line: Line of the table in the file.
+        positions: Line and column of each argument in the file; those of a sub-table are named `TABLE.NAME`.
     """
 
     name: str
@@ -109,6 +111,7 @@ class MonitorSpec:
     sensors: tuple[str, ...]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
+    positions: Positions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -119,8 +122,9 @@ class AnalyzeSpec:
         name: Block's name.
         cls: Name of a shipped Analyze class, or `file.py:Class` beside robot.toml.
         monitors: Names of the Monitors that supply the signals of the Analyze block.
-        parameters: Arguments of the class, in SI units.
+        parameters: Arguments of the class, unconverted.
         line: Line of the table in the file.
+        positions: Line and column of each argument in the file; those of a sub-table are named `TABLE.NAME`.
     """
 
     name: str
@@ -128,6 +132,7 @@ class AnalyzeSpec:
     monitors: tuple[str, ...]
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
+    positions: Positions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

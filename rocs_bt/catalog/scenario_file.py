@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from ..arguments import Positions
 from ..document import Table
 from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
@@ -15,7 +16,7 @@ from ..units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
 from .renamed_keys import SCENARIO
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
-from .values import free_parameters, latency_of, read_name
+from .values import latency_of, raw_parameters, read_name
 
 FORMAT = SCENARIO.name
 
@@ -30,11 +31,12 @@ class PlaceSpec:
         pose: Pose, world frame; yaw is NaN if any heading is accepted.
         tolerance: Distance within which the place counts as reached [m].
         agents: Names of the agents that know the place.
-        attributes: Further attributes of the node, in SI units.
+        attributes: Further attributes of an object's node, unconverted; the agents' schema types them.
         line: Line of the table in the file.
         z: Height of the pose, world frame [m]; None on the floor.
         height_tolerance: Height difference within which the place counts as reached [m]; None if `tolerance` is that
             of the distance in space.
+        positions: Line and column of each attribute in the file.
     """
 
     name: str
@@ -46,6 +48,7 @@ class PlaceSpec:
     line: int = 0
     z: float | None = None
     height_tolerance: float | None = None
+    positions: Positions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -101,9 +104,10 @@ class ActorSpec:
         script: Name of the script that moves the robot or object.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
-        parameters: Script parameters, in SI units.
+        parameters: Script parameters, unconverted.
         line: Line of the table in the file.
         one_of: Group of objects of which the seed selects one, the only one that follows its script; empty for none.
+        positions: Line and column of each script parameter in the file.
     """
 
     name: str
@@ -114,6 +118,7 @@ class ActorSpec:
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
     one_of: str = ""
+    positions: Positions = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -254,17 +259,19 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
             table.fault("agents", f"no agent is named '{name}'.", did_you_mean(name, agents, "The scenario"))
     if "height_tolerance" in table and "z" not in table:
         table.fault("height_tolerance", "a place without z has no height.", "Add z, or remove height_tolerance.")
+    # Only objects have further attributes; an unknown key of a goal or a place is an error.
+    attributes, positions = raw_parameters(table, known) if kind == "object" else ({}, {})
     return PlaceSpec(
         name=read_name(table),
         kind=kind,
         pose=_pose(table, yaw=math.nan),
         tolerance=table.quantity("tolerance", LENGTH, 0.1, low=1e-4),
         agents=receivers,
-        # Only objects have further attributes; an unknown key of a goal or a place is an error.
-        attributes=free_parameters(table, known) if kind == "object" else {},
+        attributes=attributes,
         line=table.position()[0],
         z=table.quantity("z", LENGTH, low=-1e4, high=1e4) if "z" in table else None,
         height_tolerance=table.quantity("height_tolerance", LENGTH, low=1e-4) if "height_tolerance" in table else None,
+        positions=positions,
     )
 
 
@@ -309,15 +316,17 @@ def _actor(table: Table, missing: Missing) -> ActorSpec:
     known = ("name", "robot", "script", "x", "y", "yaw", "jitter", "one_of")
     if "robot" in table and "one_of" in table:
         table.fault("one_of", "one_of is for objects of the world, and this actor is a robot.", "Remove it.")
+    parameters, positions = raw_parameters(table, known)
     return ActorSpec(
         name=_name(table),
         robot=_content(table, "robot", missing) if "robot" in table else "",
         script=table.text("script"),
         pose=_pose(table),
         jitter=_jitter(table),
-        parameters=free_parameters(table, known),
+        parameters=parameters,
         line=table.position()[0],
         one_of=table.text("one_of", ""),
+        positions=positions,
     )
 
 

@@ -6,17 +6,19 @@ import dataclasses
 import math
 import re
 import typing
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
+from ..arguments import Positions, field_parameters
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
 from ..document import Table
-from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, parameters_of_driver, read_parameters
+from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, read_parameters
 from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
 from ..parameter import Parameter
 from ..python_content import is_reference
+from ..toml_text import Key
 from ..units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from .inherit import DEVICE_KEYS
 
@@ -54,25 +56,26 @@ def latency_of(table: Table) -> float | None:
     return table.quantity("latency", TIME, 0.0, low=0.0, high=60.0)
 
 
-def free_parameters(table: Table, known: Collection[str]) -> dict[str, Any]:
-    """Read all keys of a table except the known ones, with values in SI units.
-
-    `"15 deg"` becomes 0.2618, `["0.1 m", "1.0 m"]` becomes [0.1, 1.0], tables become dicts; other texts, numbers and
-    flags stay. Faults are noted in the table.
+def raw_parameters(table: Table, known: Collection[str]) -> tuple[dict[str, Any], Positions]:
+    """Read all keys of a table except the known ones, unconverted: the class that they configure declares their units.
 
     Args:
         table: Table to read.
         known: Keys that the caller reads itself.
+
+    Returns:
+        Values by key, and the position of each value, also of those in sub-tables.
     """
-    found = {}
-    for key in table.keys():  # noqa: SIM118 - a Table is no mapping
-        if key in known:
-            continue
-        try:
-            found[key] = to_si(table.raw(key))
-        except InputError as error:
-            table.adopt(key, error)
-    return found
+    found = {key: table.raw(key) for key in table.keys() if key not in known}  # noqa: SIM118 - a Table is no mapping
+    return found, dict(_positions(table, found, ()))
+
+
+def _positions(table: Table, values: Mapping[str, Any], above: Key) -> Iterator[tuple[str, tuple[int, int]]]:
+    for key, value in values.items():
+        path = (*above, key)
+        yield ".".join(map(str, path)), table.position_of((*table.key, *path))
+        if isinstance(value, dict):
+            yield from _positions(table, value, path)
 
 
 def locomotion_parameters(table: Table, kind: str) -> dict[str, Any]:
@@ -138,17 +141,20 @@ def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, A
     """
     known = DEVICE_KEYS[kind]
     if is_reference(driver):
-        return {key: table.raw(key) for key in table.keys() if key not in known}, None  # noqa: SIM118 - no mapping
+        return raw_parameters(table, known)[0], None
     declared = declared_parameters(driver, kind)
     if declared is None:
         if driver:
             hint = did_you_mean(driver, (*DRIVER_PARAMETERS, ROS2), "rocs_bt")
             table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
-        return free_parameters(table, known), None
-    specs = parameters_of_driver(declared)
+        return raw_parameters(table, known)[0], None
+    specs = field_parameters(declared)
     before = len(table.faults)
-    given = {name: _parameter(table, spec) for name, spec in specs.items() if name in table}
+    given: dict[str, Any] = {}
     for name, spec in specs.items():
+        found, value = len(table.faults), _parameter(table, spec) if name in table else None
+        if name in table and len(table.faults) == found:  # a faulty value must not cause further faults
+            given[name] = value
         table.raw(name, None)  # marks the key as known, so that it is suggested for a misspelt key
         if spec.required and name not in table:
             table.fault(None, f"the driver '{driver}' needs '{name}'.", f"It takes: {', '.join(specs)}.")
@@ -191,15 +197,9 @@ def _parameter(table: Table, spec: Parameter) -> Any:
 
 
 def to_si(value: Any) -> Any:
-    """Convert every quantity in a TOML value to a number in SI units.
+    """Convert a quantity in a TOML value to a number in SI units; other values are returned unchanged.
 
     Raises:
         UnitError: A text begins with a number but has no known unit.
     """
-    if isinstance(value, str):
-        return parse_quantity(value).value if _NUMBER.match(value) else value
-    if isinstance(value, list):
-        return [to_si(v) for v in value]
-    if isinstance(value, dict):
-        return {k: to_si(v) for k, v in value.items()}
-    return value
+    return parse_quantity(value).value if isinstance(value, str) and _NUMBER.match(value) else value

@@ -20,10 +20,8 @@ from .parameters import (
     VelocityParameters,
     WheelSpeedParameters,
     WheelTravelParameters,
-    constructor_parameters,
     declared_parameters,
     driver_class,
-    parameters_of_driver,
     read_parameters,
 )
 from .ros2.settings import Ros2Settings
@@ -45,9 +43,7 @@ __all__ = [
     "VelocityParameters",
     "WheelSpeedParameters",
     "WheelTravelParameters",
-    "constructor_parameters",
     "declared_parameters",
     "driver_class",
-    "parameters_of_driver",
     "read_parameters",
 ]

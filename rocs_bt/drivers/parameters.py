@@ -11,17 +11,15 @@ The keys of a user's driver are the keyword-only parameters of its constructor; 
 from __future__ import annotations
 
 import dataclasses
-import inspect
 import math
-import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
-from ..arguments import keyword_parameters
+from ..arguments import field_parameters
 from ..errors import Fault, InputError, UnknownName, unknown
-from ..parameter import Parameter, misfit
-from ..units import Bounds, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
+from ..parameter import misfit
+from ..units import Metres, MetresPerSecond, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
 from .ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 T = TypeVar("T")
@@ -336,23 +334,6 @@ def declared_parameters(driver: str, kind: str) -> type | None:
     return DRIVER_PARAMETERS.get(driver)
 
 
-def parameters_of_driver(declared: type) -> dict[str, Parameter]:
-    """Parameters that the dataclass of a driver declares, by name, in order.
-
-    Their bounds allow infinite values, because the dataclass checks values itself.
-    """
-    hints = typing.get_type_hints(declared, include_extras=True)
-    found = {}
-    for field in dataclasses.fields(declared):
-        hint, required = hints[field.name], field.default is dataclasses.MISSING
-        each = typing.get_args(hint)[0] if typing.get_origin(hint) is tuple else hint
-        dimension = Parameter.annotated(field.name, each, required, None).dimension
-        kind = Parameter.annotated(field.name, hint, required, None).type
-        default = None if required else field.default
-        found[field.name] = Parameter(field.name, kind, dimension, required, default, Bounds(infinite=True))
-    return found
-
-
 def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, among: bool = False) -> T:
     """Create the parameters of a driver from the values in robot.toml.
 
@@ -365,7 +346,7 @@ def read_parameters(declared: type[T], values: Mapping[str, Any], what: str, *, 
     Raises:
         InputError: Parameters are unknown, missing or wrong; the error lists all faults.
     """
-    specs = parameters_of_driver(declared)
+    specs = field_parameters(declared)
     others = [name for name in values if name not in specs]
     faults = [] if among else [unknown(f"parameter of {what}", name, specs, what) for name in others]
     missing = [s.name for s in specs.values() if s.required and s.name not in values]
@@ -396,34 +377,6 @@ def _check_distinct(what: str, names: tuple[str, ...]) -> None:
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise InputError(Fault(f"{what} must name each element of the model once, found {', '.join(twice)} twice."))
-
-
-def constructor_parameters(cls: type, second: str) -> dict[str, Parameter]:
-    """Parameters that the constructor of a driver class takes, by name.
-
-    A constructor that ends in `**rest` also takes the parameters of its base class. A class that extends a shipped
-    driver and has no constructor takes the parameters of that driver.
-
-    Args:
-        cls: Class of the driver.
-        second: Name of the constructor's second argument: `mount` in MuJoCo, `host` on hardware.
-
-    Raises:
-        InputError: A constructor does not have the form `(self, name, mount, *, ...)`; the error lists all faults.
-    """
-    found: dict[str, Parameter] = {}
-    for base in cls.__mro__:
-        if declared := vars(base).get("declares"):
-            return found | {k: p for k, p in parameters_of_driver(declared).items() if k not in found}
-        make = vars(base).get("__init__")
-        if not inspect.isfunction(make):
-            continue
-        what, form = f"{base.__name__}.__init__", f"Write: def __init__(self, name, {second}, *, ...)."
-        own, more = keyword_parameters(make, ("name", second), what, form)
-        found |= {name: parameter for name, parameter in own.items() if name not in found}
-        if not more:
-            return found
-    return found
 
 
 def driver_class(drivers: Mapping[str, type[T]], driver: str | type[T], kind: str, backend: str) -> type[T]:

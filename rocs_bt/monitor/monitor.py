@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import chain
 from operator import attrgetter
+from typing import Annotated
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ..event import EventSink, SensorFailed, SensorRead, SignalsWritten, pack
 from ..knowledge import Knowledge
 from ..raised import Raised
 from ..signal import Signal
+from ..units import Bounds, Seconds
 
 MOVING = 0.05
 """Wheel linear speed, or speed of an axis, above which samples of a sensor must differ by default [m/s, rad/s]."""
@@ -76,7 +78,7 @@ class Monitor(ABC):
         knowledge: Knowledge,
         sink: EventSink,
         *,
-        frozen_after: float = math.inf,
+        frozen_after: Annotated[Seconds, Bounds(infinite=True)] = math.inf,
     ) -> None:
         self.name = name
         self.monitored = tuple(monitored)

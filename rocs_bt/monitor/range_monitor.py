@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..channel import Signals
 from ..device import Reading
 from ..errors import Fault, InputError
 from ..signal import Signal
-from ..units import LENGTH
+from ..units import LENGTH, Metres, Radians
 from .course import course_range, declared
 from .monitor import Monitor
 
@@ -38,6 +38,14 @@ class BeamGroup:
     def weighed(self) -> tuple[tuple[int, float], ...]:
         """Pairs of beam index and weight."""
         return tuple(zip(self.beams, self.weights, strict=True))
+
+
+class GroupTable(TypedDict, total=False):
+    """Table `[monitor.group.NAME]` of a RangeMonitor."""
+
+    beams: Sequence[int]
+    weights: Sequence[float]
+    blind: bool
 
 
 class RangeMonitor(Monitor):
@@ -72,9 +80,9 @@ class RangeMonitor(Monitor):
         self,
         *args: Any,
         beams: int,
-        group: Mapping[str, Mapping[str, Any]] | None = None,
-        min_vanish_range: float = 0.0,
-        bearings: Sequence[float] = (),
+        group: Mapping[str, GroupTable] | None = None,
+        min_vanish_range: Metres = 0.0,
+        bearings: Sequence[Radians] = (),
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
@@ -129,7 +137,7 @@ class RangeMonitor(Monitor):
             written["course_range"] = [course_range(self._bearings, np.array(values), twist)]
         return written
 
-    def _checked(self, name: str, group: Mapping[str, Any]) -> BeamGroup:
+    def _checked(self, name: str, group: GroupTable) -> BeamGroup:
         beams = tuple(int(b) for b in group.get("beams", ()))
         weights = tuple(float(w) for w in group.get("weights", (1.0,) * len(beams)))
         where = f"group '{name}' of monitor '{self.name}'"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from ..device import Reading
 from ..errors import Fault, InputError
 from ..geometry import Pose2
 from ..signal import Signal
-from ..units import LENGTH
+from ..units import LENGTH, Radians
 from .course import course_range, declared
 from .monitor import Monitor
 
@@ -33,6 +33,14 @@ class _Sector:
     first: int
     last: int  # one past
     weight: float
+
+
+class SectorTable(TypedDict, total=False):
+    """Table `[monitor.group.NAME]` of a ScanMonitor."""
+
+    sectors: Sequence[tuple[Radians, Radians]]
+    weights: Sequence[float]
+    blind: bool
 
 
 class ScanMonitor(Monitor):
@@ -60,7 +68,7 @@ class ScanMonitor(Monitor):
     def __init__(
         self,
         *args: Any,
-        group: Mapping[str, Mapping[str, Any]] | None = None,
+        group: Mapping[str, SectorTable] | None = None,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
@@ -119,7 +127,7 @@ class ScanMonitor(Monitor):
             raise InputError(Fault(f"monitor '{self.name}' needs the robot's length and width in its [body] table."))
         return 0.5 * body["length"], 0.5 * body["width"]
 
-    def _sectors(self, name: str, group: Mapping[str, Any]) -> tuple[_Sector, ...]:
+    def _sectors(self, name: str, group: SectorTable) -> tuple[_Sector, ...]:
         where = f"group '{name}' of monitor '{self.name}'"
         sectors = group.get("sectors", ())
         weights = group.get("weights", (1.0,) * len(sectors))

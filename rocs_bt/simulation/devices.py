@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..arguments import read_arguments
+from ..arguments import class_parameters, read_arguments
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -21,7 +21,7 @@ from ..catalog import (
 )
 from ..clock import Rate
 from ..device import Actuator, Sensor
-from ..drivers import ROS2, Ros2Settings, constructor_parameters, read_parameters
+from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
@@ -196,7 +196,7 @@ def _class(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec
 def _driver(cls: type, second: str, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver:
     with located_at(robot.file, device.line):
         with running_class(cls):
-            declared = constructor_parameters(cls, second)
+            declared = class_parameters(cls, ("name", second))
         what = f"the driver {cls.__name__} of '{device.name}'"
         return Driver(
             cls, read_arguments(declared, device.parameters, what, file=robot.file, positions=device.positions)

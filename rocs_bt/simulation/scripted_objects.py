@@ -11,15 +11,17 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 
-from ..drivers import read_parameters
+from ..catalog import ActorSpec
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..geometry import Pose2, wrap_angle
 from ..units import Kilograms, Metres, MetresPerSecond, Radians, Seconds
+from .script_parameters import script_parameters
 
 Vector = tuple[float, float]
 
@@ -381,10 +383,9 @@ SCRIPTED_OBJECTS: Mapping[str, Any] = {
 
 
 def make_scripted_object(
-    script: str,
-    parameters: Mapping[str, Any],
+    actor: ActorSpec,
+    file: Path,
     *,
-    name: str,
     world: MujocoWorld,
     start: Pose2,
     rng: np.random.Generator,
@@ -393,9 +394,8 @@ def make_scripted_object(
     """Construct a scripted object by the name of its script.
 
     Args:
-        script: Name of the script, a key of `SCRIPTED_OBJECTS`.
-        parameters: Parameters of the script, SI units.
-        name: Name of the mocap body in the world.
+        actor: Table of the object in the scenario: name of its mocap body, and its script, a key of `SCRIPTED_OBJECTS`.
+        file: File of the scenario.
         world: World of the object.
         start: Start pose, world frame.
         rng: Random stream of the script.
@@ -404,9 +404,9 @@ def make_scripted_object(
     Raises:
         InputError: Unknown script, wrong parameters, or no such mocap body; lists every fault.
     """
-    if script not in SCRIPTED_OBJECTS:
-        raise UnknownName(unknown("object script", script, SCRIPTED_OBJECTS))
-    cls = SCRIPTED_OBJECTS[script]
-    wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
-    made: ScriptedObject = cls(name, world, start, rng, period, parameters=wanted)
+    if actor.script not in SCRIPTED_OBJECTS:
+        raise UnknownName(unknown("object script", actor.script, SCRIPTED_OBJECTS))
+    cls = SCRIPTED_OBJECTS[actor.script]
+    parameters = script_parameters(cls.Parameters, actor, file)
+    made: ScriptedObject = cls(actor.name, world, start, rng, period, parameters=parameters)
     return made

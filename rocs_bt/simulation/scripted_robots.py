@@ -6,17 +6,19 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
-from ..drivers import read_parameters
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..geometry import Pose2, Twist2, wrap_angle
 from ..safety import SafetyGate
 from ..units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
+from .script_parameters import script_parameters
 
 
 class ScriptedRobot(ABC):
@@ -153,10 +155,9 @@ SCRIPTED_ROBOTS: Mapping[str, type[RandomWalk]] = {"random_walk": RandomWalk}
 
 
 def make_scripted_robot(
-    script: str,
-    parameters: Mapping[str, Any],
+    actor: ActorSpec,
+    file: Path,
     *,
-    name: str,
     world: MujocoWorld,
     locomotion: Locomotion,
     motion: SafetyGate,
@@ -165,9 +166,8 @@ def make_scripted_robot(
     """Construct a scripted robot by the name of its script.
 
     Args:
-        script: Name of the script, a key of `SCRIPTED_ROBOTS`.
-        parameters: Parameters of the script, SI units.
-        name: Name of the robot in the world.
+        actor: Table of the robot in the scenario; its script is a key of `SCRIPTED_ROBOTS`.
+        file: File of the scenario.
         world: World of the robot.
         locomotion: Locomotion of the robot.
         motion: Actuator of the locomotion.
@@ -176,8 +176,7 @@ def make_scripted_robot(
     Raises:
         InputError: Unknown script, or wrong parameters; lists every fault.
     """
-    if script not in SCRIPTED_ROBOTS:
-        raise UnknownName(unknown("robot script", script, SCRIPTED_ROBOTS))
-    cls = SCRIPTED_ROBOTS[script]
-    wanted = read_parameters(cls.Parameters, parameters, f"{script} '{name}'")
-    return cls(name, world, locomotion, motion, rng, parameters=wanted)
+    if actor.script not in SCRIPTED_ROBOTS:
+        raise UnknownName(unknown("robot script", actor.script, SCRIPTED_ROBOTS))
+    cls = SCRIPTED_ROBOTS[actor.script]
+    return cls(actor.name, world, locomotion, motion, rng, parameters=script_parameters(cls.Parameters, actor, file))

@@ -9,12 +9,9 @@ from typing import Any
 
 from ..catalog import ActorSpec, AgentSpec, FactSpec
 from ..document import Table
-from ..drivers import parameters_of_driver
 from ..geometry import Pose2
-from .scripted_objects import SCRIPTED_OBJECTS
-from .scripted_robots import SCRIPTED_ROBOTS
 
-OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position")
+OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position", "positions")
 """Fields that are no settings: documentation, names, and positions in files."""
 
 UNITS = {
@@ -59,7 +56,7 @@ def settings(first: Any, second: Any) -> tuple[Setting, ...]:
     """Settings of two specifications, field by field.
 
     Values are rounded. If rounding would hide a difference, they are shown with all digits or by `repr`. Attributes of
-    places are in SI units, without unit symbols.
+    places are shown as in the file.
 
     Args:
         first: A scenario, agent or actor; None if there is none.
@@ -93,13 +90,9 @@ def _rows(spec: Any, show: Formatter) -> dict[str, str]:
 
 
 def _parameters(robot: AgentSpec | ActorSpec, show: Formatter) -> dict[str, str]:
-    """Parameters of a mission as in the file; parameters of a script in SI units with the declared unit."""
-    if isinstance(robot, AgentSpec):
-        return {f"mission's {name}": _text(value, show) for name, value in robot.parameters.items()}
-    script = SCRIPTED_ROBOTS.get(robot.script) or SCRIPTED_OBJECTS.get(robot.script)
-    declared = parameters_of_driver(script.Parameters) if script else {}
-    units = {name: str(of.dimension) for name, of in declared.items() if of.dimension and str(of.dimension) != "1"}
-    return {f"script's {name}": _text(value, show, units.get(name, "")) for name, value in robot.parameters.items()}
+    """Parameters of a mission or of a script, as in the file."""
+    owner = "mission" if isinstance(robot, AgentSpec) else "script"
+    return {f"{owner}'s {name}": _text(value, show) for name, value in robot.parameters.items()}
 
 
 def _each(what: str, specs: Sequence[Any], show: Formatter) -> dict[str, str]:

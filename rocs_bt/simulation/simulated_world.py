@@ -11,7 +11,6 @@ from ..agent import RobotDevices, robot_locomotion
 from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
-from ..drivers import read_parameters
 from ..drivers.mujoco import (
     FreeObject,
     MujocoActuator,
@@ -33,6 +32,7 @@ from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
 from .random_streams import CHOICE, START, loop_of, noise_of, stream
+from .script_parameters import script_parameters
 from .scripted_objects import FREE, FreeParameters, ScriptedObject, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
 
@@ -210,7 +210,7 @@ def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:
         if actor.one_of:
             message = f"'{actor.name}' has no motion of its own that the seed could select, as its script is '{FREE}'."
             raise InputError(Fault(message, hint="Remove one_of."))
-        mass = read_parameters(FreeParameters, actor.parameters, f"{FREE} '{actor.name}'").mass
+        mass = script_parameters(FreeParameters, actor, scenario.file).mass
     return FreeObject(actor.name, mass, scenario.file, actor.line)
 
 
@@ -263,9 +263,8 @@ def _actors(
         gate = _actuator(world, catalog, actor.name, robot, spec, scenario, seed, None, wheels)
         with located_at(scenario.file, actor.line):
             made = make_scripted_robot(
-                actor.script,
-                actor.parameters,
-                name=actor.name,
+                actor,
+                scenario.file,
                 world=world,
                 locomotion=robot_locomotion(robot.locomotion),
                 motion=gate,
@@ -282,9 +281,8 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
         start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
         with located_at(scenario.file, actor.line):
             each = make_scripted_object(
-                actor.script,
-                actor.parameters,
-                name=actor.name,
+                actor,
+                scenario.file,
                 world=world,
                 start=start,
                 rng=stream(scenario.name, seed, actor.name, actor.script),

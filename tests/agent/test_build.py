@@ -56,7 +56,7 @@ def test_two_agents_share_nothing(p3dx):
         ('class = "RangeMonitor"', 'class = "RangeMonitr"', ["RangeMonitr", "RangeMonitor"]),
         ('class = "PassPosition"', 'class = "PassPositon"', ["PassPositon", "PassPosition"]),
         ('min_vanish_range = "0.7 m"', 'min_vanish_rang = "0.7 m"', ["RangeMonitor 'range'", "min_vanish_rang"]),
-        ("beams = 16", 'beams = "many"', ["RangeMonitor 'range'", "many"]),
+        ("beams = 16", 'beams = "many"', ["beams must be a whole number", "many"]),
         ("beams = [0, 1, 2, 3]", "beams = [0, 1, 2, 33]", ["group 'left_gap'", "33"]),
         ('signal = "wheel_speeds"', 'signal = "wheel_sped"', ["wheel_sped", "wheel_speeds"]),
     ],

@@ -173,7 +173,7 @@ def test_all_faults_of_a_robot_are_told_at_once(robot_file):
     assert sorted(f.line for f in caught.value.faults) == [12, 22, 43]
 
 
-def test_a_scenario_is_read_in_si_units(project):
+def test_a_scenario_is_read_in_si_units_but_what_classes_declare(project):
     scenario = Catalog(project).load_scenario("walk")
     assert (scenario.name, scenario.world, scenario.duration, scenario.end_on_collision) == (
         "walk",
@@ -190,7 +190,7 @@ def test_a_scenario_is_read_in_si_units(project):
     assert agent.pose == (1.0, 2.0, math.pi)
     assert agent.jitter == (0.05, 0.0, pytest.approx(math.radians(10)))
     assert agent.parameters == {"goal": "dock", "cruise": "0.5 m/s"}
-    assert (actor.script, actor.parameters) == ("random_walk", {"max_speed": 0.3})
+    assert (actor.script, actor.parameters) == ("random_walk", {"max_speed": "0.3 m/s"})
 
 
 def test_a_place_may_have_a_height(scenario_file, project):

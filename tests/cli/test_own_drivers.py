@@ -98,7 +98,7 @@ def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
         (('"150 cm"', '"150 s"'), "reach must be in m, found '150 s' which is in s."),
         (('"150 cm"', "1.5"), "reach needs a unit, found the bare number 1.5."),
         (('"150 cm"', '"-1 m"'), "reach must be positive and finite, found -1 m."),
-        (("reach =", 'steps = "3"\nreach ='), "steps must be of type int, found '3'."),
+        (("reach =", 'steps = "3"\nreach ='), "steps must be a whole number, found '3'."),
         (("reach =", 'at = ["1 m", "2 s"]\nreach ='), "at must be in m, found '2 s' which is in s."),
         (("reach =", 'at = "1 m"\nreach ='), "at must be a list, found '1 m'."),
     ],

@@ -48,8 +48,8 @@ WRONG = [
         SCENARIO,
         'name = "gate"\n',
         'name = "tree"\nkind = "object"\ncolour = "red"\nx = "9 m"\ny = "0 m"\n[[place]]\nname = "gate"\n',
-        "[[place]]",
-        "'object tree' has no attribute 'colour'",
+        'colour = "red"',
+        "no parameter is named 'colour'",
     ),
     # Devices and blocks.
     (
@@ -78,22 +78,22 @@ WRONG = [
         ROBOT,
         "beams = 16\n",
         "beams = 2.5\n",
-        f'[[monitor]]\nname = "range"\n{RANGE}',
+        "beams = 2.5",
         "must be a whole number, found",
     ),
     (
         ROBOT,
         'min_vanish_range = "0.7 m"',
         'min_vanish_range = "x"',
-        '[[monitor]]\nname = "range"',
-        "min_vanish_range of RangeMonitor 'range' must be",
+        'min_vanish_range = "x"',
+        "'x' is not a quantity",
     ),
     (
         ROBOT,
         'min_vanish_range = "0.7 m"',
         "min_vanish_range = nan",
-        '[[monitor]]\nname = "range"',
-        "must be a number, found nan",
+        "min_vanish_range = nan",
+        "min_vanish_range needs a unit, found the bare number nan",
     ),
     (ROBOT, "beams = 16\n", "beams = 0\n", f'[[monitor]]\nname = "range"\n{RANGE}', "must be at least 1, found 0"),
     (

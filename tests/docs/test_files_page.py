@@ -9,10 +9,11 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
+from rocs_bt.arguments import field_parameters
 from rocs_bt.catalog import load_robot, read_planner
 from rocs_bt.catalog.inherit import read_with_base
 from rocs_bt.catalog.scenario_file import read_scenario
-from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters, parameters_of_driver
+from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
@@ -355,12 +356,12 @@ def test_every_key_that_a_loader_knows_is_documented(kind, title, tmp_path):
 
 def test_every_drivers_parameters_are_documented():
     found = by_owner("Drivers")
-    assert found == {name: set(parameters_of_driver(p)) for name, p in DRIVER_PARAMETERS.items()}
+    assert found == {name: set(field_parameters(p)) for name, p in DRIVER_PARAMETERS.items()}
 
 
 @pytest.mark.parametrize("kind", ["sensor", "actuator"])
 def test_every_key_of_the_driver_ros2_is_documented(kind):
-    declared = parameters_of_driver(declared_parameters("ros2", kind))
+    declared = field_parameters(declared_parameters("ros2", kind))
     assert keys(f"{kind.capitalize()}s with driver ros2") == set(declared)
 
 

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 
 from rocs_bt import Catalog, Pose2, run
+from rocs_bt.arguments import field_parameters
+from rocs_bt.catalog import ActorSpec
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world, make_scripted_object
+from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
 from rocs_bt.toml_text import as_toml
 
 PERIOD = 0.05
@@ -37,7 +40,12 @@ def world(tmp_path: Path) -> MujocoWorld:
 def carried(world: MujocoWorld, script: str, name: str = "P1", seed: int = 1, **parameters: Any) -> Any:
     start = Pose2(2.0, 4.0) if name == "P1" else Pose2(8.0, 4.1)
     rng = np.random.default_rng(seed)
-    return make_scripted_object(script, parameters, name=name, world=world, start=start, rng=rng, period=PERIOD)
+    script_class = SCRIPTED_OBJECTS.get(script)
+    declared = field_parameters(script_class.Parameters) if script_class else {}
+    units = {name: str(of.dimension) for name, of in declared.items() if of.dimension}
+    given = {k: f"{v} {units[k]}" if k in units and isinstance(v, (int, float)) else v for k, v in parameters.items()}
+    actor = ActorSpec(name, "", script, start, start, given)
+    return make_scripted_object(actor, Path("hall.toml"), world=world, start=start, rng=rng, period=PERIOD)
 
 
 def track(world: MujocoWorld, *carriers: Any, seconds: float) -> Any:

@@ -37,6 +37,7 @@ LEFT_OUT = {
     *(f"RequirementSpec.{name}" for name in ("doc", "position")),
     *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share", "Ground", "Push")),
     "AgentSpec.parameters_line",
+    *("ActorSpec.positions", "PlaceSpec.positions"),
 }
 """Words for people, and where things stand in which file."""
 
@@ -71,7 +72,7 @@ FULL = ScenarioSpec(
         for name, told in (("R1", {"goal": "goal", "hold": True}), ("R2", {"cruise": "0.5 m/s", "ways": [1, 2.5]}))
     ),
     actors=(
-        ActorSpec("M1", "pioneer_p3dx", "random_walk", HERE, HERE, {"max_speed": 0.3}),
+        ActorSpec("M1", "pioneer_p3dx", "random_walk", HERE, HERE, {"max_speed": "0.3 m/s"}),
         ActorSpec("door", "", "slide", HERE, HERE, {"by": [1.0, 0.0]}),
     ),
     requirements=(RequirementSpec("clear", "always min_clearance > 0.05 m", ("R1",), "Keeps clear.", 1, (1, 1)),),

@@ -1,0 +1,170 @@
+"""Units of all declared parameters: the class, its docstring and the reader of files agree on them."""
+
+from __future__ import annotations
+
+import inspect
+import re
+import typing
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rocs_bt import Catalog
+from rocs_bt.action import parameters_of
+from rocs_bt.actions import action_table
+from rocs_bt.analyze import ANALYZERS
+from rocs_bt.arguments import class_parameters, field_parameters, read_arguments
+from rocs_bt.check import check_content
+from rocs_bt.drivers import DRIVER_PARAMETERS
+from rocs_bt.errors import InputError, UnitError
+from rocs_bt.monitor import MONITORS
+from rocs_bt.parameter import Parameter
+from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
+from rocs_bt.simulation.scripted_robots import SCRIPTED_ROBOTS
+from rocs_bt.units import NONE, parse_unit
+
+BLOCK = {"monitor": ("name", "monitored", "knowledge", "sink"), "analyze": ("name", "knowledge", "sink")}
+
+
+def owners() -> Iterator[tuple[str, type, Mapping[str, Parameter]]]:
+    """Name, documented class and parameters of every shipped class whose parameters files give."""
+    yield from ((n, c, class_parameters(c, BLOCK["monitor"])) for n, c in MONITORS.items())
+    yield from ((n, c, class_parameters(c, BLOCK["analyze"])) for n, c in ANALYZERS.items())
+    yield from ((n, c, field_parameters(c)) for n, c in DRIVER_PARAMETERS.items())
+    scripts = {**SCRIPTED_ROBOTS, **SCRIPTED_OBJECTS}
+    yield from ((n, c.Parameters, field_parameters(c.Parameters)) for n, c in scripts.items())
+    yield from ((n, c, parameters_of(c)) for n, c in action_table().items())
+    catalog, seen = Catalog(), set[str]()
+    for robot in (catalog.load_robot(entry.name) for entry in catalog.list("robot")):
+        blocks = [(b, BLOCK["monitor"]) for b in robot.monitors] + [(b, BLOCK["analyze"]) for b in robot.analyzers]
+        devices = [*robot.sensors, *robot.actuators]
+        for reference, positional in [(b.cls, p) for b, p in blocks] + [(d.driver, ("name", "mount")) for d in devices]:
+            file, _, name = reference.partition(":")
+            if name and reference not in seen:
+                seen.add(reference)
+                cls = catalog.load_class(robot.beside(file), name)
+                yield reference, cls, class_parameters(cls, positional)
+
+
+OWNERS = list(owners())
+
+
+def numeric(parameter: Parameter) -> bool:
+    return "float" in repr(parameter.type) and "Mapping" not in repr(parameter.type)
+
+
+def wrong(parameter: Parameter) -> Iterator[Any]:
+    """Values in the form of the parameter with a unit of another dimension, and a bare one where a unit is needed."""
+    kind = typing.get_args(parameter.type)[0] if None.__class__ in typing.get_args(parameter.type) else parameter.type
+    bare = [] if "Dimension" not in repr(kind) and parameter.dimension in (None, NONE) else [1.5]
+    for value in ("3 kg" if "kg" not in str(parameter.dimension) else "3 m", *bare):
+        yield shaped(kind, value)
+
+
+def shaped(kind: Any, value: Any) -> Any:
+    if typing.get_origin(kind) is typing.Annotated:
+        return shaped(typing.get_args(kind)[0], value)
+    if not typing.get_args(kind):
+        return value
+    each = [k for k in typing.get_args(kind) if k is not Ellipsis]
+    return [shaped(k, value) for k in each]
+
+
+@pytest.mark.parametrize(("name", "cls", "declared"), OWNERS, ids=[name for name, _, _ in OWNERS])
+def test_a_value_of_another_dimension_is_one_fault(name: str, cls: type, declared: Mapping[str, Parameter]) -> None:
+    for parameter in filter(numeric, declared.values()):
+        for value in wrong(parameter):
+            with pytest.raises(InputError, match=parameter.name) as caught:
+                read_arguments({parameter.name: parameter}, {parameter.name: value}, name)
+            assert len(caught.value.faults) == 1, (parameter, value)
+
+
+@pytest.mark.parametrize(("name", "cls", "declared"), OWNERS, ids=[name for name, _, _ in OWNERS])
+def test_the_documented_unit_is_the_declared_one(name: str, cls: type, declared: Mapping[str, Parameter]) -> None:
+    docs = "\n".join(inspect.getdoc(base) or "" for base in cls.__mro__ if base.__module__ != "builtins")
+    for parameter in filter(numeric, declared.values()):
+        entry = re.search(rf"^ +(?:\w+, )*{parameter.name}(?:, \w+)*: (.*(?:\n {{8,}}.*)*)", docs, re.M)
+        if entry is None or not (units := re.findall(r"\[([^\] ]+)\]", entry[1])):
+            continue
+        found = {dimension for dimension in dimensions(parameter) if dimension != NONE}
+        assert found == {d for d in map(dimension_of, units) if d not in (None, NONE)}, parameter
+
+
+def dimensions(parameter: Parameter) -> set[Any]:
+    """All dimensions in a declaration."""
+
+    def within(kind: Any) -> Iterator[Any]:
+        yield from (each for each in getattr(kind, "__metadata__", ()) if each.__class__ is NONE.__class__)
+        for part in typing.get_args(kind):
+            yield from within(part)
+
+    return {*within(parameter.type), *([] if parameter.dimension is None else [parameter.dimension])}
+
+
+def dimension_of(unit: str) -> Any:
+    try:
+        return parse_unit(unit).dimension
+    except UnitError:  # an index or a reference in brackets
+        return None
+
+
+ROBOT = (Path(__file__).parents[2] / "robots/pioneer_p3dx/robot.toml").read_text()
+SCENARIO = (Path(__file__).parents[2] / "scenarios/exp1.toml").read_text()
+OBJECT = '[[place]]\nname = "post"\nkind = "object"\nx = "1 m"\ny = "1 m"\nradius = "0.2 m"\n\n[[agent]]'
+SCENARIO = SCENARIO.replace("[[agent]]", OBJECT).replace('"pioneer_p3dx"', '"bot"')
+QUANTITY = re.compile(r'^(\w+) = (?:"|\{ x = "|\["|\[\[")[-+.0-9]+ [a-z/0-9]+"', re.M)
+
+
+def quantities(text: str) -> list[str]:
+    """Keys of a file whose first value is a quantity, as `LINE KEY`."""
+    return [f"{text[: m.start()].count(chr(10)) + 1} {m[1]}" for m in QUANTITY.finditer(text)]
+
+
+def mistaken(text: str, line: int) -> str:
+    """The text with the first quantity of a line in a unit that no key has."""
+    lines = text.split("\n")
+    lines[line - 1] = re.sub(r'"([-+.0-9]+) [a-z/0-9]+"', r'"\1 kg2"', lines[line - 1], count=1)
+    return "\n".join(lines)
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("units")
+    for each in ("robots/bot", "scenarios"):
+        (folder / each).mkdir(parents=True)
+    model = (Path(__file__).parents[2] / "robots/pioneer_p3dx/robot.xml").read_text()
+    (folder / "robots/bot/robot.xml").write_text(model)
+    (folder / "robots/bot/robot.toml").write_text(ROBOT)
+    (folder / "scenarios/own.toml").write_text(SCENARIO)
+    return folder
+
+
+@pytest.mark.parametrize("at", quantities(ROBOT))
+def test_a_wrong_unit_in_a_robot_is_one_fault_at_its_line(
+    project: Path, monkeypatch: pytest.MonkeyPatch, at: str
+) -> None:
+    monkeypatch.chdir(project)
+    refused(project, "robots/bot/robot.toml", ROBOT, at)
+
+
+@pytest.mark.parametrize("at", quantities(SCENARIO))
+def test_a_wrong_unit_in_a_scenario_is_one_fault_at_its_line(
+    project: Path, monkeypatch: pytest.MonkeyPatch, at: str
+) -> None:
+    monkeypatch.chdir(project)
+    refused(project, "scenarios/own.toml", SCENARIO, at)
+
+
+def refused(project: Path, name: str, text: str, at: str) -> None:
+    line, key = int(at.split()[0]), at.split()[1]
+    file = project / name
+    file.write_text(mistaken(text, line))
+    try:
+        faults = [fault for fault in check_content([Path(name)]).faults if not fault.warning]
+    finally:
+        file.write_text(text)
+    if key == "cruise":  # parameters of missions are reported at their table
+        line = text[: text.index("[agent.parameters]")].count("\n") + 1
+    assert [fault.line for fault in faults] == [line], (key, list(map(str, faults)))
