@@ -293,13 +293,13 @@ def test_repetitions_without_end_are_read_or_refused(name, tmp_path):
 
 
 @pytest.mark.parametrize("groups", ["[nan]", "[[]]", "[1]", "nan", '[{ a = "front" }]'])
-def test_groups_that_are_no_names_are_refused_at_their_table(groups, tmp_path):
+def test_groups_that_are_no_names_are_refused_at_their_line(groups, tmp_path):
     folder = shipped("robots/pioneer_p3dx")
     (tmp_path / "robot.xml").write_bytes((folder / "robot.xml").read_bytes())
     text = (folder / "robot.toml").read_text("utf-8")
     path = tmp_path / "robot.toml"
     path.write_text(text.replace('groups = ["front", "rear"]', f"groups = {groups}"), "utf-8")
-    line = text[: text.index("[[analyze]]")].count("\n") + 1
+    line = text[: text.index("groups = [")].count("\n") + 1
     with pytest.raises(InputError) as caught:
         read_robot(path)
     assert [(fault.file, fault.line) for fault in caught.value.faults] == [(path, line)]

@@ -8,6 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from rocs_bt.arguments import class_parameters, read_arguments
 from rocs_bt.catalog import Catalog
 from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
@@ -20,6 +21,8 @@ CATALOG = Catalog()
 ROBOT = CATALOG.load_robot("quadrotor")
 SPEC = next(spec for spec in ROBOT.analyzers if spec.name == "doors")
 FILE = ROBOT.file.with_name("doors.py"), "ObserveDoors"
+DECLARED = class_parameters(CATALOG.load_class(*FILE), ("name", "knowledge", "sink"))
+PARAMETERS = read_arguments(DECLARED, SPEC.parameters, "doors")
 BEAMS, RADIUS, WIDTH = 16, 0.338, 1.1
 Wall = Callable[[float], bool]
 """Whether something solid is in the plane of the door, by the position along it from the middle of the door [m]."""
@@ -36,7 +39,7 @@ class Watcher:
         self.clock, self.planner = SimulatedClock(0.05), Planner()
         self.knowledge = Knowledge("Q", self.clock, ListSink())
         cls = CATALOG.load_class(*FILE)
-        self.analyze = cls(SPEC.name, self.knowledge, ListSink(), **SPEC.parameters)
+        self.analyze = cls(SPEC.name, self.knowledge, ListSink(), **PARAMETERS)
         self.analyze.attach(self.planner)
         self.publisher = Publisher("monitor")
         self.publisher.connect(self.analyze.inbox)
@@ -165,4 +168,4 @@ def test_parameters_must_be_positive() -> None:
     cls = CATALOG.load_class(*FILE)
     knowledge = Watcher().knowledge
     with pytest.raises(InputError, match="'doors' must be above 0, found"):
-        cls("doors", knowledge, ListSink(), **{**SPEC.parameters, "max_range": 0.0})
+        cls("doors", knowledge, ListSink(), **{**PARAMETERS, "max_range": 0.0})
