@@ -31,12 +31,11 @@ from .robot_spec import (
     command_size,
     robot_locomotion,
 )
-from .scenario_file import DIALECTS, ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
+from .scenario_file import ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
 from .scenario_tables import FactSpec, RateSpec, ShareSpec
 from .upgrade import KeyChange, Upgrade, upgraded, upgrades
 
 __all__ = [
-    "DIALECTS",
     "IDENTIFIED",
     "KINDS",
     "TREES",

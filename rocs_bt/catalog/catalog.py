@@ -12,6 +12,7 @@ from types import ModuleType
 from typing import Any, Self, TypeVar, cast
 
 from ..confine import confined, is_file
+from ..dialect import parts_of
 from ..document import Table, read_toml
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..knowledge import SCHEMA, Schema, load_schema
@@ -388,7 +389,7 @@ class Catalog:
 
             document = read_document(mission.path, within=self.root_of(mission.path))
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
-            texts |= set(ROUTES if dialect == "nav2" else ())
+            texts |= set(ROUTES if parts_of(dialect)[0] == "nav2" else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
             tags = texts = {text for file in mission.files() for text in texts_in(file)}

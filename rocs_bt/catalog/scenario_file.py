@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..arguments import Positions
+from ..dialect import DIALECTS
 from ..document import Table
 from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
@@ -295,10 +296,6 @@ def _agent(table: Table, missing: Missing) -> AgentSpec:
         line=table.position()[0],
         parameters_line=parameters.position()[0],
     )
-
-
-DIALECTS = ("rocs", "nav2", "nav2_servers")
-"""Dialects of XML missions: rocs_bt's nodes; Nav2's nodes without ROS; nodes that call a running Nav2."""
 
 
 def dialect_in(table: Table, default: str) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..catalog import DIALECTS
+from ..dialect import DIALECTS
 from ..errors import Fault
 from ..words import counted
 from .terminal import echo

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from ..catalog import DIALECTS, Catalog
+from ..catalog import Catalog
+from ..dialect import DIALECTS
 from .terminal import echo
 
 

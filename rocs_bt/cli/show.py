@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from ..catalog import DIALECTS, Catalog
+from ..catalog import Catalog
+from ..dialect import DIALECTS
 from ..words import inactive_rule
 from .play_scenario import catalog_for
 from .terminal import echo

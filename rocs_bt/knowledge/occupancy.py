@@ -167,12 +167,20 @@ class OccupancyGrid:
         echoes[hit] = (echoes[hit] * known[:, None] + fresh) / total[:, None]
         counts[hit] = np.minimum(total, MAX_ECHOES)
 
-    def clear(self, x: float, y: float, radius: float) -> None:
-        """Reset all cells around a point [m] to unknown."""
+    def clear(self, x: float, y: float, radius: float, *, outside: bool = False) -> None:
+        """Reset all cells around a point [m] to unknown.
+
+        Args:
+            x: Point, world frame [m].
+            y: Point, world frame [m].
+            radius: Radius around the point [m]; infinite for all cells.
+            outside: Whether the cells outside of the radius are reset instead.
+        """
         with self._lock:
             rows, columns = np.indices(self._evidence.shape) + self._corner[:, None, None]
             away = np.hypot((columns + 0.5) * self.cell - x, (rows + 0.5) * self.cell - y)
-            self._evidence[away <= radius] = self._echo_counts[away <= radius] = 0.0
+            chosen = (away <= radius) != outside
+            self._evidence[chosen] = self._echo_counts[chosen] = 0.0
             self.revision += 1
 
     def occupied(self) -> Cells:

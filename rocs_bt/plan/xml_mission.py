@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated, Any
@@ -11,6 +12,7 @@ from typing import Annotated, Any
 from py_trees.behaviour import Behaviour
 
 from ..action import Parameter
+from ..dialect import parts_of
 from ..errors import Fault, InputError
 from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
@@ -24,14 +26,13 @@ from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
 from .goal_keys import needed_keys
-from .nav2 import ELSEWHERE, GOAL_KEYS, NAV2
+from .nav2 import ELSEWHERE, GOAL_KEYS, nav2_nodes
 from .parameters import mission_arguments, mission_parameters
 from .ros2 import NAV2_SERVERS, ROS_NODES
 
 Build = Callable[..., Any]
 
 _OWN = BUILTIN.with_(ROS_NODES)
-_DIALECTS = {"nav2": NAV2.with_(ROS_NODES), "nav2_servers": _OWN.with_(NAV2_SERVERS)}
 
 
 def tags_of(document: Document) -> set[str]:
@@ -69,8 +70,8 @@ def xml_mission(
         nodes: Function from names of node classes to those of these classes that the project defines.
         missions: Function from the ID in a SubTree to the `build` function of the mission with this name, or None.
         beside: Other files with trees that a SubTree may use, by the IDs of these trees.
-        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2; empty for
-            rocs_bt's own.
+        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2, each
+            possibly with a distribution, as in `nav2:jazzy`; empty for rocs_bt's own.
         stubs: Node classes that replace those of the same name, for a check.
 
     Raises:
@@ -153,8 +154,8 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
     Args:
         actions: Actions of the robot, keyed by name.
         nodes: Node classes of the project.
-        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2; empty for
-            rocs_bt's own.
+        dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2, each
+            possibly with a distribution, as in `nav2:jazzy`; empty for rocs_bt's own.
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])
@@ -162,7 +163,18 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
 
 def shipped_nodes(dialect: str = "") -> Registry:
     """Node classes of this package for missions of a dialect, without the robot's actions."""
-    return _DIALECTS.get(dialect, _OWN)
+    return _shipped(*parts_of(dialect))
+
+
+@cache
+def _shipped(family: str, distribution: str) -> Registry:
+    if family not in ("nav2", "nav2_servers"):
+        return _OWN
+    nodes = nav2_nodes(distribution)
+    if family == "nav2_servers":
+        called = {node.tag for node in NAV2_SERVERS}
+        nodes = Registry([*(node for tag, node in nodes.items() if tag not in called), *NAV2_SERVERS])
+    return nodes.with_(ROS_NODES)
 
 
 def embedded(

@@ -10,7 +10,8 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import NAV2, OWN
-from rocs_bt.plan.nav2.motion import track
+from rocs_bt.plan.nav2.motion import TrackingFeedback, track
+from rocs_bt.plan.nav2.path import length
 from rocs_bt.trees.nodes import Input, Instant, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml
@@ -120,7 +121,7 @@ class TestDecorators:
         for path in (
             [(0.0, 0.0), (1.0, 0.0)],  # the first
             [(0.0, 0.0), (0.0, 0.4), (1.0, 0.0)],  # not twice as long
-            [(0.0, 0.0), (0.0, 2.0), (1.0, 0.0)],  # more than twice as long
+            [(0.0, 0.0), (0.0, 1.0), (0.0, 2.0), (1.0, 0.0)],  # more than twice as long
             [(0.0, 0.0), (0.0, 9.0), (1.0, 0.0)],  # the old one is not close
             [(0.0, 0.0), (2.0, 0.0)],
             [(0.0, 0.0), (0.0, 9.0), (3.0, 0.0)],  # another goal
@@ -163,12 +164,12 @@ class TestConditions:
 
     def test_a_robot_is_stopped_after_a_time_without_speed(self, mind, tree):
         made = tree(f"<ReactiveFallback><IsStopped duration_stopped='300'/>{LASTING}</ReactiveFallback>")
-        assert self.outcomes(mind, made, 5) == "RRRSR"
+        assert self.outcomes(mind, made, 5) == "RRRRS"
         speed = mind.mission.knowledge.robot.speed
         mind.mission.knowledge.robot.speed = lambda *_: -0.2
         assert self.outcomes(mind, made, 4) == "RRRR"
         mind.mission.knowledge.robot.speed = speed
-        assert self.outcomes(mind, made, 4) == "RRSR"
+        assert self.outcomes(mind, made, 5) == "RRRRS"
 
     def test_a_path_expires_unless_it_is_a_new_one(self, mind, tree):
         made = tree(f"<ReactiveFallback><PathExpiringTimer seconds='0.3'/>{LASTING}</ReactiveFallback>")
@@ -230,14 +231,18 @@ class TestPaths:
         assert bool(made.board["why"]) == bool(code)
         if not code:
             start = (1.0, 1.0) if "start" in attributes else (0.0, 0.0)
-            assert made.board["path"][0] == pytest.approx(start, abs=1e-6)
-            assert made.board["path"][-1] == pytest.approx((1.0, 1.0) if "map;1.0" in attributes else (2.0, 0.0))
+            assert made.board["path"][0][:2] == pytest.approx(start, abs=1e-6)
+            assert made.board["path"][-1][:2] == pytest.approx((1.0, 1.0) if "map;1.0" in attributes else (2.0, 0.0))
 
     def test_a_path_through_several_goals(self, mind, tree):
         mind.mission.knowledge.world.place("corner", Pose2(1.0, 1.0, 0.0))
         made = tree("<ComputePathThroughPoses goals='corner;goal' path='{path}'/>")
         assert made.tick() is SUCCESS
-        assert made.board["path"] == [pytest.approx((0.0, 0.0), abs=1e-6), (1.0, 1.0), (2.0, 0.0)]
+        path = made.board["path"]
+        assert max(a.distance(b) for a, b in pairwise(path)) <= 0.05
+        assert length(path) == pytest.approx(2.0 * math.sqrt(2.0))
+        assert min(path, key=lambda p: abs(p.x - 1.0)) == pytest.approx((1.0, 1.0, -math.pi / 4))
+        assert (path[0][:2], path[-1]) == (pytest.approx((0.0, 0.0), abs=1e-6), (2.0, 0.0, 0.0))
 
     @pytest.mark.parametrize(
         ("node", "output", "wanted"),
@@ -245,14 +250,17 @@ class TestPaths:
             (
                 "<TruncatePath input_path='{way}' output_path='{out}' distance='0.5'/>",
                 "out",
-                [(0, 0), (2, 0), (2, 0.5)],
+                [(0, 0, 0), (2, 0, math.pi / 2)],
             ),
-            ("<TruncatePath input_path='{way}' output_path='{out}' distance='1.5'/>", "out", [(0, 0), (1.5, 0)]),
-            ("<TruncatePath input_path='{way}' output_path='{out}' distance='9'/>", "out", [(0, 0)]),
+            (
+                "<TruncatePath input_path='{way}' output_path='{out}' distance='9'/>",
+                "out",
+                [(0, 0, 0), (2, 0, math.pi / 2)],
+            ),
             (
                 "<ConcatenatePaths input_path1='{way}' input_path2='{more}' output_path='{out}'/>",
                 "out",
-                [(0, 0), (2, 0), (2, 1), (3, 1)],
+                [(0, 0, 0), (2, 0, math.pi / 2), (2, 1, math.pi / 2), (2, 1, 0), (3, 1, 0)],
             ),
             ("<GetPoseFromPath path='{way}' index='-1' pose='{out}'/>", "out", (2, 1, math.pi / 2)),
             ("<PlannerSelector default_planner='x' selected_planner='{out}'/>", "out", "x"),
@@ -310,7 +318,7 @@ class TestRoutes:
         assert route.nodes == nodes
         assert route.edges == tuple(pairwise(nodes))
         assert route.route_cost == pytest.approx((len(nodes) - 1) * math.sqrt(2.0))
-        assert made.board["path"][-1] == (2.0, 0.0)
+        assert made.board["path"][-1][:2] == (2.0, 0.0)
         assert (made.board["time"], made.board["code"], made.board["why"]) == (0.0, 0, "")
 
     @pytest.mark.usefixtures("roads")
@@ -358,7 +366,8 @@ class TestRoutes:
             if "tracking" in mind.mission.board:
                 feedback.append(mind.mission.board["tracking"])
         assert mind.plan.status == "SUCCESS"
-        assert {f.current_path_index for f in feedback} == {0, 1}
+        assert feedback.pop() == TrackingFeedback(feedback[-1].robot_pose, *[0] * 6)
+        assert [f.current_path_index for f in feedback] == sorted(f.current_path_index for f in feedback)
         left = [f.remaining_path_length for f in feedback]
         assert left == sorted(left, reverse=True)
         assert left[0] == pytest.approx(2.0 * math.sqrt(2.0), abs=0.1)
@@ -396,7 +405,7 @@ class TestMotion:
         mind.mission.board["path"] = []
         mind.start(root)
         mind.until_done()
-        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 103)
+        assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 1)
         assert "the path is empty" in mind.mission.board["why"]
 
     @pytest.mark.parametrize("far", ["9e9", "1e300"])

@@ -95,7 +95,7 @@ class TestNavigation:
         assert Bench().of("RecoveryNode", "K", "F").tick() == "SKIPPED A.start=K"
 
     def test_round_robin(self, bench):
-        bench.of("RoundRobin", "FS", "S", "F")
+        bench.of("RoundRobin", "FS", "S", "F", wrap_around=True)
         assert bench.ticks(2) == ["SUCCESS A.start=F B.start=S", "SUCCESS C.start=F A.start=S"]
         assert Bench().of("RoundRobin", "F", "F").tick() == "FAILURE A.start=F B.start=F"
 

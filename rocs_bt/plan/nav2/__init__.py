@@ -4,30 +4,30 @@ from __future__ import annotations
 
 from typing import Final
 
+from ...dialect import NEWEST
 from ...trees.nodes import BUILTIN, Registry, nodes_of
-from . import conditions, decorators, motion, planning
+from . import conditions, costs, decorators, goals, motion, paths, planning, route
+from .distributions import CHANGED
+from .servers import cancel_nodes
+from .tables import table_nodes
 
-OWN: Final = tuple(node for module in (planning, motion, conditions, decorators) for node in nodes_of(module))
+_MODULES = (planning, route, motion, paths, goals, costs, conditions, decorators)
+OWN: Final = (*(node for module in _MODULES for node in nodes_of(module)), *table_nodes(), *cancel_nodes())
 """Nav2's nodes that BehaviorTree.CPP does not have, except Nav2's control nodes, which are in `BUILTIN`."""
 
 NAV2: Final = Registry([*(node for tag, node in BUILTIN.items() if tag not in {n.tag for n in OWN}), *OWN])
 """Nodes available in a mission with `nodes = "nav2"`, in addition to its robot's actions."""
 
-_MISSING: Final = {
-    tag: (f"'{tag}' is a node of Nav2 that rocs_bt does not have ({what}).", "Remove it, or write a node of that name.")
-    for what, tags in {
-        "smoothing": "SmoothPath SmootherSelector",
-        "teleoperation": "AssistedTeleop CancelAssistedTeleop",
-        "batteries": "IsBatteryCharging IsBatteryLow",
-        "cancelling": "CancelControl CancelBackUp CancelDriveOnHeading CancelSpin CancelWait",
-        "other navigators": "ComputeAndTrackRoute",
-        "validation of paths": "IsPathValid",
-        "costmaps": "RemoveInCollisionGoals",
-        "localisation": "ReinitializeGlobalLocalization",
-        "following": "FollowObject",
-    }.items()
-    for tag in tags.split()
-}
+
+def nav2_nodes(distribution: str = NEWEST) -> Registry:
+    """Nodes as in Nav2 of a distribution of ROS 2.
+
+    Args:
+        distribution: One of `rocs_bt.dialect.DISTRIBUTIONS`.
+    """
+    changed = {node.tag: node for node in CHANGED[distribution]}
+    return Registry([changed.get(tag, node) for tag, node in NAV2.items()])
+
 
 _ON_SERVERS: Final = {
     tag: (
@@ -37,15 +37,11 @@ _ON_SERVERS: Final = {
     for tag in ("NavigateToPose", "NavigateThroughPoses", "DockRobot", "UndockRobot")
 }
 
-ELSEWHERE: Final = (
-    _MISSING
-    | _ON_SERVERS
-    | {
-        tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
-        for tag in NAV2
-        if tag not in BUILTIN
-    }
-)
+ELSEWHERE: Final = _ON_SERVERS | {
+    tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
+    for tag in NAV2
+    if tag not in BUILTIN
+}
 """Message and hint for each of Nav2's nodes, if a mission of another dialect uses it or rocs_bt does not have it."""
 
 GOAL_KEYS: Final = ("goal", "goals")
@@ -53,3 +49,5 @@ GOAL_KEYS: Final = ("goal", "goals")
 
 ROUTES: Final = ("grid_astar", "visibility", "dijkstra")
 """Names of the route planners that the nodes use by default."""
+
+__all__ = ["ELSEWHERE", "GOAL_KEYS", "NAV2", "OWN", "ROUTES", "nav2_nodes"]

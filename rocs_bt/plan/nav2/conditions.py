@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import math
-from typing import Any, ClassVar
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
 
-from ...geometry import Pose2
 from ...trees.board import from_string
-from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
+from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Leaf, Outcome
+from ...trees.nodes.node import LazyAttribute
 from ..context import mission_of
-from .decorators import goals_of, value_of
-from .poses import PoseInput, PosesInput, pose_of, robot_pose, same
+from .decorators import goals_of
+from .lenient import Framed, Lenient
+from .path import PathInput, PathSearch, length, poses_in
+from .poses import PoseInput, PosesInput, known, pose_of, robot_pose, same
 from .run_aware import RunAwareCondition
 
+if TYPE_CHECKING:
+    from ..context import MissionContext
 
-class _Condition(Instant):
+
+class _Condition(Lenient, Instant):
     kind = "Condition"
 
     def update(self) -> Outcome:
@@ -25,7 +31,7 @@ class _Condition(Instant):
         raise NotImplementedError
 
 
-class _RelativeCondition(RunAwareCondition):
+class _RelativeCondition(Lenient, RunAwareCondition):
     """Base of conditions relative to a reference state: that at the beginning of the run, or when last true."""
 
     def update(self) -> Outcome:
@@ -85,12 +91,10 @@ class TimeExpired(_RelativeCondition):
         return self.runtime.now() - self._since >= self.seconds - 1e-9
 
 
-class DistanceTraveled(_RelativeCondition):
+class DistanceTraveled(Framed, _RelativeCondition):
     """SUCCESS if the robot has moved a distance since the first tick, or since the condition was last true."""
 
     distance = Input(float, 1.0, "distance [m]")
-    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
-    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
         self._at = robot_pose(mission_of(self))
@@ -99,32 +103,34 @@ class DistanceTraveled(_RelativeCondition):
         return robot_pose(mission_of(self)).distance(self._at) >= self.distance
 
 
-class PathExpiringTimer(_RelativeCondition):
-    """SUCCESS if a path has not changed for a time."""
+class PathExpiringTimer(_Condition):
+    """SUCCESS if a path has not changed for a time; a new run of the parent does not reset it."""
 
     seconds = Input(float, 1.0, "time [s]")
-    path = Input(list, "{path}", "path")
-
-    def restart(self) -> None:
-        self._since, self._path = self.runtime.now(), value_of(self, "path")
+    path = PathInput("{path}", "path")
+    _state: tuple[float, Any] | None = None
 
     def holds(self) -> bool:
-        if value_of(self, "path") is not self._path:
-            self.restart()
-        return self.runtime.now() - self._since >= self.seconds - 1e-9
+        now, path = self.runtime.now(), self.path
+        if self._state is None or path is not self._state[1]:
+            self._state = now, path
+            return False
+        expired = now - self._state[0] >= self.seconds - 1e-9
+        if expired:
+            self._state = now, path
+        return expired
 
 
-class GoalReached(_Condition):
+class GoalReached(Framed, _Condition):
     """SUCCESS if the robot is at the goal, within the tolerance of its node."""
 
     goal = PoseInput("{goal}", "goal")
-    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def holds(self) -> bool:
         mission, goal = mission_of(self), self.goal
-        pose = pose_of(mission, goal)
-        known = isinstance(goal, str) and mission.knowledge.graph.has(goal)
-        tolerance = mission.knowledge.graph.attributes(goal).get("tolerance") if known else None
+        pose = None if goal is None else pose_of(mission, goal)
+        placed = isinstance(goal, str) and mission.knowledge.graph.has(goal)
+        tolerance = mission.knowledge.graph.attributes(goal).get("tolerance") if placed else None
         return pose is not None and robot_pose(mission_of(self)).distance(pose) <= (tolerance or TOLERANCE)
 
 
@@ -143,36 +149,101 @@ class ArePosesNear(_Condition):
     def holds(self) -> bool:
         mission, given = mission_of(self), self.ref_pose
         one = robot_pose(mission_of(self)) if given is None else pose_of(mission, given)
-        other = pose_of(mission, self.target_pose)
+        target = self.target_pose
+        other = None if target is None else pose_of(mission, target)
         return one is not None and other is not None and one.distance(other) <= self.tolerance
 
 
-class IsStuck(RunAwareCondition):
-    """SUCCESS if the robot has moved less than 0.1 m for at least 3 s."""
-
-    _at: Pose2
-    _since: float
-
-    def update(self) -> Outcome:
-        mission, now = mission_of(self), self.runtime.now()
-        here = robot_pose(mission)
-        if self.begins() or not here.distance(self._at) < 0.1:
-            self._at, self._since = here, now
-        return SUCCESS if now - self._since >= 3.0 else FAILURE
+BRAKING = -10.0
+"""Acceleration below which a robot counts as stuck [m/s2]: it has hit something."""
 
 
-class IsStopped(RunAwareCondition):
-    """SUCCESS if the robot has been slower than a threshold for a time."""
+class IsStuck(_Condition):
+    """SUCCESS if the robot decelerates by more than 10 m/s2, as if it had hit an obstacle."""
 
-    velocity_threshold = Input(float, 0.01, "speed threshold [m/s]")
+    _last: tuple[float, float] | None = None
+
+    def holds(self) -> bool:
+        mission = mission_of(self)
+        now = mission.clock.now(), mission.knowledge.robot.speed(mission.clock.now())
+        last, self._last = self._last, now
+        return last is not None and now[0] > last[0] and (now[1] - last[1]) / (now[0] - last[0]) < BRAKING
+
+
+class _StopTest(Lenient):
+    velocity_threshold = Input(float, 0.01, "threshold of the speed [m/s] and the turn rate [rad/s]")
     duration_stopped = Input(int, 1000, "time [ms]")
+    _since: float | None = None
 
     def update(self) -> Outcome:
         mission, now = mission_of(self), self.runtime.now()
-        speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
-        if self.begins() or not speed <= self.velocity_threshold:
+        t, limit = mission.clock.now(), self.velocity_threshold
+        moving = not max(abs(mission.knowledge.robot.speed(t)), abs(_turn_rate(mission, t))) < limit
+        if moving:
+            self._since = None
+            return FAILURE
+        if self._since is None:
             self._since = now
-        return SUCCESS if now - self._since >= self.duration_stopped / 1000.0 - 1e-9 else FAILURE
+        if now - self._since > self.duration_stopped / 1000.0 + 1e-9:
+            self._since = None
+            return SUCCESS
+        return RUNNING
+
+    def halted(self) -> None:
+        self._since = None
+        super().halted()
+
+
+def _turn_rate(mission: MissionContext, t: float) -> float:
+    signals = mission.knowledge.signals
+    return signals.value("turn_rate", t) if "turn_rate" in signals else 0.0
+
+
+class IsStopped(_StopTest, Leaf):
+    """SUCCESS if the robot has been stationary for a time; RUNNING before, and FAILURE while it moves."""
+
+    kind = "Condition"
+
+
+class CheckStopStatus(_StopTest, Leaf):
+    """SUCCESS if the robot has been stationary for a time; RUNNING before, and FAILURE while it moves."""
+
+
+class IsGoalNearby(Framed, _Condition):
+    """SUCCESS if the rest of a path, from the pose nearest to the robot, is shorter than a threshold."""
+
+    path = PathInput("{path}", "path")
+    proximity_threshold = Input(float, 1.0, "length of the rest [m]")
+    max_robot_pose_search_dist = Input(float, -1.0, "length searched after the pose found before [m]; negative for all")
+    _search: Any = LazyAttribute(lambda node: PathSearch())
+
+    def holds(self) -> bool:
+        path, here = poses_in(self.path), known(robot_pose(mission_of(self)))
+        if not path or here is None:
+            return False
+        at = self._search.find(path, here, self.max_robot_pose_search_dist, last=True)
+        return length(path[at:]) < self.proximity_threshold
+
+
+class IsWithinPathTrackingBounds(_Condition):
+    """SUCCESS if the robot is near its path, and before FollowPath has written its first `tracking_feedback`."""
+
+    max_error_left = Input(float, 0.5, "maximum distance to the left of the path [m]")
+    max_error_right = Input(float, 0.5, "maximum distance to the right of the path [m]")
+    max_error_heading = Input(float, 3.14, "maximum error of the heading [rad]")
+    tracking_feedback = Input(object, None, "output of FollowPath")
+
+    def holds(self) -> bool:
+        found = self.tracking_feedback
+        if found is None:
+            return True
+        across, heading = (_field(found, f"{n}_tracking_error") for n in ("position", "heading"))
+        limit = self.max_error_left if across >= 0.0 else self.max_error_right
+        return abs(across) <= abs(limit) and abs(heading) <= abs(self.max_error_heading)
+
+
+def _field(value: Any, name: str) -> float:
+    return float(value[name] if isinstance(value, Mapping) else getattr(value, name))
 
 
 class InitialPoseReceived(_Condition):
@@ -191,37 +262,9 @@ class TransformAvailable(InitialPoseReceived):
     parent_frame = Input(str, "", "frame in Nav2; not used", name="parent")
 
 
-class _ErrorCodeCondition(_Condition):
-    """Base of conditions on an error code; FAILURE if the node that writes the code has not run yet."""
-
-    helped: ClassVar[tuple[int, ...]] = ()
-    error_code = Input(int, None, "error code of the node that failed")
-
-    def holds(self) -> bool:
-        return self.error_code in self.helped
-
-
-class WouldAPlannerRecoveryHelp(_ErrorCodeCondition):
-    """SUCCESS if a recovery may help after this error code of ComputePathToPose or ComputePathThroughPoses."""
-
-    helped = (200, 207, 208, 300, 307, 308)
-
-
-class WouldAControllerRecoveryHelp(_ErrorCodeCondition):
-    """SUCCESS if a recovery may help after this error code of FollowPath."""
-
-    helped = (100, 104, 105, 106)
-
-
 def _numbers(text: str) -> list[int]:
     parts = text.replace(",", ";").split(";")
     return [from_string(part.strip(), int) for part in parts if part.strip()]
-
-
-class WouldARouteRecoveryHelp(_ErrorCodeCondition):
-    """SUCCESS if a recovery may help after this error code of ComputeRoute."""
-
-    helped = (400, 404, 405)
 
 
 class AreErrorCodesPresent(_Condition):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 from ...errors import Fault, InputError
@@ -12,6 +11,8 @@ from ...trees.board import from_string
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
 from ...trees.nodes.family import Decorator
 from ..context import mission_of
+from .lenient import Framed, Lenient
+from .path import PathInput, length, poses_in
 from .poses import PoseInput, PosesInput, poses_of, robot_pose, same
 from .run_aware import RunAwareDecorator
 
@@ -28,7 +29,7 @@ def _rate(text: str) -> float:
     return rate
 
 
-class _Throttled(RunAwareDecorator):
+class _Throttled(Lenient, RunAwareDecorator):
     """Base of decorators that tick the child at the beginning of a run, while it is RUNNING, and when it is due.
 
     In all other ticks the decorator returns RUNNING.
@@ -74,12 +75,10 @@ class RateController(_Throttled):
         return (self.runtime.now() - self._since + 1e-9) * self.hz >= 1.0
 
 
-class DistanceController(_Throttled):
+class DistanceController(Framed, _Throttled):
     """Ticks its child each time the robot has moved by a distance. RUNNING in between."""
 
     distance = Input(float, 1.0, "distance from the position of the child's last tick [m]")
-    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
-    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
 
     def restart(self) -> None:
         self._at = robot_pose(mission_of(self))
@@ -147,7 +146,7 @@ class SingleTrigger(RunAwareDecorator):
         return outcome
 
 
-class GoalUpdater(Decorator):
+class GoalUpdater(Lenient, Decorator):
     """Copies the goal to its outputs and ticks its child. There is no topic here: to move the goal, move its node."""
 
     input_goal = PoseInput(None, "goal")
@@ -166,21 +165,21 @@ class GoalUpdater(Decorator):
         return outcome
 
 
-class PathLongerOnApproach(RunAwareDecorator):
+class PathLongerOnApproach(Lenient, RunAwareDecorator):
     """Ticks its child if the path has become much longer, and the old one was short (near the goal); else SUCCESS."""
 
-    path = Input(list, "{path}", "path")
+    path = PathInput("{path}", "path")
     prox_len = Input(float, 3.0, "maximum length of the old path [m]")
     length_factor = Input(float, 2.0, "minimum ratio of the lengths")
 
     def tick_once(self) -> Outcome:
         if self.begins():
-            self._old: Any = None
-        path = self.path
+            self._old: list[Pose2] = []
+        path, old = poses_in(self.path), self._old
         longer = False
-        if self._old is not None and path is not self._old and path[-1][:2] == self._old[-1][:2]:
-            old = _length(self._old)
-            longer = old < self.prox_len and _length(path) > self.length_factor * old
+        if path and old and len(path) != len(old) and path[-1][:2] == old[-1][:2]:
+            before = length(old)
+            longer = before < self.prox_len and length(path) > self.length_factor * before
         self.status = RUNNING
         if self.decorated.status is RUNNING or longer:
             outcome = self.tick_child()
@@ -208,7 +207,3 @@ def goals_of(node: Any) -> list[Pose2 | None]:
     mission = mission_of(node)
     goal, goals = value_of(node, "goal"), value_of(node, "goals")
     return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])
-
-
-def _length(path: Any) -> float:
-    return sum(math.dist(a[:2], b[:2]) for a, b in pairwise(path))

@@ -12,9 +12,11 @@ from ...action import Action, Failure, Reason, make_action
 from ...errors import Fault, InputError
 from ...geometry import Pose2, wrap_angle
 from ...knowledge import segment_distance
-from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
+from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from ..action_node import ActionNode
+from .path import PathInput, corners_of, poses_in
 from .poses import robot_pose
+from .servers import Cancellable
 
 CRUISE = 0.5
 """Cruise speed of FollowPath [m/s]."""
@@ -78,28 +80,31 @@ def track(path: Sequence[Sequence[float]], pose: Pose2, speed: float) -> Trackin
     )
 
 
-class _Move(ActionNode):
+class _Move(Cancellable, ActionNode):
     """Base of nodes that execute one action of the robot and report its failure as an error code of nav2_msgs."""
 
     base: ClassVar[int] = 0
     codes: ClassVar[dict[Reason, int]] = _CODES
-
-    server_name = Input(str, "", "address of the server in Nav2; not used")
-    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
-    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
-    error_msg = Output(str, "error message")
 
     def parameters(self) -> dict[str, Any]:
         """Parameters of the action, in SI units."""
         raise NotImplementedError
 
     def initialise(self) -> None:
-        self.error_code_id, self.error_msg = 0, ""
         self._refused: Failure | None = None
         super().initialise()
 
     def update(self) -> Any:
-        return super().update() if self._refused is None else self._fail(self._refused)
+        if self.cancelled:
+            if self.ticket is not None:
+                self.mission.pipeline.cancel(self.ticket, by=self.mission.path(self))
+            self._drop_goal()
+            self.put_error()
+            return SUCCESS
+        outcome = super().update() if self._refused is None else self._fail(self._refused)
+        if outcome is SUCCESS:
+            self.put_error()
+        return outcome
 
     def _submit(self, interrupted: Action | None = None) -> None:
         try:
@@ -115,8 +120,7 @@ class _Move(ActionNode):
         return make_action(self.mission.actions, self.action, self._submitted)
 
     def _fail(self, failure: Failure) -> Any:
-        self.error_code_id = self.base + self.codes.get(failure.reason, 0)
-        self.error_msg = str(failure)
+        self.put_error(self.base + self.codes.get(failure.reason, 0), str(failure))
         return super()._fail(failure)
 
 
@@ -132,9 +136,16 @@ class _TimeLimited(_Move):
 
     def update(self) -> Any:
         outcome = super().update()
-        if outcome is RUNNING and self.runtime.now() > self._until:
+        if outcome is RUNNING and self.time_allowance > 0.0 and self.runtime.now() > self._until:
             return self._fail(Failure(Reason.TIMEOUT, f"after {self.time_allowance:g} s"))
         return outcome
+
+
+EMPTY = "the path is empty"
+"""Evidence of a failure without a path."""
+
+TELEOP_TIMEOUT = 731
+"""Error code of AssistedTeleop at the end of its time."""
 
 
 class FollowPath(_Move):
@@ -146,33 +157,54 @@ class FollowPath(_Move):
         Reason.LOST_POSE: 2, Reason.CANNOT: 3, Reason.TIMEOUT: 7, Reason.STUCK: 5, Reason.BLOCKED: 6
     }  # fmt: skip  # a table
 
-    path = Input(list, "{path}", "corners, (x, y) in the world frame [m]")
+    path = PathInput("{path}", "path; also corners, (x, y) in the world frame [m]")
     controller_id = Input(str, "", "name of a controller in Nav2; here the follower drives")
     goal_checker_id = Input(str, "", "name of a goal checker in Nav2; not used")
     progress_checker_id = Input(str, "", "name of a progress checker in Nav2; not used")
     path_handler_id = Input(str, "", "name of a path handler in Nav2; not used")
-    tracking_feedback = Output(TrackingFeedback, "position on the path, in each tick")
+    tracking_feedback = Output(object, "position on the path, in each tick")
+    empty_code = 1
+    """Error code for an empty path: Nav2 rejects such a goal since Lyrical."""
 
     def parameters(self) -> dict[str, Any]:
-        path = self._path = self.path
-        if not path:
-            raise InputError(Fault("the path is empty."))
-        return {"points": path, "goal": self._goal(path), "cruise": min(CRUISE, self._fastest())}
+        self._path = self.path
+        points = corners_of(self._path)
+        return {"points": points, "goal": self._goal(points), "cruise": min(CRUISE, self._fastest())}
+
+    def _submit(self, interrupted: Action | None = None) -> None:
+        if poses_in(self.path):
+            super()._submit(interrupted)
+        else:
+            self.ticket, self._refused = None, Failure(Reason.CANNOT, EMPTY)
 
     def update(self) -> Any:
         ticket, path = self.ticket, self.path
-        if self.key("tracking_feedback") is not None and path:
-            robot, mission = self.mission.knowledge.robot, self.mission
-            self.tracking_feedback = track(path, robot_pose(mission), robot.speed(mission.clock.now()))
-        if ticket is not None and not ticket.state.done and path and path is not self._path:
-            if math.dist(path[-1][:2], self._path[-1][:2]) > 1e-6:
+        if ticket is not None and not ticket.state.done and path is not self._path and (points := corners_of(path)):
+            if math.dist(points[-1][:2], corners_of(self._path)[-1][:2]) > 1e-6:
                 self._drop_goal()
                 self.mission.pipeline.cancel(ticket, by=self.mission.path(self))
                 self._submit()
                 return RUNNING
+            if points is not corners_of(self._path):
+                self.mission.pipeline.update(ticket, {"points": points})
             self._path = path
-            self.mission.pipeline.update(ticket, {"points": path})
-        return super().update()
+        outcome = super().update()
+        self._track(outcome)
+        return outcome
+
+    def _fail(self, failure: Failure) -> Any:
+        outcome = super()._fail(failure)
+        if self.ticket is None and failure is self._refused and failure.evidence == EMPTY:
+            self.put_error(self.empty_code, str(failure))
+        return outcome
+
+    def _track(self, outcome: Outcome) -> None:
+        """Write the feedback: position on the path while RUNNING, zeros at the end."""
+        if self.key("tracking_feedback") is None or not (path := poses_in(self._path)):
+            return
+        robot, mission = self.mission.knowledge.robot, self.mission
+        found = track(path, robot_pose(mission), robot.speed(mission.clock.now()))
+        self.tracking_feedback = found if outcome is RUNNING else TrackingFeedback(found.robot_pose, *[0] * 6)
 
     def _fastest(self) -> float:
         known = self.mission.knowledge.graph.attributes(self.mission.knowledge.agent)
@@ -207,10 +239,13 @@ class DriveOnHeading(_TimeLimited):
 
     action = "Flinch"
     base = 720
+    codes: ClassVar[dict[Reason, int]] = {**_CODES, Reason.CANNOT: 4}
     dist_to_travel = Input(float, 0.15, "distance [m]")
     speed = Input(float, 0.025, "speed [m/s]")
 
     def parameters(self) -> dict[str, Any]:
+        if self.speed * self.dist_to_travel < 0.0:
+            raise InputError(Fault("the signs of distance and speed differ."))
         speed = math.copysign(self.speed, self.dist_to_travel)
         return {"speed": speed, "distance": abs(self.dist_to_travel), "timeout": self.time_allowance}
 
@@ -220,6 +255,7 @@ class BackUp(_TimeLimited):
 
     action = "Flinch"
     base = 710
+    codes: ClassVar[dict[Reason, int]] = {**_CODES, Reason.BLOCKED: 4, Reason.STUCK: 4, Reason.CANNOT: 3}
     backup_dist = Input(float, 0.15, "distance [m]")
     backup_speed = Input(float, 0.025, "speed [m/s]")
 
@@ -228,21 +264,40 @@ class BackUp(_TimeLimited):
         return {"speed": speed, "distance": abs(self.backup_dist), "timeout": self.time_allowance}
 
 
-class Wait(Leaf):
-    """RUNNING for a duration, then SUCCESS."""
+class Wait(Cancellable, Leaf):
+    """RUNNING for a duration, then SUCCESS; a negative duration counts as a positive one."""
 
     wait_duration = Input(float, 1.0, "duration [s]")
-    server_name = Input(str, "", "address of the server in Nav2; not used")
-    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
-    error_code_id = Output(int, "always 0")
-    error_msg = Output(str, "always empty")
 
     def initialise(self) -> None:
-        self._until = self.runtime.now() + self.wait_duration
-        self.error_code_id, self.error_msg = 0, ""
+        super().initialise()
+        self._until = self.runtime.now() + abs(self.wait_duration)
 
     def update(self) -> Outcome:
-        return SUCCESS if self.runtime.now() >= self._until - 1e-9 else RUNNING
+        if not self.cancelled and self.runtime.now() < self._until - 1e-9:
+            return RUNNING
+        self.put_error()
+        return SUCCESS
 
     def wait_text(self) -> str:
         return f"until {self._until:.2f} s" if self.status is RUNNING else ""
+
+
+class AssistedTeleop(Cancellable, Leaf):
+    """RUNNING for `time_allowance`: nobody drives the robot here. Then FAILURE if `is_recovery`, else SUCCESS."""
+
+    time_allowance = Input(float, 10.0, "duration [s]")
+    is_recovery = Input(bool, False, "whether the node fails at the end")
+
+    def initialise(self) -> None:
+        super().initialise()
+        self._until = self.runtime.now() + self.time_allowance
+
+    def update(self) -> Outcome:
+        if self.cancelled:
+            self.put_error()
+            return SUCCESS
+        if self.runtime.now() < self._until - 1e-9:
+            return RUNNING
+        self.put_error(TELEOP_TIMEOUT, f"after {self.time_allowance:g} s")
+        return FAILURE if self.is_recovery else SUCCESS

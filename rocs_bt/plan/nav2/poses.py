@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
 from ...trees.board import from_string
 from ...trees.nodes import Input
+from .path import pose_in
 
 if TYPE_CHECKING:
     from ..context import MissionContext
@@ -78,6 +80,8 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     """
     if isinstance(value, str):
         value = read_pose(value)
+    if isinstance(value, Mapping):
+        return pose_in(value)
     if isinstance(value, Pose2):
         return value
     if isinstance(value, str):
@@ -87,8 +91,21 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
 
 def poses_of(mission: MissionContext, value: Any) -> list[Pose2 | None]:
     """Poses that the value of a port with several poses describes; see `pose_of`."""
-    values = read_poses(value) if isinstance(value, str) else value
-    return [pose_of(mission, each) for each in values or ()]
+    return [pose_of(mission, each) for each in list_of(value)]
+
+
+def list_of(value: Any) -> list[Any]:
+    """Items of the value of a port with several poses; a message such as nav_msgs/Goals is the list in it."""
+    if isinstance(value, str):
+        return list(read_poses(value))
+    if isinstance(value, Mapping):
+        value = next((items for items in value.values() if isinstance(items, (list, tuple))), ())
+    return list(value or ())
+
+
+def known(pose: Pose2) -> Pose2 | None:
+    """The pose, or None if its position is unknown (NaN)."""
+    return None if math.isnan(pose.x) else pose
 
 
 def same(one: Any, other: Any) -> bool:

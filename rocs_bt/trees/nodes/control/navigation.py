@@ -10,11 +10,16 @@ from py_trees.composites import Sequence as StockSequence
 
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..family import Control, halt
-from ..port import InOut, Input
+from ..port import REQUIRED, InOut, Input
 
 
 class _Nav(Control):
     run_aware_children: Many[Any] = ()
+
+    def read(self, port: str) -> Any:
+        """Value of a port; as in Nav2, a key without a value counts as the port's default."""
+        key, default = self.key(port), self.ports[port].default
+        return default if key is not None and default is not REQUIRED and key not in self.board else super().read(port)
 
     def _begin(self) -> None:
         """At the start of a run, notify the children that keep state between runs."""
@@ -31,8 +36,7 @@ class _Nav(Control):
     def _finish(self, outcome: Outcome) -> Outcome:
         """End the node with an outcome; RUNNING descendants are halted."""
         self.halt_children()
-        if outcome is not SKIPPED:
-            self.status = outcome
+        self.status = IDLE if outcome is SKIPPED else outcome
         return outcome
 
 
@@ -40,20 +44,23 @@ class PipelineSequence(_Nav, StockSequence):
     """Ticks its first child until it succeeds, then the first two until the second succeeds, and so on.
 
     Children that succeeded before are ticked again in each tick; if such a child is now RUNNING, the children after it
-    are still ticked. FAILURE of any child ends the node.
+    are still ticked. FAILURE of any child ends the node. Children that are skipped are passed over; if all are, so is
+    the node.
     """
 
     memory = False
 
     def tick_once(self) -> Outcome:
         self._begin()
+        skipped = 0
         for index, child in enumerate(self.children):
-            outcome = self._tick(child)
+            outcome = self._tick(child, skippable=True)
+            skipped += outcome is SKIPPED
             if outcome is FAILURE or (outcome is RUNNING and index >= self._index):
                 self._index = index if outcome is RUNNING else 0
                 return self._finish(outcome) if outcome is FAILURE else self._runs()
         self._index = 0
-        return self._finish(SUCCESS)
+        return self._finish(SKIPPED if skipped == len(self.children) else SUCCESS)
 
     def _runs(self) -> Outcome:
         self.status = RUNNING
@@ -147,14 +154,17 @@ class RecoveryNode(_Nav):
 
     def _finish(self, outcome: Outcome) -> Outcome:
         self._index = self._retries = 0
-        super()._finish(outcome)
-        if outcome is SKIPPED:
-            self.status = IDLE
-        return outcome
+        return super()._finish(outcome)
 
 
 class RoundRobin(_Nav):
-    """Ticks its children in turn until one succeeds; the next run begins after this child. FAILURE if all fail."""
+    """Ticks its children in turn until one succeeds; the next run begins after this child. FAILURE if all fail.
+
+    As in Nav2 since Lyrical, the node also fails after its last child, even if that child succeeds, unless
+    `wrap_around` is true: then the first child follows the last. SKIPPED if all children are skipped in one tick.
+    """
+
+    wrap_around = Input(bool, False, "whether the first child follows the last; always true before Lyrical")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:
         super().__init__(name, children, **attributes)
@@ -162,17 +172,23 @@ class RoundRobin(_Nav):
 
     def tick_once(self) -> Outcome:
         self.status = RUNNING
-        while self._failed < len(self.children):
-            outcome = self._tick(self.children[self._index])
+        count, skipped, wrap = len(self.children), 0, self.wrap_around
+        while self._failed + skipped < count:
+            outcome = self._tick(self.children[self._index], skippable=True)
             if outcome is RUNNING:
                 return outcome
-            self._index = (self._index + 1) % len(self.children)
+            self._failed += outcome is FAILURE
+            skipped += outcome is SKIPPED
+            self._index += 1
+            if self._index == count:
+                if not wrap:
+                    break
+                self._index = 0
             if outcome is SUCCESS:
                 self._failed = 0
                 return self._finish(SUCCESS)
-            self._failed += 1
         self._index = self._failed = 0
-        return self._finish(FAILURE)
+        return self._finish(SKIPPED if skipped == count else FAILURE)
 
     def halted(self) -> None:
         super().halted()
@@ -193,6 +209,8 @@ class PauseResumeController(_Nav):
     """
 
     max_children = 4
+    pause_service_name = Input(str, "", "name of the service in Nav2; not used")
+    resume_service_name = Input(str, "", "name of the service in Nav2; not used")
     paused = Input(bool, False, "whether the node is paused")
 
     def __init__(self, name: str, children: Any = (), /, **attributes: Any) -> None:

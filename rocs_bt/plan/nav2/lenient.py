@@ -1,0 +1,54 @@
+"""Ports of Nav2's nodes: a port without a value is no error by itself, and values have the types of Nav2."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from ...trees.nodes import REQUIRED, Input, Node, Output, Port, pointer
+
+_EMPTY: Final[dict[Any, Any]] = {bool: False, int: 0, float: 0.0, str: "", list: ()}
+
+
+class Lenient(Node):
+    """Base of Nav2's nodes: an input port whose key has no value has its default, or is empty, as in Nav2."""
+
+    def read(self, port: str) -> Any:
+        key = self.key(port)
+        if key is not None and key not in self.board:
+            return absent(self.ports[port])
+        return super().read(port)
+
+
+def absent(port: Port[Any]) -> Any:
+    """Value of a port whose key has no value: the default if it is a literal, else an empty value or None."""
+    default = port.default
+    if default is REQUIRED or pointer(default) is not None:
+        return _EMPTY.get(port.kind)
+    return port.value(default) if isinstance(default, str) else default
+
+
+class Served(Lenient):
+    """Base of nodes that call an action server in Nav2; here they ignore its address."""
+
+    server_name = Input(str, "", "address of the server in Nav2; not used")
+    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
+    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
+    error_msg = Output(str, "error message")
+
+    def put_error(self, code: int = 0, message: str = "") -> None:
+        """Write the outputs for an error; both are zero or empty without one."""
+        self.error_code_id, self.error_msg = code, message
+
+
+class Serviced(Lenient):
+    """Base of nodes that call a service in Nav2; here they ignore its address."""
+
+    service_name = Input(str, "", "address of the service in Nav2; not used")
+    server_timeout = Input(float, 0.0, "timeout of the service in Nav2 [ms]; not used")
+
+
+class Framed(Lenient):
+    """Base of nodes that look up the robot's pose in Nav2's transforms; here it is that of Knowledge."""
+
+    global_frame = Input(str, "map", "frame in Nav2; here the world frame")
+    robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")

@@ -1,0 +1,162 @@
+"""Nodes of Nav2 that have one shape: selectors, recovery conditions, clearing of costmaps, batteries and others."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar, Final
+
+from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Node, Outcome, Output
+from ..context import mission_of
+from .lenient import Lenient, Served, Serviced
+from .planning import route_planners
+from .poses import PoseInput, known, pose_of, robot_pose
+
+
+class _Selector(Lenient, Instant):
+    """Base of nodes that write a name: in Nav2 the last text on a topic, here always the default."""
+
+    what: ClassVar[str] = ""
+    _kept = ""
+
+    topic_name = Input(str, "", "topic in Nav2; not used")
+
+    def update(self) -> Outcome:
+        self._kept = self.read(f"default_{self.what}") or self._kept
+        if not self._kept:
+            return FAILURE
+        self.write(f"selected_{self.what}", self._kept)
+        return SUCCESS
+
+
+class _WouldHelp(Lenient, Instant):
+    """Base of conditions on an error code; FAILURE if the node that writes the code has not failed yet."""
+
+    kind = "Condition"
+    helped: ClassVar[tuple[int, ...]] = ()
+
+    error_code = Input(int, None, "error code of the node that failed")
+
+    def update(self) -> Outcome:
+        return SUCCESS if self.error_code in self.helped else FAILURE
+
+
+class _Clear(Serviced, Instant):
+    """Base of nodes that forget obstacles of the robot's map, and the paths of the route planners."""
+
+    around_pose: ClassVar[bool] = False
+    outside: ClassVar[bool] = False
+
+    plugins = Input(object, None, "layers of the costmap in Nav2; not used")
+
+    def update(self) -> Outcome:
+        mission = mission_of(self)
+        route_planners(mission).clear()
+        grid = mission.knowledge.world.occupancy
+        if grid is None:
+            return SUCCESS
+        half = 0.5 * self.read("reset_distance") if "reset_distance" in self.ports else math.inf
+        given = self.read("pose") if self.around_pose else None
+        centre = pose_of(mission, given) if given is not None else known(robot_pose(mission))
+        if centre is None:
+            return FAILURE if math.isfinite(half) else SUCCESS
+        grid.clear(centre.x, centre.y, half, outside=self.outside)
+        return SUCCESS
+
+
+class _Nothing(Serviced, Instant):
+    def update(self) -> Outcome:
+        return SUCCESS
+
+
+class _Battery(Lenient, Instant):
+    kind = "Condition"
+    battery_topic = Input(str, "/battery_status", "topic in Nav2; not used")
+
+    def update(self) -> Outcome:
+        return FAILURE
+
+
+class _Unavailable(Served, Instant):
+    """Base of nodes that cannot work here and fail with an error code."""
+
+    code: ClassVar[int] = 0
+    why: ClassVar[str] = ""
+
+    def update(self) -> Outcome:
+        self.put_error(self.code, self.why)
+        self.feedback_message = self.why
+        return FAILURE
+
+
+_RESET = {"reset_distance": Input(float, 1.0, "diameter of the region [m]; in Nav2 the side of a square")}
+_SELECTED: Final = ("Planner", "Controller", "Smoother", "GoalChecker", "ProgressChecker", "PathHandler")
+_HELPED: Final[Mapping[str, tuple[str, tuple[int, ...]]]] = {
+    "Planner": ("ComputePathToPose or ComputePathThroughPoses", (200, 207, 208, 300, 307, 308)),
+    "Controller": ("FollowPath", (100, 104, 105, 106)),
+    "Smoother": ("SmoothPath", (500, 502, 503, 504)),
+    "Route": ("ComputeRoute", (400, 404, 405)),
+}
+_CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
+    "ClearEntireCostmap": ("Forgets all obstacles of the robot's map.", {}),
+    "ClearCostmapExceptRegion": ("Forgets obstacles of the robot's map outside a region.", {**_RESET, "outside": True}),
+    "ClearCostmapAroundRobot": ("Forgets obstacles of the robot's map around the robot.", _RESET),
+    "ClearCostmapAroundPose": (
+        "Forgets obstacles of the robot's map around a pose.",
+        {**_RESET, "pose": PoseInput(None, "centre of the region"), "around_pose": True},
+    ),
+}
+_NO_BATTERY = "FAILURE: the robots of the simulator have no battery, as if no message had arrived."
+_OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
+    "ReinitializeGlobalLocalization": (_Nothing, "SUCCESS: the robot's localisation is not started again here.", {}),
+    "ToggleCollisionMonitor": (
+        _Nothing,
+        "SUCCESS: the robot's reflexes stay on, whatever the value of `enable`.",
+        {"enable": Input(bool, True, "whether Nav2's collision monitor is on; not used")},
+    ),
+    "IsBatteryLow": (
+        _Battery,
+        _NO_BATTERY,
+        {
+            "min_battery": Input(float, 0.0, "threshold in Nav2; not used"),
+            "is_voltage": Input(bool, False, "whether the threshold is a voltage; not used"),
+        },
+    ),
+    "IsBatteryCharging": (_Battery, _NO_BATTERY, {}),
+    "FollowObject": (
+        _Unavailable,
+        "FAILURE with the code 902 (FAILED_TO_DETECT_OBJECT): there is no topic with the pose of an object here.",
+        {
+            "code": 902,
+            "why": "no object is detected: there is no topic with its pose here; use FollowRobot",
+            "pose_topic": Input(str, "dynamic_pose", "topic in Nav2; not used"),
+            "max_duration": Input(float, 0.0, "maximum duration in Nav2 [s]; not used"),
+            "tracked_frame": Input(str, "", "frame in Nav2; not used"),
+            "total_elapsed_time": Output(float, "never written"),
+        },
+    ),
+}
+
+
+def table_nodes() -> Iterator[type[Node]]:
+    """Create the nodes of this module."""
+    for camel in _SELECTED:
+        what = re.sub(r"(?<=.)([A-Z])", r"_\1", camel).lower()
+        ports: Mapping[str, Any] = {
+            f"default_{what}": Input(str, "", f"name of the {what.replace('_', ' ')}"),
+            f"selected_{what}": Output(str, "the same"),
+            "what": what,
+        }
+        yield _made(f"{camel}Selector", _Selector, f"Writes `default_{what}` to `selected_{what}`.", ports)
+    for camel, (nodes, codes) in _HELPED.items():
+        doc = f"SUCCESS if a recovery may help after this error code of {nodes}."
+        yield _made(f"WouldA{camel}RecoveryHelp", _WouldHelp, doc, {"helped": codes})
+    for tag, (doc, ports) in _CLEARED.items():
+        yield _made(tag, _Clear, doc, ports)
+    for tag, (base, doc, members) in _OTHERS.items():
+        yield _made(tag, base, doc, members)
+
+
+def _made(tag: str, base: type[Node], doc: str, members: Mapping[str, Any]) -> type[Node]:
+    return type(tag, (base,), {**members, "tag": tag, "__doc__": doc, "__module__": __name__})
