@@ -15,14 +15,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ...errors import Fault, InputError, UnitError
-from ...expression import Misuse, Node, compile_plain, evaluate, parse
+from ...expression import FUNCTIONS, Misuse, Node, compile_plain, evaluate, parse
 from ...expression.environment import SignalLayout
 from ...expression.python_code import define
 from ...units import NONE, TIME, parse_quantity
 from ..schema import SCHEMA, Schema
 from .names import Names
 from .parameter import HELPERS, Parameter
-from .pattern import Link, Pattern, Section, read_pattern, sections_of
+from .pattern import AbsentClause, Link, Pattern, Section, read_pattern, sections_of
 from .query import Moment, Query
 from .scope import Scope, Slot
 from .steps import Absent, Code, Follow, Joined, Near, Pin, Scan, Step, Test
@@ -104,21 +104,22 @@ class Planner:
         self._nearest = nearest
         self._bound: set[int] = set()
         self._edges: set[int] = set()
-        self._absent = list(pattern.absent)
 
     def steps(self) -> list[Step]:
         """Plan all steps of the query, in the order of their execution."""
         shown = [i for i, variable in enumerate(self._pattern.variables) if not variable.hidden]
         steps: list[Step] = [Test(test_of(early, self._scope.slots))] if (early := self._ready()) else []
-        steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound)
+        steps += self._join(shown, [*enumerate(self._pattern.links)], self._bound, list(self._pattern.absent))
         return steps
 
-    def _join(self, variables: Sequence[int], links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
-        """Steps that bind these variables and check these links."""
+    def _join(
+        self, variables: Sequence[int], links: list[tuple[int, Link]], bound: set[int], absent: list[AbsentClause]
+    ) -> list[Step]:
+        """Steps that bind these variables, and check these links and `no` clauses."""
         steps: list[Step] = []
         left = [i for i in variables if i not in bound]
         while True:
-            steps += self._checks(links, bound)
+            steps += self._checks(links, bound, absent)
             if not left:
                 return steps
             step, variable = self._next(left, links, bound)
@@ -147,7 +148,7 @@ class Planner:
                 return Follow(link, j, forward, self._kinds(other)), other
         return Scan(left[0], self._pattern.variables[left[0]].kind or "", None, None), left[0]
 
-    def _checks(self, links: list[tuple[int, Link]], bound: set[int]) -> list[Step]:
+    def _checks(self, links: list[tuple[int, Link]], bound: set[int], absent: list[AbsentClause]) -> list[Step]:
         """Steps for all links, conditions and `no` clauses with only bound variables."""
         steps: list[Step] = []
         for j, link in [*links]:
@@ -157,11 +158,12 @@ class Planner:
                 steps.append(Joined(link, j))
         if tests := self._ready():
             steps.append(Test(test_of(tests, self._scope.slots)))
-        for group in [*self._absent]:
-            hidden, missing = group
+        for clause in [*absent]:
+            hidden, missing = clause
             if all(end in bound or end in hidden for link in missing for end in (link.source, link.target)):
-                self._absent.remove(group)
-                steps.append(Absent(self._join(hidden, [(-1, link) for link in missing], set(bound))))
+                absent.remove(clause)
+                # Each clause has its own scope: no other clause is tested within it.
+                steps.append(Absent(self._join(hidden, [(-1, link) for link in missing], set(bound), [])))
         return steps
 
     def _ready(self) -> list[Node]:
@@ -316,7 +318,23 @@ class _Compiler:
         node = parse(section.text, self._scope.environment)
         if node.temporal:
             raise section.fault("a query looks at one moment; held, once, since and rate look at many.")
+        if (single := self._reduced(node)) is not None:
+            hint = f"For the row with the largest, write: order by {single.args[0].text} descending limit 1."
+            raise section.fault(f"'{single.text}' is of one value: an expression sees one row, not all rows.", hint)
         return node
+
+    def _reduced(self, node: Node) -> Node | None:
+        """First use of a function of groups, such as `max`, on one value of a row; None if there is none."""
+        for each in node.walk():
+            if (
+                each.op in FUNCTIONS
+                and "(group" in FUNCTIONS[each.op].usage
+                and [a.kind.size for a in each.args] == [0]
+            ):
+                slots = [self._scope.slots[i] for i in each.reads()]
+                if any(slot.variables or slot.links for slot in slots):  # not a signal with one value
+                    return each
+        return None
 
     def _where(self) -> Node | None:
         section = self._sections.get("where")

@@ -130,6 +130,10 @@ class Link:
         return self.steps == (1, 1)
 
 
+AbsentClause = tuple[tuple[int, ...], list[Link]]
+"""A `no` clause: indices of the variables that occur only in it, and the links that must not exist together."""
+
+
 @dataclass
 class Pattern:
     """Variables of a query and links between them, in the order of the query's text.
@@ -137,13 +141,12 @@ class Pattern:
     Attributes:
         variables: All variables, including the hidden ones.
         links: Links that must exist.
-        absent: One item for each `no` clause: indices of the variables that occur only in it, and the links that must
-            not exist together.
+        absent: The `no` clauses; a variable of one of them is not visible in the others.
     """
 
     variables: list[Variable] = field(default_factory=list)
     links: list[Link] = field(default_factory=list)
-    absent: list[tuple[tuple[int, ...], list[Link]]] = field(default_factory=list)
+    absent: list[AbsentClause] = field(default_factory=list)
 
     @property
     def shown(self) -> list[int]:
@@ -179,13 +182,13 @@ class _Clause:
         self._schema = schema
         self._pattern = pattern
         self._tokens = [(m[1], m.start(1)) for m in _TOKEN.finditer(section.text, section.start)]
-        self._at = 0
+        self._at, self._first = 0, 0
         self.negative = bool(self._tokens) and self._tokens[0][0] == "no"
 
     def read(self) -> None:
         if not self._tokens:
             raise self._section.fault("a clause is empty.", "Drop a comma.")
-        before = len(self._pattern.variables)
+        self._first = len(self._pattern.variables)
         self._at = int(self.negative)
         links, left = [], self._variable()
         while self._at < len(self._tokens):
@@ -201,16 +204,15 @@ class _Clause:
         elif not links:
             raise self._section.fault("'no' needs a relation, such as: no peer pursues goal.")
         else:
-            hidden = range(before, len(self._pattern.variables))
-            self._pattern.absent.append((tuple(i for i in hidden if self._pattern.variables[i].node is None), links))
+            self._pattern.absent.append((tuple(range(self._first, len(self._pattern.variables))), links))
 
     def _variable(self) -> int:
         token, position = self._next("a kind or a name")
         if token[0] in "\"'":
             return self._known(Variable(token, None, token[1:-1], self.negative))
-        names = [variable.name for variable in self._pattern.variables]
+        names = {variable.name: i for i, variable in self._visible()}
         if token in names and not self._named(token):
-            return names.index(token)
+            return names[token]
         if token not in self._schema.kinds:
             there = [*self._schema.kinds, *names]
             raise self._fault(
@@ -220,11 +222,15 @@ class _Clause:
         if self._named(token):
             name, position = self._next("a name")
             if name in names:
-                kind = self._pattern.variables[names.index(name)].kind
+                kind = self._pattern.variables[names[name]].kind
                 if kind != token:
                     raise self._fault(f"'{name}' is a {kind or 'node'} already, not a {token}.", at=position)
-                return names.index(name)
+                return names[name]
         return self._known(Variable(name, token, None, self.negative))
+
+    def _visible(self) -> list[tuple[int, Variable]]:
+        """Variables of the positive clauses and of this clause, with their indices."""
+        return [(i, v) for i, v in enumerate(self._pattern.variables) if i >= self._first or not v.hidden]
 
     def _named(self, kind: str) -> bool:
         """Whether the next token is the name of a variable of this kind."""
@@ -244,12 +250,11 @@ class _Clause:
 
     def _known(self, variable: Variable) -> int:
         """Index of the variable of that name in the pattern; it is added if missing."""
-        variables = self._pattern.variables
-        for i, other in enumerate(variables):
+        for i, other in self._visible():
             if other.name == variable.name or (variable.node is not None and other.node == variable.node):
                 return i
-        variables.append(variable)
-        return len(variables) - 1
+        self._pattern.variables.append(variable)
+        return len(self._pattern.variables) - 1
 
     def _relation(self) -> tuple[Relation, str, tuple[int, int | None]]:
         token, position = self._next("a relation")
