@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from ..agent import Agent, Controller, Rates, Runtime, build_agent
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
@@ -23,6 +24,7 @@ from .stub_agent import idle
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
 _AT_ONCE = 0.2  # [s] maximum `for` of a rule that fires before a robot that drives to a goal is there
+_MANY = 100  # number of an agent's goals that are checked in every respect, and of warnings about them
 _TIME = TIME.exponents.index(1)
 _AWAY = 1000.0  # [m] distance of moving objects from the world while the goals are checked
 
@@ -46,11 +48,8 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
         yield from faults
         if faults:
             continue  # without readings the reflexes cannot be evaluated
-        for goal in scenario.places:
-            if goal.kind == "goal" and agent.name in goal.agents:
-                fault = _goal_warning(world, built, agent, goal)
-                if fault is not None:
-                    yield replace(fault, file=scenario.file, line=goal.line, warning=True)
+        goals = [place for place in scenario.places if place.kind == "goal" and agent.name in place.agents]
+        yield from _goal_warnings(world, built, agent, goals, scenario.file)
 
 
 def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:
@@ -93,24 +92,57 @@ def _single_agent(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, wo
     return build_agent(agent.name, world.devices(agent.name), controller, rates, runtime, load_class=catalog.load_class)
 
 
-def _goal_warning(simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec) -> Fault | None:
-    """Warning about a goal with no or few free poses for an agent alone in the world; None if it is reachable."""
+def _goal_warnings(
+    simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goals: Sequence[PlaceSpec], file: Path
+) -> Iterator[Fault]:
+    """Warnings about the goals of an agent alone in the world; of many goals, most are only checked to be free."""
+    found = 0
+    for i, goal in enumerate(goals):
+        fault = _goal_warning(simulated, built, agent, goal, thorough=i < _MANY)
+        if fault is not None:
+            yield replace(fault, file=file, line=goal.line, warning=True)
+            found += 1
+        if found == _MANY and i + 1 < len(goals):
+            message = f"{len(goals) - i - 1} further goals of {agent.name} were not checked."
+            yield Fault(message, file, goal.line, warning=True, note=True)
+            return
+    if len(goals) > _MANY:
+        message = f"of {len(goals) - _MANY} goals of {agent.name}, only their first free pose was searched."
+        yield Fault(message, file, goals[_MANY].line, warning=True, note=True)
+
+
+def _goal_warning(
+    simulated: SimulatedWorld, built: Agent, agent: AgentSpec, goal: PlaceSpec, *, thorough: bool
+) -> Fault | None:
+    """Warning about a goal with no or few free poses, or at which a reflex always fires; None if it is reachable.
+
+    Args:
+        simulated: World with the agent's robot only.
+        built: The agent with its rules.
+        agent: The agent.
+        goal: The goal.
+        thorough: Whether to evaluate the rules, and to look for a tight goal.
+    """
     world, what = simulated.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
     height = goal.z if simulated.robots[agent.name].locomotion.kind == "flying" else None
     poses = free_goal_poses(world, agent.name, goal.pose, goal.tolerance, height=height)
-    if not poses:
+    first = next(poses, None)
+    if first is None:
         world.place(agent.name, goal.pose._replace(yaw=0.0), height)
         depth, obstacle = world.clearance(agent.name)
         where = f"at the goal itself its hull is {max(-depth, 0.0):.2f} m inside '{obstacle}'"
         message = f"{what}: {agent.robot} has no free pose within {goal.tolerance:g} m of it; {where}."
         return Fault(message, hint="Move the goal or the obstacle.")
+    if not thorough:
+        return None
+    free = [first, *poses]
     built.knowledge.world.pursue(goal.name)
     fires = ""
-    for free in poses:
-        world.place(agent.name, free.pose, height)
-        fires = _firing(built, free.pose, goal.pose)
+    for each in free:
+        world.place(agent.name, each.pose, height)
+        fires = _firing(built, each.pose, goal.pose)
         if not fires:
-            return None if len(poses) >= _EASY * POSES_TRIED else _tight(agent, goal, poses)
+            return None if len(free) >= _EASY * POSES_TRIED else _tight(agent, goal, free)
     message = f"{what}: at every free pose within {goal.tolerance:g} m of it a reflex fires; at the last, {fires}."
     return Fault(message, hint="Move the goal or the obstacle, or use goal_distance in the rule.")
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..device import Reading, Sensor
@@ -44,8 +44,10 @@ def free_goal_poses(
     *,
     height: float | None = None,
     margin: float = 0.0,
-) -> list[FreePose]:
+) -> Iterator[FreePose]:
     """Collision-free poses of a robot within a goal's tolerance, from a fixed grid of `POSES_TRIED` poses.
+
+    Each pose is checked when it is asked for; the robot is then at this pose.
 
     The function moves the robot: use a world made for this purpose, without other robots.
 
@@ -64,7 +66,6 @@ def free_goal_poses(
             bearing = math.tau * i / _BEARINGS
             reach = ring * tolerance
             places.append(Pose2(goal.x + reach * math.cos(bearing), goal.y + reach * math.sin(bearing)))
-    found = []
     for place in places:
         for i in range(_HEADINGS):
             pose = Pose2(place.x, place.y, math.remainder(math.tau * i / _HEADINGS, math.tau))
@@ -72,5 +73,4 @@ def free_goal_poses(
             clearance, nearest = world.clearance(robot, limit=1.0)
             if clearance > margin:
                 readings = {name: sensor.read() for name, sensor in (sensors or {}).items()}
-                found.append(FreePose(pose, clearance, nearest, readings))
-    return found
+                yield FreePose(pose, clearance, nearest, readings)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.check import check_content
+from rocs_bt.check import check_content, feasible
 
 SCENARIO = """format = "scenario/2"
 doc = "Drive to a goal."
@@ -91,3 +91,19 @@ def test_an_object_that_moves_need_not_stay_at_the_goal(tmp_path):
     file.write_text(text + actor + 'to_x = "-1.5 m"\nto_y = "3 m"\ndepart_at = "2 s"\nduration = "5 s"\n')
     faults = [str(f) for f in check_content([file]).faults]
     assert faults == []
+
+
+def test_of_many_goals_only_some_are_checked_in_every_respect(tmp_path, monkeypatch):
+    monkeypatch.setattr(feasible, "_MANY", 2)
+    (tmp_path / "scenarios").mkdir()
+    file, tried = tmp_path / "scenarios" / "goal.toml", []
+    searched = feasible.free_goal_poses
+    counted = lambda *args, **options: (tried.append(pose) or pose for pose in searched(*args, **options))  # noqa: E731
+    monkeypatch.setattr(feasible, "free_goal_poses", counted)
+    text = SCENARIO.format(robot="jackal", rules='"contact"').replace("arena_box", "plane")
+    places = [f'[[place]]\nname = "p{i}"\nx = "{0.1 * i} m"\ny = "0 m"\ntolerance = "0.1 m"\n' for i in range(20)]
+    file.write_text(text + "".join(places))
+    (note,) = check_content([file]).faults
+    assert note.note
+    assert "of 19 goals of R1, only their first free pose was searched" in note.message
+    assert len(tried) == 2 * feasible.POSES_TRIED + 19

@@ -214,7 +214,7 @@ def at_the_goal(catalog: Catalog, name: str) -> list[FreePose]:
     scenario = catalog.load_scenario(name)
     goal = scenario.places[0]
     stage = build_world(dataclasses.replace(scenario, actors=()), catalog, 1, NullSink())
-    return free_goal_poses(stage.world, "R2", goal.pose, goal.tolerance, stage.sensors["R2"])
+    return list(free_goal_poses(stage.world, "R2", goal.pose, goal.tolerance, stage.sensors["R2"]))
 
 
 def test_every_pose_at_exp1s_goal_is_free(catalog: Catalog) -> None:
