@@ -15,19 +15,21 @@ Use = tuple[str, bool]
 _Resolve = Callable[[str], str | None]
 
 
-def needed_keys(document: Document, main: str, nodes: Mapping[str, type[Node]]) -> set[str]:
-    """Keys of the main tree's blackboard that are read before any node writes them, in the order of the document.
+def main_keys(document: Document, main: str, nodes: Mapping[str, type[Node]]) -> dict[str, bool]:
+    """Keys of the main tree's blackboard that its nodes use, and whether each is read before any node writes it.
+
+    "Before" is the order of the document.
 
     Args:
         document: Document with the tree.
         main: ID of the main tree; empty for the document's main tree.
         nodes: Node classes, by name; attributes of other nodes count as inputs.
     """
-    first: dict[str, bool] = {}
+    found: dict[str, bool] = {}
     name = document.main(main).name
     for key, written in _uses(document, name, nodes, lambda key: key.removeprefix("@"), (name,)):
-        first.setdefault(key, written)
-    return {key for key, written in first.items() if not written}
+        found.setdefault(key, not written)
+    return found
 
 
 def _uses(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -25,7 +25,7 @@ from ..trees.xml.verify import verify
 from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
-from .goal_keys import needed_keys
+from .goal_keys import main_keys
 from .nav2 import ELSEWHERE, GOAL_KEYS, nav2_nodes
 from .parameters import mission_arguments, mission_parameters
 from .ros2 import NAV2_SERVERS, ROS_NODES
@@ -86,13 +86,21 @@ def xml_mission(
     def make(mission: MissionContext) -> Behaviour:
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
-    needed = needed_keys(document, main, shipped_nodes(dialect)) if dialect else set()
-    keys = [key for key in GOAL_KEYS if key in needed]
+    used = main_keys(document, main, shipped_nodes(dialect)) if dialect else {}
+    keys: dict[str, bool] = {key: used[key] for key in GOAL_KEYS if key in used}
     return _Build(path, document, main, make, keys)
 
 
 class _Build:
-    """XML document with the interface of a `build` function: it is called with a Mission and the parameters."""
+    """XML document with the interface of a `build` function: it is called with a Mission and the parameters.
+
+    Args:
+        file: Path of the document; None for a text.
+        document: The document.
+        main: ID of the main tree; empty for the document's main tree.
+        make: Function that creates the tree.
+        keys: Keys that are parameters, and whether each is required.
+    """
 
     def __init__(
         self,
@@ -100,13 +108,16 @@ class _Build:
         document: Document,
         main: str,
         make: Callable[[MissionContext], Behaviour],
-        keys: Iterable[str] = (),
+        keys: Mapping[str, bool] = MappingProxyType({}),
     ) -> None:
         main = document.main(main).name
         parameters = _parameters(document, main)
         kind, text = inspect.Parameter.KEYWORD_ONLY, str
         declared = {p.name for p in parameters}
-        parameters[:0] = [inspect.Parameter(k, kind, annotation=text) for k in keys if k not in declared]
+        required = [inspect.Parameter(k, kind, annotation=text) for k, r in keys.items() if r and k not in declared]
+        self._optional = {k for k, r in keys.items() if not r and k not in declared}
+        optional = [inspect.Parameter(k, kind, annotation=text, default="") for k in sorted(self._optional)]
+        parameters = [*required, *parameters, *optional]
         self.__name__ = "build"
         self.__doc__ = f"The tree '{main}' of {'a document' if file is None else file.name}."
         self.__annotations__ = {p.name: p.annotation for p in parameters}
@@ -119,6 +130,8 @@ class _Build:
         given = inspect.signature(self).bind(mission, **values)
         given.apply_defaults()
         for name, value in list(given.arguments.items())[1:]:
+            if name in self._optional and not value:
+                continue  # a node of the mission writes the key
             mission.board.set_local(name, value)
         return self._make(mission)
 
