@@ -14,9 +14,9 @@ from py_trees.behaviour import Behaviour
 from ..action import Parameter
 from ..dialect import parts_of
 from ..errors import Fault, InputError
-from ..trees.board import from_string
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
+from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
 from ..trees.xml.element import Element, below
 from ..trees.xml.load import make_nodes

@@ -5,16 +5,15 @@ A subtree has its own blackboard. Keys of this blackboard can refer to keys of t
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator, Mapping
-from enum import Enum
-from typing import Any, get_args, get_origin
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
 
-from py_trees.common import Status
-
-from ..errors import Fault, did_you_mean
+from ..errors import Fault, InputError, did_you_mean
 from .error import TreeError
-from .status import outcome_named
+from .value import Enums, converted, plain, to_string, type_name
+
+Parse = Callable[[str, Enums], Any]
+"""Converter from a text to a value; the names of enum values may be used."""
 
 
 class Entry:
@@ -23,16 +22,22 @@ class Entry:
     Attributes:
         value: The value; None if there is none.
         kind: Type fixed by a port or by the first write that has a type; None if any value is allowed.
+        declared: Whether a port declared the type. If only a value fixed it, a port can still declare another type.
+        parse: Converter of texts of the port that declared the type, such as one for quantities; None for the usual.
+        written: Text of a literal that was converted to a number; valid until the next write. See `text`.
         sequence: Number of writes, by which nodes detect a new value.
         alive: Whether the entry is still on its blackboard. If it is not, because the key was unset, code that holds a
             reference to the entry must look up the key again.
     """
 
-    __slots__ = ("alive", "kind", "sequence", "value")
+    __slots__ = ("alive", "declared", "kind", "parse", "sequence", "value", "written")
 
     def __init__(self, kind: Any = None) -> None:
         self.value: Any = None
         self.kind = kind
+        self.declared = kind is not None
+        self.parse: Parse | None = None
+        self.written: str | None = None
         self.sequence = 0
         self.alive = True
 
@@ -41,83 +46,10 @@ class Entry:
         self.value = value
         self.sequence += 1
 
-
-_INTEGER = re.compile(r"-?\d+")
-_REAL = re.compile(r"-?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf|nan)")
-_TRUTH = {
-    "1": True,
-    "true": True,
-    "TRUE": True,
-    "True": True,
-    "0": False,
-    "false": False,
-    "FALSE": False,
-    "False": False,
-}
-
-Enums = Mapping[str, int]
-"""Enum values, keyed by the names that scripts and ports may use for them."""
-
-
-def from_string(text: str, kind: Any, enums: Enums | None = None) -> Any:
-    """Convert text to the type of a port.
-
-    Args:
-        text: Text as in a file; items of a list are separated by `;`.
-        kind: bool, int, float, str, Status, an Enum, `list[...]` of them, or Any, which leaves the text unchanged.
-        enums: Numbers by name; int, float and Enum ports also accept these names.
-
-    Raises:
-        TreeError: The text cannot be converted.
-    """
-    enums = enums or {}
-    if kind is Any or kind is str:
-        return text
-    if kind is bool:
-        return _looked_up(text, _TRUTH, "true or false")
-    if kind is int:
-        return enums[text] if text in enums else int(_matched(text, _INTEGER, "a whole number"))
-    if kind is float:
-        return float(enums[text]) if text in enums else float(_matched(text, _REAL, "a number"))
-    if get_origin(kind) is list:
-        (item,) = get_args(kind)
-        return [from_string(part, item, enums) for part in text.split(";")] if text else []
-    if kind is Status:
-        return outcome_named(text)
-    if isinstance(kind, type) and issubclass(kind, Enum):
-        return _member(text, kind, enums)
-    raise TreeError(
-        Fault(f"{text!r} cannot be converted to {kind}: only the blackboard holds such values, never a file.")
-    )
-
-
-def to_string(value: Any) -> str:
-    """Text of a value as BehaviorTree.CPP writes it: integers as usual, other numbers with six decimals."""
-    if isinstance(value, bool):
-        return str(int(value))
-    return f"{value:.6f}" if isinstance(value, float) else str(value)
-
-
-def _member(text: str, kind: type[Enum], enums: Enums) -> Any:
-    if text in kind.__members__:
-        return kind[text]
-    number = enums.get(text, int(text) if _INTEGER.fullmatch(text) else None)
-    for member in kind:
-        if member.value == number and number is not None:
-            return member
-    return _looked_up(text, kind.__members__, f"one of {', '.join(kind.__members__)}")
-
-
-def _matched(text: str, pattern: re.Pattern[str], what: str) -> str:
-    if not pattern.fullmatch(text):
-        raise TreeError(Fault(f"{text!r} is not {what}."))
-    return text
-
-
-def _looked_up(text: str, table: Mapping[str, Any], what: str) -> Any:
-    if text not in table:
-        raise TreeError(Fault(f"{text!r} is not {what}."))
-    return table[text]
+    @property
+    def text(self) -> str | None:
+        """Text of the literal that the value is, as written in the file; None if the value is not a literal."""
+        return self.written if self.sequence == 1 else None
 
 
 class Board:
@@ -178,31 +110,51 @@ class Board:
         board, name = self.resolve(key)
         return board._entries.get(name)
 
-    def declare(self, key: str, kind: Any = None) -> Entry:
+    def declare(self, key: str, kind: Any = None, parse: Parse | None = None) -> Entry:
         """Return the entry of a key, created if it does not exist.
 
         Args:
             key: The key.
             kind: Type of a new entry; None or Any for any value.
+            parse: Converter of texts that are written to the entry, if the type has no usual one or the port another.
 
         Raises:
-            TreeError: The key exists with another type. An existing text is allowed, because it is converted when it is
-                read.
+            TreeError: The key was declared with another type, or its value does not fit the type. An existing text is
+                allowed, because it is converted when it is read.
         """
         board, name = self.resolve(key)
         kind = None if kind is Any else kind
         entry = board._entries.get(name)
         if entry is None:
             entry = board._entries[name] = Entry(kind)
+        elif kind is not None and not entry.declared and entry.kind is not None:
+            before, entry.kind = entry.kind, kind
+            try:
+                if entry.value is not None and entry.value.__class__ is not str:
+                    entry.value = self.fitted(key, entry, entry.value)
+            except TreeError:
+                entry.kind = before
+                raise
+            entry.declared = True
         elif kind is not None and entry.kind not in (None, str, kind):
             hint = "The first declaration of a key fixes its type; use another key."
             message = f"the key '{key}' is of type {type_name(entry.kind)}, not {type_name(kind)}."
             raise TreeError(Fault(message, hint=hint))
+        if parse is not None:
+            entry.parse = parse
         return entry
 
-    def set_local(self, key: str, value: Any) -> None:
-        """Write a value to this blackboard itself: remappings are ignored, and the key's type is not fixed."""
-        self._entries.setdefault(key, Entry()).store(value)
+    def set_local(self, key: str, value: Any, written: str | None = None) -> None:
+        """Write a value to this blackboard itself: remappings are ignored, and the key's type is not fixed.
+
+        Args:
+            key: The key.
+            value: The value.
+            written: Text of the value in the file, which ports for text read; None if the value is no literal.
+        """
+        entry = self._entries.setdefault(key, Entry())
+        entry.store(value)
+        entry.written = written
 
     def __getitem__(self, key: str) -> Any:
         """Value of a key.
@@ -221,16 +173,20 @@ class Board:
         Raises:
             TreeError: The value does not fit the entry's type.
         """
-        kind = type(value)
-        entry = self.entry(key)
+        kind, entry = type(value), self.entry(key)
+        if entry is None or entry.kind is None:
+            value = plain(value)
+            kind = type(value)
         if entry is None:
-            entry = self.declare(key, None if kind is str else kind)
+            board, name = self.resolve(key)
+            entry = board._entries[name] = Entry()
+            entry.kind = None if kind is str else kind
             entry.store(value)
         elif entry.kind is None:
             entry.kind = kind
             entry.store(value)
         else:
-            entry.store(self.fitted(key, entry.kind, value))
+            entry.store(self.fitted(key, entry, value))
 
     def __contains__(self, key: object) -> bool:
         return isinstance(key, str) and (entry := self.entry(key)) is not None and entry.value is not None
@@ -260,30 +216,27 @@ class Board:
         for key, value in values.items():
             self[key] = value
 
-    def fitted(self, key: str, kind: Any, value: Any) -> Any:
-        """Convert a value to the type of an entry or port: text is parsed, numbers are converted if nothing is lost.
+    def fitted(self, key: str, entry: Entry, value: Any) -> Any:
+        """Convert a value to the type of the entry to which it is written.
+
+        Args:
+            key: Key, for messages.
+            entry: Entry of the key, which has a type.
+            value: Value to write.
 
         Raises:
-            TreeError: The value cannot be converted to the type.
+            TreeError: The value cannot be converted to the type. A number is not converted to a text, because the key
+                may be a text only because a text was written first.
         """
-        given = type(value)
-        if given is kind:
-            return value
-        if given is str:
-            return from_string(value, kind, self.enums)
-        if kind is float and given in (int, bool):
-            return float(value)
-        if kind is int and (given is bool or (given is float and value.is_integer())):
-            return int(value)
-        if isinstance(kind, type) and isinstance(value, kind) and kind not in (int, float):
-            return value
-        if isinstance(value, list) and type_name(kind).startswith("list"):
-            return value
+        kind = entry.kind
+        try:
+            if entry.parse is not None and isinstance(value, str):
+                return entry.parse(value, self.enums)
+            if kind is not str or isinstance(value, str):
+                return converted(value, kind, self.enums)
+        except InputError as error:
+            if isinstance(value, str):
+                raise TreeError(*(Fault(f"the key '{key}': {f.message}", hint=f.hint) for f in error.faults)) from error
         hint = "The first write of a key fixes its type; use another key."
         message = f"the key '{key}' is of type {type_name(kind)}, and {value!r} does not fit."
         raise TreeError(Fault(message, hint=hint))
-
-
-def type_name(kind: Any) -> str:
-    """Name of a type in messages."""
-    return kind.__name__ if isinstance(kind, type) and not hasattr(kind, "__args__") else str(kind)

@@ -7,9 +7,10 @@ import enum
 import pytest
 from py_trees.common import Status
 
-from rocs_bt.trees.board import Board, from_string, to_string
+from rocs_bt.trees.board import Board
 from rocs_bt.trees.error import TreeError
 from rocs_bt.trees.status import SKIPPED
+from rocs_bt.trees.value import from_string, to_string
 
 
 class Gear(enum.Enum):

@@ -169,7 +169,7 @@ def test_keys_with_two_types_and_names_that_are_no_numbers_are_told_each_at_its_
     faults = []
     Tree(load_xml(text, NODES), faults=faults)
     assert [(f.line, f.column) for f in faults] == [(4, 23), (5, 17), (6, 23)]
-    assert "'Drive': 'many' is not a whole number" in faults[1].message
+    assert "'Drive': port 'rounds': 'many' is not a whole number" in faults[1].message
     with pytest.raises(InputError) as caught:
         Tree(load_xml(text, NODES))
     assert list(caught.value.faults) == faults
@@ -195,7 +195,7 @@ def test_what_keeps_a_node_from_telling_its_doubts_is_told():
         return [f.message for f in examine(Tree(Shy("shy", rounds=rounds), faults=[]))]
 
     assert told("2") == ["'shy': 2 are too many."]
-    assert told("many") == ["'shy': 'many' is not a whole number."]
+    assert told("many") == ["'shy': port 'rounds': 'many' is not a whole number."]
 
 
 def test_a_key_with_two_types_is_refused():

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...trees.board import from_string
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Leaf, Outcome
 from ...trees.nodes.node import LazyAttribute
+from ...trees.value import from_string
 from ..context import mission_of
 from .decorators import goals_of
 from .lenient import Framed, Lenient

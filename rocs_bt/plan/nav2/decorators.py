@@ -7,9 +7,9 @@ from typing import Any
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ...trees.board import from_string
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
 from ...trees.nodes.family import Decorator
+from ...trees.value import from_string
 from ..context import mission_of
 from .lenient import Framed, Lenient
 from .path import PathInput, length, poses_in

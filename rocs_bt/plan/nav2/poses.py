@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from ...errors import Fault, InputError
 from ...geometry import Pose2
-from ...trees.board import from_string
 from ...trees.nodes import Input
+from ...trees.value import from_string
 from .path import pose_in
 
 if TYPE_CHECKING:

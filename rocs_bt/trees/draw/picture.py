@@ -9,10 +9,11 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault
-from ..board import Board, type_name
+from ..board import Board
 from ..examine import Flow, Use, flow_of
 from ..nodes import Direction, Node, SubTree, Tree, pointed
 from ..nodes.port import ExactKey
+from ..value import type_name
 from ..xml.element import Element
 from ..xml.stub import LenientStub, LenientStubWithChildren
 from ..xml.write import value_text

@@ -9,7 +9,7 @@ from py_trees import composites
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault, InputError
-from ..board import Board, from_string
+from ..board import Board
 from ..nodes import BUILTIN, Node, SubTree, Tree
 from ..nodes.tree import fault_at
 from ..script import (
@@ -23,6 +23,7 @@ from ..script import (
     parts,
     walk,
 )
+from ..value import from_string
 from .flow import flow_faults, flow_of, scripts_of
 
 

@@ -8,7 +8,7 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault
-from ..board import Board
+from ..board import Board, Entry
 from ..error import TreeError
 from ..script import Script as Parsed
 from ..script import compile_condition, compile_script, parse_script, script_reading
@@ -79,22 +79,22 @@ class SetBlackboard(Instant):
         elif target.kind is None or target.kind is value.__class__:
             target.store(value)  # a copy fixes no type
         elif self._source is None and target.kind in (bool, int, float):
-            target.store(self._as_number(key, target.kind, value))
+            target.store(self._as_number(key, target, value))
         else:
-            target.store(board.fitted(key, target.kind, value))
+            target.store(board.fitted(key, target, value))
         return SUCCESS
 
-    def _as_number(self, key: str, kind: Any, value: Any) -> Any:
+    def _as_number(self, key: str, entry: Entry, value: Any) -> Any:
         """Convert the literal to the key's type; the result is cached.
 
         Args:
             key: Key, for messages.
-            kind: Type of the key: bool, int or float.
+            entry: Entry of the key, of type bool, int or float.
             value: Literal.
         """
         enums = self.board.enums
-        if self._number[0] is not kind or self._number[1] is not enums:
-            self._number = kind, enums, self.board.fitted(key, kind, value)
+        if self._number[0] is not entry or self._number[1] is not enums:
+            self._number = entry, enums, self.board.fitted(key, entry, value)
         return self._number[2]
 
 
@@ -217,6 +217,15 @@ class TestNode(Leaf):
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
         self._until: float | None = None
+        self._compiled: dict[str, Callable[[], Any]] = {}
+
+    def bind(self, board: Board, runtime: Runtime) -> Iterable[tuple[Behaviour, Board]]:
+        self._compiled = {}
+        below = super().bind(board, runtime)
+        for port, text in self.given.items():
+            if isinstance(self.ports[port], Code) and pointer(text) is None and text:
+                self._compiled[text] = compile_script(parse_script(text), board)
+        return below
 
     def initialise(self) -> None:
         delay = self.async_delay
@@ -248,4 +257,7 @@ class TestNode(Leaf):
         return outcome
 
     def _run(self, script: str) -> Any:
-        return compile_script(parse_script(script), self.board)() if script else None
+        if not script:
+            return None
+        run = self._compiled.get(script) or compile_script(parse_script(script), self.board)
+        return run()

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from collections.abc import Sequence as Many
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from ...errors import Fault
-from ..board import from_string
-from ..error import TreeError
+from ...errors import Fault, InputError
 from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ..value import converted
 from .family import Decorator, halt, no_outcome
 from .port import Code, InOut, Input, Output
 
@@ -89,8 +87,8 @@ class RetryUntilSuccessful(_Counted):
 class _Loop(Decorator):
     """Per tick: takes one item off the queue, writes it to `value` and ticks the child; `if_empty` if no item is left.
 
-    RUNNING while there are items, FAILURE as soon as the child fails. A list on the blackboard is emptied in place; a
-    text is a new queue in each run.
+    RUNNING while there are items, FAILURE as soon as the child fails. A list on the blackboard is emptied in place; any
+    other queue, such as a text, is read when a run begins, so that each run has all items.
     """
 
     item: ClassVar[Any] = str
@@ -100,7 +98,6 @@ class _Loop(Decorator):
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
         self._items: list[Any] | None = None
-        self._source: object = None
         self._under_way = False
 
     def halted(self) -> None:
@@ -110,13 +107,12 @@ class _Loop(Decorator):
     def tick_once(self) -> Outcome:
         if self.status is not RUNNING:
             self._under_way = False
-            if self.key("queue") is None:
-                self._source = None
+            self._items = None
         if not self._under_way:
             items = self._queue()
             if not items:
                 return self._store(self.if_empty)
-            self.write("value", items.pop(0))
+            self.write("value", converted(items.pop(0), self.item, self.board.enums))
         self.status = RUNNING
         outcome = self.tick_child()
         self._under_way = outcome is RUNNING
@@ -130,23 +126,25 @@ class _Loop(Decorator):
         return outcome
 
     def _queue(self) -> list[Any]:
-        source = self.queue
-        if isinstance(source, list):
+        key = self.key("queue")
+        entry = None if key is None else self.board.entry(key)
+        source = self.given.get("queue") if key is None else None if entry is None else entry.value
+        if key is not None and isinstance(source, list):
             return source
-        if self._items is None or source != self._source:
-            self._items, self._source = self._converted(source), source
+        if self._items is None:
+            # Items are converted one by one when their turn comes, so that the list is copied here and not converted.
+            kind: Any = list[self.item] if isinstance(source, str) else list[object]  # type: ignore[name-defined]
+            found = [] if source is None else converted(source, kind, self.board.enums)
+            self._items = list(found)
         return self._items
 
-    def _converted(self, source: Any) -> list[Any]:
-        if source is None:
-            return []
-        if isinstance(source, str):
-            kind = list[self.item]  # type: ignore[name-defined]  # the items' type is known at run time only
-            found: list[Any] = from_string(source, kind, self.board.enums)
-            return found
-        if isinstance(source, Many):
-            return list(source)
-        raise TreeError(Fault(f"the queue of '{self.name}' must be a list or a string, found {source!r}."))
+    def bound_faults(self) -> Iterable[tuple[str, Fault]]:
+        text = self.given.get("queue")
+        if isinstance(text, str) and self.key("queue") is None:
+            try:
+                self._queue()
+            except InputError as error:
+                yield from (("queue", fault) for fault in error.faults)
 
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
@@ -246,7 +244,14 @@ class Precondition(Decorator):
 
     def bind(self, board: Any, runtime: Any) -> Any:
         self._compiled = None
-        return super().bind(board, runtime)
+        below = super().bind(board, runtime)
+        if self.key("if") is None:
+            self._compile(self.given["if"])
+        return below
+
+    def halted(self) -> None:
+        self._under_way = False
+        super().halted()
 
     def tick_once(self) -> Outcome:
         outcome: Outcome
@@ -269,8 +274,11 @@ class Precondition(Decorator):
     def _holds(self) -> bool:
         text = self.script
         if self._compiled is None or self._compiled[0] != text:
-            self._compiled = text, compile_condition(parse_script(text), self.board)
-        return self._compiled[1]()
+            self._compile(text)
+        return self._compiled[1]()  # type: ignore[index]  # compiled above
+
+    def _compile(self, text: str) -> None:
+        self._compiled = text, compile_condition(parse_script(text), self.board)
 
 
 TIME_TOLERANCE = 1e-9

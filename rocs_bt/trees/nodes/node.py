@@ -18,6 +18,7 @@ from ..board import Board
 from ..error import TreeError
 from ..script import Script, ScriptError, parse_script
 from ..status import IDLE, RUNNING, Outcome
+from ..value import Enums
 from .guard import CONDITIONS, PRE, Run, Tick, guarded
 from .port import REQUIRED, Direction, Port, Reading, parse_condition, pointed
 from .runtime import Runtime, Watch
@@ -279,9 +280,10 @@ class Node(Behaviour):
         given = self.given.get(port.name)
         key = pointed(given, port.name)
         if key is not None:
-            board.declare(key, None if port.dimension is None and port.kind is str else _fixed_type(port))
+            kind = None if port.dimension is None and port.kind is str else _fixed_type(port)
+            board.declare(key, kind, None if kind is None else port.parser)
         elif isinstance(given, str) and _maybe_enum(port, given):
-            port.value(given, board.enums)
+            _literal(port, given, board.enums)
 
     def bound_faults(self) -> Iterable[tuple[str, Fault]]:
         """Faults that can be found only after the node is bound, each with its attribute.
@@ -324,7 +326,7 @@ class Node(Behaviour):
             raise TreeError(Fault(f"'{port}' of {self.tag} '{self.name}' is an input port and cannot be written."))
         key = pointed(self.given.get(port, declared.default), port)
         if key is not None:
-            self.board[key] = value
+            self.board[key] = value if value is None else declared.converted(value, self.board.enums)
 
     def key(self, port: str) -> str | None:
         """Blackboard key to which a port refers; None if the port has a literal or no value."""
@@ -371,7 +373,7 @@ class Node(Behaviour):
             return Reading(port, (self.tag, self.name), self.board, key)
         if given is REQUIRED:
             raise TreeError(Fault(f"'{port.name}' of {self.tag} '{self.name}' has no value and no default."))
-        value = port.value(given, self.board.enums) if isinstance(given, str) else given
+        value = None if given is None else _literal(port, given, self.board.enums)
         return lambda: value
 
     def _tick_unbound(self) -> Outcome:
@@ -412,8 +414,12 @@ def _fixed_type(port: Port[Any]) -> Any:
 
 
 def _maybe_enum(port: Port[Any], text: str) -> bool:
-    """Whether a port's text may be the name of an enum value, which only plain int and float ports accept."""
-    return port.kind in (int, float) and port.dimension is None and text.isidentifier()
+    """Whether a port's text may have names of enum values, which ports for numbers and lists of numbers accept."""
+    if port.dimension is not None:
+        return False
+    if port.kind in (list[int], list[float]):
+        return any(part.isidentifier() for part in text.split(";"))
+    return port.kind in (int, float) and text.isidentifier()
 
 
 def _check_value(port: Port[Any], value: Any) -> None:
@@ -427,15 +433,23 @@ def _check_value(port: Port[Any], value: Any) -> None:
     if port.direction is Direction.OUTPUT:
         hint = f"Write {port.name}=\"{{{value}}}\" to write to the key '{value}'."
         raise TreeError(Fault(f"the output port '{port.name}' must be a key, found {value!r}.", hint=hint))
-    if isinstance(value, str):
-        try:
-            port.value(value)
-        except ScriptError:
-            raise
-        except InputError as error:
-            if _maybe_enum(port, value):
-                return  # enums are known only when the node is bound
-            raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
+    if value is not None and not (isinstance(value, str) and _maybe_enum(port, value)):  # enums are not known yet
+        _literal(port, value)
+
+
+def _literal(port: Port[Any], value: Any, enums: Enums | None = None) -> Any:
+    """Value of a literal or default of a port.
+
+    Raises:
+        ScriptError: The literal is no script, but the port is one for scripts.
+        TreeError: The literal cannot be converted; the message names the port.
+    """
+    try:
+        return port.converted(value, enums)
+    except ScriptError:
+        raise
+    except InputError as error:
+        raise TreeError(*(Fault(f"port '{port.name}': {f.message}", hint=f.hint) for f in error.faults)) from error
 
 
 def _watched(node: Node, tick: Tick, watch: Watch) -> Tick:

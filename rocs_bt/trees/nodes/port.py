@@ -9,9 +9,10 @@ from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, overload
 
 from ...errors import Fault, InputError
 from ...units import Dimension, convert
-from ..board import Board, Enums, from_string, to_string
+from ..board import Board
 from ..error import TreeError
 from ..script import Script, parse_script
+from ..value import Enums, converted, from_string
 
 T = TypeVar("T")
 
@@ -119,6 +120,11 @@ class Port(Generic[T]):
         """Whether a file must give a value."""
         return self.default is REQUIRED
 
+    @property
+    def parser(self) -> Callable[[str, Enums | None], T] | None:
+        """Converter of texts if the port has another one than its type, as for quantities; else None."""
+        return None if self._parse is None and self.dimension is None else self.value
+
     def value(self, text: str, enums: Enums | None = None) -> T:
         """Convert a text to a value of the port.
 
@@ -139,6 +145,15 @@ class Port(Generic[T]):
             raise InputError(Fault(f"{text!r} cannot be converted: {type(error).__name__}: {error}.")) from error
         value: T = found
         return value
+
+    def converted(self, value: Any, enums: Enums | None = None) -> T:
+        """Convert a value of any source to a value of the port: the rule of `rocs_bt.trees.value`.
+
+        Raises:
+            InputError: The value cannot be converted to this port's type.
+        """
+        found: T = self.value(value, enums) if value.__class__ is str else converted(value, self.kind, enums or {})
+        return found
 
     def keys_in(self, text: str) -> Iterable[KeyUse]:
         """Keys inside a text that is not itself a key; derived classes with such a syntax override this."""
@@ -249,8 +264,11 @@ class Reading:
         value, kind = entry.value, self._kind
         if kind is Any or value.__class__ is kind:
             return value
-        if value.__class__ is str:
-            return self._port.value(value, self._board.enums)
-        if kind is str and isinstance(value, (int, float)):
-            return to_string(value)  # a subtree's literal such as a="1" is a number on its board
-        return self._board.fitted(self._key, kind, value)
+        if kind is str and entry.text is not None:
+            value = entry.text  # the attribute id="007" of a subtree is a number on its board
+        try:
+            return self._port.converted(value, self._board.enums)
+        except InputError as error:
+            tag, name = self._owner
+            where = f"'{self._port.name}' of {tag} '{name}' cannot take the value of the key '{self._key}'"
+            raise TreeError(*(Fault(f"{where}: {f.message}", hint=f.hint) for f in error.faults)) from error

@@ -8,9 +8,10 @@ from typing import Any
 from py_trees.behaviour import Behaviour
 
 from ...errors import Fault
-from ..board import Board, from_string
+from ..board import Board
 from ..error import TreeError
 from ..status import IDLE, RUNNING, SKIPPED, Outcome
+from ..value import from_string
 from .family import Decorator, no_outcome
 from .guard import CONDITIONS
 from .node import RESERVED
@@ -57,7 +58,8 @@ class SubTree(Decorator):
             if key is not None:
                 inner.remapping[name] = key
             else:
-                inner.set_local(name, literal(given))
+                value = literal(given)
+                inner.set_local(name, value, given if value is not given else None)
         return [(self.decorated, inner)]
 
     def tick_once(self) -> Outcome:

@@ -10,9 +10,14 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable
+from enum import Enum
 from typing import Any
 
-from ..board import Board, Entry, Enums, from_string, to_string
+from py_trees.common import Status
+
+from ..board import Board, Entry
+from ..status import Skip
+from ..value import TRUTH, Enums, converted, numeric, to_string
 
 EPSILON = 2.0**-23
 """Tolerance of `==` for numbers: the epsilon of a C++ float."""
@@ -26,8 +31,8 @@ class Refused(Exception):
 
 def number_of(text: str, enums: Enums) -> float:
     """Numeric value of a string in a comparison with a number."""
-    if text in ("true", "false"):
-        return float(text == "true")
+    if text in TRUTH:
+        return float(TRUTH[text])
     if text in enums:
         return float(enums[text])
     try:
@@ -40,10 +45,12 @@ def truth(value: Any) -> bool:
     """Truth of a value used as a condition.
 
     Raises:
-        Refused: The value is neither true nor false: text, or an integer that is not 0 or 1.
+        Refused: The value is neither true nor false: a text that is no truth value, or an integer that is not 0 or 1.
     """
     if value.__class__ is float:
         return bool(value != 0.0)
+    if value.__class__ is str and value in TRUTH:  # a subtree's attribute such as enabled="false"
+        return TRUTH[value]
     if isinstance(value, int) and value in (0, 1):
         return value == 1
     raise Refused(f"{shown(value)} is neither true nor false")
@@ -68,7 +75,7 @@ def choice_truth(value: Any) -> bool:
     """
     if value.__class__ is not str and value.__class__ not in NUMBERS:
         raise Refused(f"{shown(value)} is neither true nor false")
-    return bool(value)
+    return TRUTH.get(value, bool(value)) if value.__class__ is str else bool(value)
 
 
 def as_double(value: float) -> float:
@@ -155,6 +162,8 @@ def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
     Raises:
         Refused: The operands cannot be compared.
     """
+    if isinstance(left, Enum) or isinstance(right, Enum):
+        left, right = _enum_operands(left, right)
     a, b = left.__class__, right.__class__
     if a is str and b in NUMBERS:
         return number_of(left, enums), right
@@ -163,6 +172,13 @@ def comparable(left: Any, right: Any, enums: Enums) -> tuple[Any, Any]:
     if (a is str and b is str) or (a in NUMBERS and b in NUMBERS):
         return left, right
     raise Refused(f"{shown(left)} and {shown(right)} cannot be compared")
+
+
+def _enum_operands(left: Any, right: Any) -> tuple[Any, Any]:
+    """Operands of a comparison with an enum value: its name if the other operand is a text, else its number."""
+    if left.__class__ is right.__class__ or str in (left.__class__, right.__class__):
+        return converted(left, str), converted(right, str)
+    return numeric(left), numeric(right)
 
 
 def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
@@ -176,6 +192,9 @@ def compared(operator: str, left: Any, right: Any, enums: Enums) -> bool:
 
 def negated(operator_: str, value: Any) -> float:
     """Unary `-`, `~` and `!` of a number."""
+    if operator_ == "!" and value.__class__ is str and value in TRUTH:
+        return float(not TRUTH[value])
+    value = numeric(value)
     if value.__class__ not in NUMBERS:
         raise Refused(f"'{operator_}' takes a number, not {shown(value)}")
     if operator_ == "-":
@@ -226,14 +245,30 @@ def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) 
     if operator not in (":=", "="):
         value = _combined(entry.value, operator, value)
     elif entry.value is None:
-        return value if entry.kind is None else board.fitted(name, entry.kind, value)
+        return value if entry.kind is None else _fitted(board, name, entry, value)
     elif value.__class__ is str and entry.value.__class__ is not str:
         if entry.kind is not None:
-            return from_string(value, entry.kind, board.enums)
+            return _fitted(board, name, entry, value)
         if entry.value.__class__ in NUMBERS:
             return number_of(value, board.enums)
-        raise Refused("it holds no text")
+        if not isinstance(entry.value, Enum):
+            raise Refused("it holds no text")
+    if entry.declared and entry.kind is not str:
+        return _fitted(board, name, entry, value)
+    if isinstance(entry.value, Enum) and entry.value.__class__ is not value.__class__:
+        kind: Any = Status if isinstance(entry.value, Skip) else type(entry.value)
+        return converted(value, kind, board.enums)
     return _as_stored(entry.value, value)
+
+
+def _fitted(board: Board, name: str, entry: Entry, value: Any) -> Any:
+    """Value of an entry with a type.
+
+    Raises:
+        Refused: The value cannot be converted to the type, or is too large for C++.
+    """
+    number = value.__class__ in NUMBERS and entry.kind is int
+    return _as_stored(0, value) if number else board.fitted(name, entry, value)
 
 
 def _combined(old: Any, operator: str, value: Any) -> Any:

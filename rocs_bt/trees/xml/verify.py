@@ -8,9 +8,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...errors import Fault, InputError, did_you_mean, unknown
-from ..board import from_string
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
+from ..value import from_string
 from .document import Document, TreeElement
 from .element import EXPLICIT, Element, below
 from .model import differs

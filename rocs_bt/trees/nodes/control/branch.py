@@ -8,9 +8,9 @@ from typing import Any, ClassVar
 from py_trees.behaviour import Behaviour
 
 from ....errors import Fault, InputError
-from ...board import Enums, from_string, to_string
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
+from ...value import Enums, from_string, to_string
 from ..family import Control, halt
 from ..port import Input
 
