@@ -48,6 +48,9 @@ class ActionNode(Act):
                     self.mission.pipeline.update(ticket, {port: value})
         return super().update()
 
+    def begins_running(self) -> bool:
+        return True
+
     def written(self) -> None:
         """Write the node's own tag and ports, because a document can contain it."""
 

@@ -143,8 +143,8 @@ class Draw:
                 ("LoopDouble", {"queue": "0.5;2", "value": "{f}"}),
             ]
         )
-        # Theirs does not halt what is under the two that wait for a key.
-        child = self.at_once() if "entry" in attributes else self.node(depth)
+        # Theirs does not halt what is under the two that wait for a key, nor asks a halted Precondition again.
+        child = self.at_once() if "entry" in attributes or tag == "Precondition" else self.node(depth)
         return Spec(tag, dict(attributes), [child])
 
     def subtree(self, depth: int) -> Spec:

@@ -5,7 +5,9 @@
 import re
 
 import pytest
+from py_trees.common import Status
 
+from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.trees.examine import blocking_faults, examine
 from rocs_bt.trees.nodes import BUILTIN, Input, Leaf, Output, Tree
@@ -241,3 +243,67 @@ def test_empty_conditions_are_refused(node, refused, text):
     faults = found(node.format(text))
     assert [f[2:] for f in faults if "the condition is empty" in f[3]] == ([faults[0][2:]] if refused else [])
     assert any(f[2] == "wrong" for f in faults) is refused
+
+
+@pytest.mark.parametrize(
+    ("text", "restarted"),
+    [
+        ("<ReactiveSequence><Sleep msec='10'/>{}</ReactiveSequence>", True),
+        ("<ReactiveFallback><Inverter><Sleep msec='10'/></Inverter>{}</ReactiveFallback>", True),
+        ("<ReactiveSequence><Sequence><Script code='x := 1'/><Sleep msec='10'/></Sequence>{}</ReactiveSequence>", True),
+        ("<ReactiveSequence><AlwaysSuccess/><Delay delay_msec='9'><AlwaysSuccess/></Delay>{}</ReactiveSequence>", True),
+        ("<ReactiveSequence><Sleep msec='0'/>{}</ReactiveSequence>", False),
+        ("<ReactiveSequence><Sleep msec='10' _skipIf='x == 1'/>{}</ReactiveSequence>", False),
+        ("<ReactiveSequence><RunOnce><Sleep msec='10'/></RunOnce>{}</ReactiveSequence>", False),
+        ("<ReactiveSequence><Sleep msec='10'/><AlwaysSuccess/></ReactiveSequence>{}", False),
+        ("<ReactiveSequence><ScriptCondition code='x == 1'/>{}</ReactiveSequence>", False),
+        ("<Sequence><Sleep msec='10'/>{}</Sequence>", False),
+    ],
+)
+def test_a_reactive_node_that_restarts_a_later_child_for_ever_is_told(text, restarted):
+    """What the check says is what the ticks do: the last child never ends."""
+    inside = text.format('<Sleep name="last" msec="1000"/>')
+    document = f'<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>{inside}</Sequence></BehaviorTree></root>'
+    clock = SimulatedClock(0.1)
+    tree = Tree(load_xml(document), clock=clock, faults=[])
+    tree.board["x"] = 0
+    told = [f for f in examine(tree) if "restarts" in f.message]
+    assert bool(told) is restarted
+    assert all(f.warning and f.line == 1 for f in told)
+    outcomes = []
+    for _ in range(40):
+        outcomes.append(tree.tick())
+        clock.advance()
+    if restarted:
+        assert set(outcomes) == {Status.RUNNING}
+
+
+@pytest.mark.parametrize(
+    ("node", "message"),
+    [
+        ('<SetBlackboard value="1" output_key=""/>', "port 'output_key': a key needs a name, found ''"),
+        ('<SetBlackboard value="1" output_key=" "/>', "a key needs a name"),
+        ('<SetBlackboard value="1" output_key="@"/>', "a key needs a name"),
+        ('<SetBlackboard value="1" output_key="{ }"/>', "a key needs a name, found '{ }'"),
+        ('<SetBlackboard value="{@}" output_key="k"/>', "port 'value': a key needs a name"),
+        ('<UnsetBlackboard key=""/>', "port 'key': a key needs a name"),
+        ('<WasEntryUpdated entry=""/>', "port 'entry': a key needs a name"),
+        ('<SkipUnlessUpdated entry=""><AlwaysSuccess/></SkipUnlessUpdated>', "a key needs a name"),
+        ('<WaitValueUpdate entry=""><AlwaysSuccess/></WaitValueUpdate>', "a key needs a name"),
+        ('<LoopInt queue="1;2" value="{ }"><AlwaysSuccess/></LoopInt>', "port 'value': a key needs a name"),
+        ('<LoopInt queue="1;x" value="{i}"><AlwaysSuccess/></LoopInt>', "'x' is not a whole number"),
+        ('<Repeat num_cycles="abc"><AlwaysSuccess/></Repeat>', "port 'num_cycles': 'abc' is not a whole number"),
+        ('<Repeat num_cycles="4x"><AlwaysSuccess/></Repeat>', "port 'num_cycles': '4x' is not a whole number"),
+        ('<Sleep msec="ten"/>', "port 'msec': 'ten' is not a whole number"),
+    ],
+)
+def test_an_empty_key_and_a_literal_of_another_type_are_told_with_their_port(node, message):
+    document = f'<root BTCPP_format="4"><BehaviorTree ID="M">{node}</BehaviorTree></root>'
+    faults = []
+    try:
+        tree = Tree(load_xml(document), faults=faults)
+    except InputError as error:
+        faults += error.faults
+    else:
+        faults += examine(tree)
+    assert any(message in f.message and f.line == 1 for f in faults), faults

@@ -1,4 +1,4 @@
-"""Static checks of a tree: blackboard keys, scripts, the nodes' own checks, nodes that are never ticked."""
+"""Static checks of a tree: blackboard keys, scripts, the nodes' own checks, nodes that never run or never end."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from ..script import (
 )
 from ..value import from_string
 from .flow import flow_faults, flow_of, scripts_of
+from .restarts import restart_faults
 
 
 def node_faults(tree: Tree) -> Iterator[Fault]:
@@ -226,3 +227,4 @@ def _all(tree: Tree) -> Iterator[Fault]:
     yield from node_faults(tree)
     yield from script_faults(tree)
     yield from unreachable(tree)
+    yield from restart_faults(tree)

@@ -15,7 +15,7 @@ from ..script import compile_condition, compile_script, parse_script, script_rea
 from ..status import FAILURE, IDLE, RUNNING, SUCCESS, Outcome, outcome_named
 from .decorators import TIME_TOLERANCE
 from .family import Instant, Leaf
-from .port import Code, InOut, Input, pointer
+from .port import Code, InOut, Input, key_name, pointer
 from .runtime import Runtime
 
 
@@ -45,7 +45,7 @@ class SetBlackboard(Instant):
     """Writes a text, or a copy of another key's value and type, to a key; FAILURE if the other key has no value."""
 
     value = Input(object, doc="text, or a key such as {source}")
-    output_key = InOut(str, doc="name of the key to write, with or without braces")
+    output_key = InOut(str, doc="name of the key to write, with or without braces", parse=key_name)
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -101,7 +101,7 @@ class SetBlackboard(Instant):
 class UnsetBlackboard(Instant):
     """Removes a key from the blackboard of this tree; returns SUCCESS."""
 
-    key_ = Input(str, doc="key, without braces", name="key")
+    key_ = Input(str, doc="key, without braces", name="key", parse=key_name)
 
     def update(self) -> Outcome:
         self.board.unset(self.read("key"))
@@ -112,7 +112,7 @@ class WasEntryUpdated(Instant):
     """SUCCESS if the key was written since the node's last tick, else FAILURE."""
 
     kind = "Action"
-    entry = Input(object, doc="key")
+    entry = Input(object, doc="key", parse=key_name)
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)
@@ -182,6 +182,9 @@ class Sleep(Leaf):
     """RUNNING for `msec` milliseconds of the tree's clock, then SUCCESS."""
 
     msec = Input(int, doc="duration [ms]")
+
+    def begins_running(self) -> bool:
+        return self.key("msec") is None and self.read("msec") > 0
 
     def __init__(self, name: str = "", /, **attributes: Any) -> None:
         super().__init__(name, **attributes)

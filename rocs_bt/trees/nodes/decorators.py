@@ -12,7 +12,7 @@ from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted
 from .family import Decorator, halt, no_outcome
-from .port import Code, InOut, Input, Output
+from .port import Code, InOut, Input, Output, key_name
 
 
 class _Counted(Decorator):
@@ -342,6 +342,9 @@ class Delay(_Timed):
 
     delay_msec = Input(int, doc="delay [ms]")
 
+    def begins_running(self) -> bool:
+        return self.key("delay_msec") is None and self.read("delay_msec") > 0
+
     def tick_once(self) -> Outcome:
         if not self._due(self.delay_msec):
             self.status = RUNNING
@@ -355,7 +358,7 @@ class _Updated(Decorator):
     """Ticks the child if the key was written since the node's last tick, and while the child is RUNNING."""
 
     otherwise: ClassVar[Outcome] = SKIPPED
-    entry = Input(object, doc="key")
+    entry = Input(object, doc="key", parse=key_name)
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)

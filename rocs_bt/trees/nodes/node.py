@@ -293,6 +293,10 @@ class Node(Behaviour):
         """
         return ()
 
+    def begins_running(self) -> bool:
+        """Whether the first tick of each run returns RUNNING, such as that of a motion; checks of trees use it."""
+        return False
+
     def written(self) -> tuple[str, dict[str, str]] | None:
         """Tag and attributes to write to a document, if the node represents another one; None to write its own."""
         return None
@@ -425,6 +429,8 @@ def _maybe_enum(port: Port[Any], text: str) -> bool:
 def _check_value(port: Port[Any], value: Any) -> None:
     key = pointed(value, port.name)
     if key is not None:
+        if not key.strip("@ "):
+            raise TreeError(Fault(f"port '{port.name}': a key needs a name, found {value!r}."))
         if key.count("@") > 1 or "@" in key[1:]:
             raise TreeError(
                 Fault(f"the key '{key}' of port '{port.name}' may contain one '@', as its first character.")

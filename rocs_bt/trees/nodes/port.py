@@ -210,6 +210,17 @@ def parse_condition(text: str) -> Script:
     return parse_script(text)
 
 
+def key_name(text: str) -> str:
+    """Check the name of a key that is written without braces.
+
+    Raises:
+        TreeError: The name is empty.
+    """
+    if not text.strip("@ "):
+        raise TreeError(Fault(f"a key needs a name, found {text!r}."))
+    return text
+
+
 class ExactKey(str):
     """Key with a literal name, even if the name is `=`, which otherwise means the key with the port's name."""
 
