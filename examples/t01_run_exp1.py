@@ -11,7 +11,7 @@ trajectory hash.
 Output:
 
     exp1, seed 1, 13.7 s simulated
-    R2 success; 3.55 m, 0 collisions, 3 reflexes, 3 replans
+    R2 success; 3.55 m, 0 collisions, 3 reflexes, 3 resumed actions
     mission go_to, rules avoid_collision
     minimum clearance: 0.17 m
     reflexes active for 6.6 s, plan active for 6.8 s

@@ -24,7 +24,7 @@ Output:
      17.5 s  SUCCESS  there and back/GoTo goal
      17.5 s  SUCCESS  there and back
     exp1, seed 1, 17.6 s simulated
-    R2 success; 4.02 m, 0 collisions, 2 reflexes, 2 replans
+    R2 success; 4.02 m, 0 collisions, 2 reflexes, 2 resumed actions
 """
 
 from py_trees.behaviour import Behaviour

@@ -12,7 +12,7 @@ the highest priority.
 Output:
 
     mine, seed 7, 12.3 s simulated
-    R2 success; 3.16 m, 0 collisions, 6 reflexes, 5 replans
+    R2 success; 3.16 m, 0 collisions, 6 reflexes, 5 resumed actions
      0.15 s  respect/Hesitate fired: min(front) = 0.601 m, speed = 0.2 m/s
      1.05 s  avoid_collision/AvoidCollision fired: min(front) = 0.396 m, min(near, to_goal) = 0.4 m, speed = 0.485 m/s
      4.15 s  respect/Hesitate fired: min(front) = 0.445 m, speed = 0.232 m/s

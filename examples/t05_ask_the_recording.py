@@ -49,7 +49,7 @@ with tempfile.TemporaryDirectory() as folder:
 
     why = explain(recording, fired[0].t, "R2")
     left, right = why.commands["wheels"].values
-    print(f"R2 at {why.t:.2f} s: front >= {min(why.signals['front'][1]):.2f} m, plan: {', '.join(why.tree)}")
+    print(f"R2 at {why.t:.2f} s: front >= {min(why.signals['front'][1]):.2f} m, plan: {', '.join(why.tree.events)}")
     print(f"  active rule: {', '.join(why.rules)}, wheel commands: {left:+.2f} and {right:+.2f} m/s")
 
     figures = write_figures([recording], Path(folder), ["svg"])

@@ -17,7 +17,7 @@ Output:
      4.00 s  avoid_collision/Blind ended
      4.00 s  wheel command: drive
     exp1, seed 1, 15.3 s simulated
-    R2 success; 3.54 m, 0 collisions, 5 reflexes, 3 replans
+    R2 success; 3.54 m, 0 collisions, 5 reflexes, 3 resumed actions
       fault at 2.00 s: sensor sonar: sensor 'sonar' does not answer.
 """
 

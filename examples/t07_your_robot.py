@@ -13,7 +13,7 @@ Output:
 
     scout has sonar, position, orientation, encoders, radio
     seek, seed 2, 11.0 s simulated
-    R2 success; 3.14 m, 0 collisions, 2 reflexes, 2 replans
+    R2 success; 3.14 m, 0 collisions, 2 reflexes, 2 resumed actions
     distance to the beacon: 2.23 m at the start, 0.01 m at the end
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,9 +14,11 @@ from .requirements import finding_line
 from .terminal import styled
 
 if TYPE_CHECKING:
+    from ..event import Event
     from ..record import AgentResult, Following, KnowledgeFile, Localisation, Summary
 
 _FAULTS = 3  # maximum number of printed faults
+_SHORT = 5  # number of agents above which each has one line
 
 
 def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = False) -> int:
@@ -47,29 +50,70 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
         report: Report file, if any.
     """
     lines: list[str] = []
+    many = len(summary.agents) > _SHORT
+    if many:
+        lines += _counts(summary)
     for name, agent in summary.agents.items():
-        lines += _outcome(name, agent, summary)
+        lines += [_line(name, agent)] if many else _outcome(name, agent, summary)
         lines += [f"  {finding_line(name, finding)}" for finding in agent.requirements]
     where = shlex.quote(str(folder))
     if summary.knowledge:
         lines += _remembered(summary.knowledge)
     if report is not None:
         lines.append(f"Report: {report}")
-    why = _start(summary, folder) + min(summary.sim_time / 2, 5.0)
-    lines.append(f"Try next: rocs-bt replay {where} --why {why:.1f}   or   rocs-bt plot {where}")
+    lines.append(f"Try next: rocs-bt replay {where} --why {_moment(summary, folder)}   or   rocs-bt plot {where}")
     return "\n".join(lines)
 
 
-def _start(summary: Summary, folder: Path) -> float:
-    """Time of the first control period [s]: on hardware, the preflight check comes before it."""
-    if summary.simulated:
-        return 0.0
+def _moment(summary: Summary, folder: Path) -> str:
+    """Time to explain, with the agent if it is not the first: of the first failure, else of the first reflex."""
+    from ..event import AgentStopped, ContactBegan, RuleChanged
     from ..record import Recording
 
+    start, found = 0.0, dict[str, float]()
+    reflex: tuple[float, str] | None = None
     try:
-        return Recording.open(folder).header.start
-    except RecordingError:
-        return 0.0
+        recording = Recording.open(folder)
+        start = 0.0 if summary.simulated else recording.header.start  # on hardware, the preflight check comes first
+        for event in recording.events((AgentStopped, ContactBegan, RuleChanged)):
+            hit = (
+                isinstance(event, ContactBegan)
+                and event.kind == "collision"
+                and _outcome_of(summary, event) == event.kind
+            )
+            if hit or isinstance(event, AgentStopped):
+                found.setdefault(event.agent, event.t)
+            elif reflex is None and isinstance(event, RuleChanged) and event.phase == "fired":
+                reflex = event.t, event.agent
+    except RecordingError:  # the run has no recording, or it is cut off
+        pass
+    failed = [name for name, agent in summary.agents.items() if agent.outcome != "success" and name in found]
+    t, name = (found[failed[0]], failed[0]) if failed else reflex or (start + min(summary.sim_time / 2, 5.0), "")
+    seconds = f"{t:.3f}".rstrip("0")
+    other = f" --agent {shlex.quote(name)}" if name not in ("", next(iter(summary.agents), "")) else ""
+    return seconds + ("0" if seconds.endswith(".") else "") + other
+
+
+def _outcome_of(summary: Summary, event: Event) -> str:
+    agent = summary.agents.get(event.agent)
+    return "" if agent is None else agent.outcome
+
+
+def _counts(summary: Summary) -> list[str]:
+    """Line with the number of agents of each outcome, and the duration of the run."""
+    counts = Counter(agent.outcome for agent in summary.agents.values())
+    outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
+    return [f"{len(summary.agents)} agents: {outcomes} ({summary.scenario}, seed {summary.seed}); {_duration(summary)}"]
+
+
+def _line(name: str, agent: AgentResult) -> str:
+    """Outcome of one agent of many in one line."""
+    outcome = styled(f"{name} {agent.outcome}", fg="green" if agent.outcome == "success" else "red", bold=True)
+    took = f" in {agent.time_to_goal:.1f} s" if agent.time_to_goal is not None else ""
+    hit = f", {counted(agent.collisions, 'collision')}" if agent.collisions else ""
+    reason = f": {agent.reason}" if agent.reason else ""
+    reflexes = counted(agent.reflex_activations, "reflex", "es")
+    return f"{outcome}{took} (moved {agent.path_length:.2f} m{hit}, {reflexes}){reason}"
 
 
 def _remembered(kept: KnowledgeFile) -> list[str]:
@@ -110,7 +154,7 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
         f"{outcome}{took} ({place}){reason}",
         f"  moved {agent.path_length:.2f} m{hit}{struck}{near}; {_duration(summary)}",
         f"  {counted(agent.reflex_activations, 'reflex activation')} ({share:.0f} % of the time){again},"
-        f" {counted(agent.replans, 'replan')},"
+        f" {counted(agent.replans, 'action')} resumed after a reflex,"
         f" {counted(agent.route_switches, 'plan/reflex switch', 'es')}",
         *kept,
         *faults,
@@ -121,9 +165,13 @@ def _duration(summary: Summary) -> str:
     if not summary.simulated:
         return f"{summary.sim_time:.1f} s in all"
     simulated = f"{summary.sim_time:.1f} s simulated"
-    if summary.wall_time is None:  # unknown for a recording that was cut off
+    if summary.wall_time is None or summary.real_time_factor is None:  # unknown for a recording that was cut off
         return simulated
-    return f"{simulated} in {summary.wall_time:.1f} s ({summary.real_time_factor:.0f} times real time)"
+    return f"{simulated} in {summary.wall_time:.1f} s ({_factor(summary.real_time_factor)} times real time)"
+
+
+def _factor(value: float) -> str:
+    return f"{value:.0f}" if value >= 1.0 else f"{value:.2g}"
 
 
 def _followed(following: Following | None) -> list[str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -106,15 +106,18 @@ class Recording:
             raise RecordingError(f"the header or summary of '{file}' cannot be read: {error}.") from error
         return cls(file, header, contents)
 
-    def events(self) -> Iterator[Event]:
+    def events(self, only: Collection[type[Event]] = ()) -> Iterator[Event]:
         """All events, in the order of emission.
+
+        Args:
+            only: Kinds of events to read; all kinds by default.
 
         Raises:
             RecordingError: A message is damaged.
         """
         kinds: dict[int, str] = {}
         schemas: dict[int, str] = {}
-        names = {kind.__name__ for kind in codec.KINDS} | RENAMED_EVENTS.keys()
+        names = {kind.__name__ for kind in only} or {kind.__name__ for kind in codec.KINDS} | RENAMED_EVENTS.keys()
         known = {codec.SCHEMA_PREFIX + name: name for name in names}
         for chunk in self._chunks:
             for opcode, body in _records(_content(chunk)):

@@ -136,7 +136,7 @@ def _numbers(result: AgentResult) -> list[tuple[str, str]]:
         ("fired again while latched", result.reflex_refirings, "{}"),
         ("exceptions of content", sum(result.exceptions.values()) or None, "{}"),
         ("plan/reflex switches", result.route_switches, "{}"),
-        ("replans", result.replans, "{}"),
+        ("actions resumed after a reflex", result.replans, "{}"),
         ("commands limited by the safety gate", sum(result.commands_limited.values()) or None, "{}"),
         ("time deliberative", result.time_deliberative, "{:.2f} s"),
         ("time reactive", result.time_reactive, "{:.2f} s"),

@@ -24,7 +24,7 @@ _COLUMNS = (
     "minimum clearance",
     "collisions",
     "reflexes",
-    "replans",
+    "resumed actions",
 )
 
 
@@ -80,7 +80,7 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
             collisions = "" if agent.collisions is None else f"{counted(agent.collisions, 'collision')}, "
             lines.append(
                 f"{name} {agent.outcome}{reason}; {agent.path_length:.2f} m, {collisions}"
-                f"{counted(agent.reflex_activations, 'reflex', 'es')}, {counted(agent.replans, 'replan')}"
+                f"{counted(agent.reflex_activations, 'reflex', 'es')}, {counted(agent.replans, 'resumed action')}"
             )
             lines += [f"  fault at {fault}" for fault in agent.faults]
         return "\n".join([*lines, *self.missing])
