@@ -52,7 +52,12 @@ class Actuator(ABC):
     Attributes:
         name: Name of the actuator in robot.toml.
         size: Number of values of a command.
+        two_owners: Whether the device can be opened in two processes at the same time, without an effect of the second
+            one until it commands. With `isolated = true`, it is then opened in the main process too, at the start of
+            the run and not when the isolated process has ended. A class attribute of the driver.
     """
+
+    two_owners = False
 
     def __init__(self, name: str, size: int) -> None:
         self.name = name

@@ -28,7 +28,9 @@ AWAKE = str(Path(__file__).resolve().parent / "awake.py")
 HEAVY = ("casadi", "matplotlib", "mujoco", "networkx", "numpy", "py_trees", "scipy")
 
 WHEELS = f'''
+import ctypes
 import os
+import signal
 import sys
 import threading
 import time
@@ -45,7 +47,7 @@ class Wheels(Actuator):
     def __init__(self, name, host, *, plan: str, log: str):
         super().__init__(name, 2)
         self.plan, self.count, self.go = plan, 0, log + ".go"
-        self.log = os.open(log, os.O_WRONLY)
+        self.log, self.open, self.telling = os.open(log, os.O_WRONLY), True, threading.Lock()
         self.tell("process", os.getpid(), os.getsid(0), *sorted(set(sys.modules) & set(HEAVY)))
         if self.plan == "absent":
             raise DeviceError("there is no robot at the other end")
@@ -57,12 +59,14 @@ class Wheels(Actuator):
         threading.Thread(target=self.witness, daemon=True).start()
 
     def tell(self, *words):
-        os.write(self.log, (" ".join(map(str, (time.monotonic(), *words))) + "\\n").encode())
+        with self.telling:
+            if self.open:
+                os.write(self.log, (" ".join(map(str, (time.monotonic(), *words))) + "\\n").encode())
 
     def witness(self):
         """Tell of each time at which this process got no processor."""
         last = time.monotonic()
-        while True:
+        while self.open:
             time.sleep(0.002)
             now = time.monotonic()
             if now - last > 0.012:
@@ -75,6 +79,12 @@ class Wheels(Actuator):
         if self.plan == "waits" and self.count == 1:
             with open(self.go) as go:  # until the test writes to it
                 go.read()
+        if self.count == 20 and self.plan == "exits":
+            os._exit(7)
+        if self.count == 20 and self.plan == "crashes":
+            os.kill(os.getpid(), signal.SIGSEGV)
+        if self.count == 20 and self.plan == "holds the interpreter":
+            ctypes.PyDLL(None).usleep(int(60e6))
         if self.count == 20 and self.plan == "refuses":
             raise DeviceError("the fuse blew")
         if self.count == 20 and self.plan == "raises":
@@ -98,6 +108,9 @@ class Wheels(Actuator):
 
     def close(self):
         self.tell("closed")
+        with self.telling:
+            self.open = False
+            os.close(self.log)
 '''
 
 SENSORS = '''
@@ -243,6 +256,7 @@ class Log:
 
     def __init__(self, path: Path) -> None:
         os.mkfifo(path)
+        self._path = path
         self.lines: list[Line] = []
         self._pipe = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # else it would wait here for the wheels
         self._text = b""
@@ -310,6 +324,15 @@ class Log:
             pass
         return self.lines[begun:]
 
+    @contextmanager
+    def kept_open(self) -> Iterator[None]:
+        """While the context is open, the pipe does not end with the last process that writes to it."""
+        end = os.open(self._path, os.O_WRONLY)
+        try:
+            yield
+        finally:
+            os.close(end)
+
     def close(self) -> None:
         """Close the pipe."""
         os.close(self._pipe)
@@ -326,14 +349,16 @@ class Log:
 
 
 @contextmanager
-def linked(folder: Path, plan: str = "", max_age: float = 60.0) -> Iterator[tuple[IsolatedActuator, Log]]:
+def linked(
+    folder: Path, plan: str = "", max_age: float = 60.0, *, two_owners: bool = False
+) -> Iterator[tuple[IsolatedActuator, Log]]:
     """The link to isolated wheels, which by default never expire; afterwards their process has ended."""
     (folder / "wheels.py").write_text(WHEELS)
     log = Log(folder / "log")
     os.mkfifo(folder / "log.go")
     try:
         parameters = {"plan": plan, "log": str(folder / "log")}
-        link = IsolatedActuator(DeviceMaker(folder / "wheels.py", "Wheels", "wheels", parameters), max_age)
+        link = IsolatedActuator(DeviceMaker(folder / "wheels.py", "Wheels", "wheels", parameters, two_owners), max_age)
         try:
             yield link, log
         finally:

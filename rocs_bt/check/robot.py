@@ -31,7 +31,7 @@ from ..raised import describe
 from ..record.header import Point
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults
-from .ros2 import ros2_faults
+from .ros2 import not_isolated, ros2_faults
 from .stub_agent import idle, stub_agent
 
 
@@ -158,6 +158,9 @@ def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
             (mujoco_driver if simulated else hardware_driver)(catalog, robot, device)
         except InputError as error:
             yield from error.at(robot.file, device.line).faults
+        else:
+            if not simulated and isinstance(device, ActuatorSpec):
+                yield from not_isolated(robot, device)
 
 
 def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) -> Iterator[Fault]:

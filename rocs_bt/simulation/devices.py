@@ -163,8 +163,10 @@ def make_hardware(catalog: Catalog, robot: RobotSpec, device: SensorSpec | Actua
         return driver.make(device.name, host, **driver.parameters)
 
 
-def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) -> IsolatedActuator:
+def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, host: Host) -> IsolatedActuator:
     """Construct an isolated actuator: its device is constructed in a separate process.
+
+    The host is that of its standby in this process.
 
     Raises:
         InputError: See `make_hardware`; or the system is not POSIX.
@@ -173,12 +175,13 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec) ->
     if actuator.driver == ROS2:
         with located_at(robot.file, actuator.line):
             node = re.sub(r"\W|_+", "_", f"rocs_bt_{actuator.name}", flags=re.ASCII)  # two of one name disturb tools
-            return IsolatedActuator(replace(_ros2_maker(robot, actuator), node=node), actuator.max_command_age)
+            return IsolatedActuator(replace(_ros2_maker(robot, actuator), node=node), actuator.max_command_age, host)
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):
-        maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters)
-        return IsolatedActuator(maker, actuator.max_command_age)
+        two = bool(driver.make.two_owners)
+        maker = DeviceMaker(robot.beside(file), cls, actuator.name, driver.parameters, two)
+        return IsolatedActuator(maker, actuator.max_command_age, host)
 
 
 def _ros2_maker(robot: RobotSpec, actuator: ActuatorSpec) -> ActuatorNodeMaker:

@@ -143,7 +143,7 @@ class HardwareDevices:
             hardware_driver(catalog, robot, spec)  # refuses what a real run refuses
             return NoActuator(spec.name, command_size(robot, spec))
         if spec.isolated and not isinstance(self.clock, SimTimeClock):  # a process of its own has the wall clock
-            return make_isolated(catalog, robot, spec)
+            return make_isolated(catalog, robot, spec, host)
         device: Actuator = make_hardware(catalog, robot, spec, host)
         return device
 

@@ -2,17 +2,22 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import signal
 import subprocess
 import time
 
+import psutil
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator
 from rocs_bt.errors import ActuatorError, DeviceError, InputError
 
 from ..isolated import WHEELS, linked
+from ..waiting import until
 
 END = ["neutral", "neutral", "neutral", "closed"]
 MAX_AGE = 0.5  # [s]; a command that is held up for longer on a loaded machine would be dropped
@@ -30,11 +35,10 @@ def until_commanded(log):
     return log.until(lambda line: line.what == "command")
 
 
-def failure(link, kind):
-    """What the link's checks find at last: a process that hangs by their number, else by its messages."""
-    while (found := link.check()) is None:
-        if kind != "hung":
-            link._channel.wait()
+def failure(link):
+    """What the link's supervisor finds at last."""
+    until(lambda: link.check() is not None)
+    found = link.check()
     with pytest.raises(ActuatorError) as caught:
         link.command([0.1, 0.1])
     assert caught.value is found
@@ -93,16 +97,101 @@ def test_neutral_neither_waits_for_a_command_nor_is_overtaken_by_it(tmp_path):
     assert commands(log) == [(1.0, 1.0), (3.0, 3.0)]
 
 
-def test_a_process_that_is_stopped_holds_nobody_up_and_counts_as_hung(tmp_path):
+def test_requests_to_a_process_that_is_stopped_do_not_wait(tmp_path):
     with linked(tmp_path) as (link, log):
         os.kill(int(log.begin().until(lambda line: line.what == "process").values[0]), signal.SIGSTOP)
         for _ in range(5000):  # far more than the link's buffer holds
             link.command([1.0, 1.0])
-        kind, why = failure(link, "hung")
         os.kill(log.process, signal.SIGCONT)
-    assert kind == "hung"
-    assert "has not answered for 20 control periods" in why
+        log.until(lambda line: line.what == "command")
     assert log.last == END
+
+
+def stopped(process):
+    os.kill(process, signal.SIGSTOP)
+
+
+def killed(process):
+    os.kill(process, signal.SIGKILL)
+
+
+DEATHS = {
+    "killed": (killed, "ended", "its process was ended by SIGKILL"),
+    "stopped": (stopped, "hung", "its process has not answered for 0.54 s: the driver hangs, or the process was"),
+    "holds the interpreter": (None, "hung", "its process has not answered for 0.54 s: the driver hangs"),
+    "exits": (None, "ended", "its process ended with exit code 7"),
+    "crashes": (None, "ended", "its process was ended by SIGSEGV"),
+}
+
+
+@pytest.mark.parametrize("two_owners", [True, False])
+@pytest.mark.parametrize("death", DEATHS)
+def test_after_the_death_of_the_process_the_main_process_sends_neutral(tmp_path, death, two_owners):
+    strike, kind, words = DEATHS[death]
+    with linked(tmp_path, death, max_age=MAX_AGE, two_owners=two_owners) as (link, log), log.kept_open():
+        for _ in range(20):
+            link.command([0.1, 0.1])
+            until_commanded(log)
+        if strike is not None:
+            strike(log.process)
+        link.command([0.1, 0.1])
+        for _ in range(3):
+            until_neutral(log)
+        found = failure(link)
+        assert not psutil.pid_exists(log.process)  # it was killed: it never commands again
+        link.neutral()  # as at the end of the run
+        until_neutral(log)
+    assert found[0] == kind
+    assert words in found[1]
+    opened = [line.what for line in log.lines].count("process")
+    assert opened == 2
+    assert not commands(log)[20:]
+    assert log.last == ["neutral", "neutral", "neutral", "closed"] or log.last == [*END[1:]]
+
+
+def test_a_device_that_cannot_be_opened_again_is_reported(tmp_path):
+    with linked(tmp_path, max_age=MAX_AGE) as (link, log):
+        link.command([0.1, 0.1])
+        until_commanded(log)
+        (tmp_path / "wheels.py").write_text("Wheels = 1\n")
+        os.kill(log.process, signal.SIGKILL)
+        kind, why = failure(link)
+    assert kind == "ended"
+    assert "was ended by SIGKILL; the main process cannot send neutral: " in why
+
+
+@given(
+    max_age=st.floats(0.1, 2.0),
+    pauses=st.lists(st.floats(0.2 * actuator.TICK, actuator.TICK), min_size=1, max_size=50),
+    answers=st.integers(0, 100),
+)
+def test_silence_is_found_in_time_and_never_before(max_age, pauses, answers):
+    """The process answers for a while, then never again; requests come all the time."""
+    silence, t, last = actuator.Silence(max_age), 0.0, 0.0
+    for count in itertools.count():
+        pause = pauses[count % len(pauses)]
+        t, progress = t + pause, count < answers
+        last = t if progress else last
+        if silence.after(pause, progress=progress, waiting=not progress):
+            break
+        assert t - last <= max_age + actuator.GRACE + 1e-9
+    assert count >= answers
+    assert t - last > max_age + actuator.GRACE - 1e-9
+    assert t - last <= max_age + 0.1
+
+
+def test_a_main_process_that_is_held_up_finds_no_silence():
+    silence = actuator.Silence(0.2)
+    assert not silence.after(60.0, progress=False, waiting=True)
+    assert not silence.after(60.0, progress=True, waiting=False)
+
+
+def test_a_device_at_rest_has_time_for_its_next_request():
+    silence = actuator.Silence(0.2)
+    for _ in range(1000):
+        assert not silence.after(actuator.TICK, progress=False, waiting=False)
+    for _ in range(10):
+        assert not silence.after(actuator.TICK, progress=False, waiting=True)
 
 
 def test_a_command_that_was_held_up_on_its_way_does_not_move_the_robot(tmp_path, monkeypatch):
@@ -111,7 +200,7 @@ def test_a_command_that_was_held_up_on_its_way_does_not_move_the_robot(tmp_path,
             now = actuator.time.monotonic()
             patch.setattr(actuator.time, "monotonic", lambda: now - MAX_AGE)
             link.command([9.0, 9.0])
-        link._channel.wait()  # for its answer: it was dropped
+        until(lambda: link._answered == 1)  # it was dropped
         link.command([0.1, 0.1])
         until_commanded(log)
     assert commands(log) == [(0.1, 0.1)]
@@ -134,8 +223,8 @@ def test_a_command_waits_for_a_neutral_that_came_before_it(tmp_path):
         ("refuses", "raised", "the fuse blew"),
         ("raises", "raised", "RuntimeError: a worm (wheels.py:"),
         ("calls for an exit", "raised", "SystemExit(7) (wheels.py:"),
-        ("hangs", "hung", "its process has not answered for 20 control periods: the driver hangs"),
-        ("hangs for good", "hung", "its process has not answered for 20 control periods: the driver hangs"),
+        ("hangs", "hung", "its process has not taken a command for 1 s: the driver hangs"),
+        ("hangs for good", "hung", "its process has not answered for 0.54 s: the driver hangs"),
     ],
 )
 def test_a_driver_that_fails_is_sent_to_neutral_and_reported(tmp_path, plan, kind, words):
@@ -144,7 +233,7 @@ def test_a_driver_that_fails_is_sent_to_neutral_and_reported(tmp_path, plan, kin
             link.command([0.1, 0.1])
             until_commanded(log)
         until_neutral(log)
-        found = failure(link, kind)
+        found = failure(link)
     assert found[0] == kind
     assert words in found[1]
     assert len(commands(log)) == 20
@@ -154,7 +243,7 @@ def test_a_neutral_that_raises_is_reported(tmp_path):
     with linked(tmp_path, "does not stop") as (link, log):
         link.neutral()
         until_neutral(log)
-        assert "OSError: the wire is cut (wheels.py:" in failure(link, "raised")[1]
+        assert "OSError: the wire is cut (wheels.py:" in failure(link)[1]
     assert log.last == END
 
 
@@ -163,8 +252,7 @@ def test_a_process_that_dies_is_reported(tmp_path):
         link.command([0.1, 0.1])
         until_commanded(log)
         os.kill(log.process, signal.SIGKILL)
-        log.end()
-        assert failure(link, "ended") == ("ended", "its process was ended by SIGKILL")
+        assert failure(link) == ("ended", "its process was ended by SIGKILL")
 
 
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
@@ -176,10 +264,10 @@ def test_a_signal_to_the_process_is_neutral_first(tmp_path, number, code):
         os.kill(log.process, number)
         until_neutral(log)
         link.command([0.3, 0.3])  # it hears no commands any more
-        log.end()
+        log.until(lambda line: line.what == "closed")
         assert log.last == END
         assert commands(log) == [(0.1, 0.1)]
-        assert failure(link, "ended") == ("ended", f"its process ended with exit code {code}")
+        assert failure(link) == ("ended", f"its process ended with exit code {code}")
 
 
 def test_a_process_that_does_not_end_is_killed(tmp_path, monkeypatch):

@@ -19,7 +19,7 @@ from .exp1 import HERE, OPTIONS, start_of, write_project
 from .robot_process import RobotProcess, late_between
 
 PERIOD, MAX_AGE = 0.05, 0.2  # [s] of control; max_command_age
-SOON = MAX_AGE + 2 * PERIOD
+SOON = MAX_AGE + 2 * PERIOD  # also without the publisher
 OWN_TIMEOUT, BRAKING = 0.3, 0.4  # [s] of the robot
 MOMENTS = 9.0  # [s] EXP1 takes 14 s
 MAIN = """
@@ -119,6 +119,26 @@ def both_killed(driven: DrivenRobot) -> tuple[float, float]:
     assert driven.robot.report()["expired"] >= last.moves
     took = lines[-1].t - last.t
     return took, took - late_between(lines, last.t, lines[-1].t)
+
+
+def publisher_killed(driven: DrivenRobot) -> tuple[float, float]:
+    """Kill -9 of the publisher: the agent sends zero, three times, and ends its run."""
+    return _without_publisher(driven, signal.SIGKILL)
+
+
+def publisher_stopped(driven: DrivenRobot) -> tuple[float, float]:
+    """SIGSTOP of the publisher: the agent kills it, sends zero, three times, and ends its run."""
+    return _without_publisher(driven, signal.SIGSTOP)
+
+
+def _without_publisher(driven: DrivenRobot, number: int) -> tuple[float, float]:
+    at = time.time()
+    driven.publisher.send_signal(number)
+    took = driven.stopped(at)
+    driven.robot.follow(lambda lines: sum(line.rests and line.t > at for line in lines) >= 3)
+    assert driven.main.wait(30.0) == 0
+    assert not psutil.pid_exists(driven.publisher.pid)
+    return took
 
 
 def shortest(attempt: Callable[[int], float], limit: float) -> float:

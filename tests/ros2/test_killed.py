@@ -10,7 +10,20 @@ import pytest
 from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 
-from .killed import BRAKING, OWN_TIMEOUT, SOON, both_killed, driven, killed, moments, paused, report, shortest
+from .killed import (
+    BRAKING,
+    OWN_TIMEOUT,
+    SOON,
+    both_killed,
+    driven,
+    killed,
+    moments,
+    paused,
+    publisher_killed,
+    publisher_stopped,
+    report,
+    shortest,
+)
 from .transport_contract import until
 
 
@@ -31,6 +44,16 @@ def test_zero_is_published_in_time(robots, tmp_path, seed):
                 robot.drive(moment / 3.0)
                 took.append(fault(robot)[1])
         return max(took)
+
+    assert shortest(attempt, SOON) <= SOON
+
+
+@pytest.mark.parametrize("fault", [publisher_killed, publisher_stopped])
+def test_without_the_publisher_the_agent_publishes_zero(robots, tmp_path, fault):
+    def attempt(number: int) -> float:
+        with robots(tmp_path / str(number)) as robot:
+            robot.drive(0.5)
+            return fault(robot)[1]
 
     assert shortest(attempt, SOON) <= SOON
 

@@ -83,10 +83,12 @@ def test_the_end_of_the_run_is_neutral(robots, tmp_path, number):
 
 
 def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
-    with robots(tmp_path) as robot:
+    with robots(tmp_path) as robot, robot.wheels.kept_open():
         robot.wheels.drive()
         at = time.monotonic()
         os.kill(robot.wheels.process, signal.SIGKILL)
+        for _ in range(3):
+            robot.wheels.until(lambda line: line.what == "neutral")
         failed, end = robot.told()
     assert failed[1] == "BlockFailed"
     assert failed[0] - at < 1.0  # promised is a period, 0.05 s

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import pathlib
 import signal
@@ -12,13 +13,22 @@ import threading
 import time
 from collections.abc import Sequence
 
+from ...clock import WallClock
 from ...device import Actuator
 from ...errors import ActuatorError, DeviceError, Fault, InputError
+from ..host import Host
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 from .maker import ActuatorMaker
+from .standby import Standby
 
-PATIENCE = 20
-"""Number of checks, one per control period, without an answer after which the process counts as hung."""
+TICK = 0.02
+"""Interval at which the process is supervised [s]."""
+
+GRACE = 2 * TICK
+"""Time after `max_age` within which the process's own watchdog must have acted [s]."""
+
+HUNG = 1.0
+"""Time without a command performed, although the device is in neutral, after which the driver counts as hung [s]."""
 
 EXIT_TIMEOUT = 3.0
 """Timeout for an orderly exit of the process [s], after which the process is killed."""
@@ -34,16 +44,20 @@ class IsolatedActuator(Actuator):
     several waiting requests only the newest is performed. The process runs in a session of its own, so that Ctrl-C,
     Ctrl-Z and the end of the terminal do not affect it.
 
+    A thread supervises the process. If the process ends or answers nothing for `max_age`, the thread kills it, and
+    opens the device in the main process (see `Standby`) to send it to neutral.
+
     Args:
         maker: Function that constructs the driver, called in the process.
         max_age: Age of the last command at which the process sends the device to neutral [s].
+        host: Host for the driver of the standby, in the main process; None for one of its own.
 
     Raises:
         InputError: The driver is invalid, or the system is not POSIX.
         DeviceError: The driver cannot reach its device.
     """
 
-    def __init__(self, maker: ActuatorMaker, max_age: float) -> None:
+    def __init__(self, maker: ActuatorMaker, max_age: float, host: Host | None = None) -> None:
         if os.name != "posix":
             hint = "It needs a POSIX system, such as Linux."
             raise InputError(Fault(f"actuator '{maker.name}' cannot be isolated here.", hint=hint))
@@ -53,18 +67,22 @@ class IsolatedActuator(Actuator):
             self._process = _start(theirs)
         self._lock = threading.Lock()  # protects the following attributes
         self._number = self._answered = 0  # numbers of the newest request and of the newest answered one
-        self._unanswered = 0  # checks since the process last answered
         self._failure: ActuatorError | None = None
         self._closed = False
+        self._silence = Silence(max_age)
+        self._thread = threading.Thread(target=self._supervise, name=f"{maker.name}/supervisor", daemon=True)
+        self._standby: Standby | None = None
         try:
             super().__init__(maker.name, self._ready(maker, max_age))
+            own = host or Host(WallClock())
+            self._standby = Standby(lambda: maker(own), early=maker.two_owners)
         except BaseException:  # raised again, after the process ended
             self.close()
             raise
+        self._thread.start()
 
     def command(self, values: Sequence[float]) -> None:
         with self._lock:
-            self._read()
             if self._failure is not None:
                 raise self._failure.with_traceback(None)
             self._number += 1
@@ -74,33 +92,28 @@ class IsolatedActuator(Actuator):
         with self._lock:
             self._number += 1
             self._channel.send(Neutral(self._number))
+        if self._standby is not None:
+            self._standby.neutral()
 
     def check(self) -> ActuatorError | None:
-        """Read the messages of the process; this must be called once per control period.
-
-        Returns:
-            Failure of the driver or of its process; None without a failure.
-        """
-        with self._lock:
-            self._read()
-            self._unanswered = 0 if self._answered == self._number else self._unanswered + 1
-            if self._unanswered > PATIENCE:
-                why = "the driver hangs, or the process was stopped"
-                self._fail("hung", f"its process has not answered for {PATIENCE} control periods: {why}")
-            return self._failure
+        """Failure of the driver or of its process; None without a failure."""
+        return self._failure
 
     def close(self) -> None:
         """End the process: it goes to neutral, closes the device and exits. It is killed after `EXIT_TIMEOUT`."""
         if self._closed:
             return
         self._closed = True
+        if self._thread.ident is not None:
+            self._thread.join(EXIT_TIMEOUT)
+        if self._standby is not None:
+            self._standby.close()
         self._channel.send(Close())
         self._channel.close()
         try:
             self._process.wait(EXIT_TIMEOUT)
         except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+            self._kill()
 
     def _ready(self, maker: ActuatorMaker, max_age: float) -> int:
         """Send the start message and wait for the driver's construction; returns the number of values of a command."""
@@ -116,19 +129,43 @@ class IsolatedActuator(Actuator):
             if self._channel.ended:
                 raise DeviceError(f"actuator '{maker.name}': its process {self._end()} before the device was ready")
 
-    def _read(self) -> None:
-        """Read the messages of the process; only the first failure is kept."""
-        for message in self._channel.receive():
-            self._unanswered = 0
-            if isinstance(message, Failed):
-                self._fail("raised", message.message)
-            elif isinstance(message, Done):
-                self._answered = max(self._answered, message.number)
-        if self._channel.ended:
-            self._fail("ended", f"its process {self._end()}")
+    def _supervise(self) -> None:
+        """Thread function: read the messages of the process, until its first failure or `close`."""
+        last = time.monotonic()
+        while self._failure is None and not self._closed:
+            self._channel.wait(TICK)
+            raised, progress = "", False
+            for message in self._channel.receive():
+                if isinstance(message, Failed):
+                    raised = raised or message.message
+                elif isinstance(message, Done):
+                    progress, self._answered = True, max(self._answered, message.number)
+            now = time.monotonic()
+            why = self._silence.after(now - last, progress=progress, waiting=self._answered != self._number)
+            last = now
+            if raised:  # the process has sent the device to neutral, and goes on to do so on request
+                self._fail("raised", raised)
+            elif self._channel.ended or self._process.poll() is not None:
+                self._replace("ended", f"its process {self._end()}")
+            elif why:
+                self._replace("hung", f"its process {why}: the driver hangs, or the process was stopped")
+
+    def _replace(self, kind: str, why: str) -> None:
+        """Kill the process, so that it commands nothing more, and send the device to neutral from here."""
+        if self._closed:
+            return
+        self._kill()
+        problem = "" if self._standby is None else self._standby.take_over()
+        self._fail(kind, why + (f"; the main process cannot send neutral: {problem}" if problem else ""))
+
+    def _kill(self) -> None:
+        self._process.kill()
+        with contextlib.suppress(subprocess.TimeoutExpired):  # a process that waits for a device cannot be killed
+            self._process.wait(EXIT_TIMEOUT)
 
     def _fail(self, kind: str, why: str) -> None:
-        self._failure = self._failure or ActuatorError(why, kind)
+        with self._lock:
+            self._failure = self._failure or ActuatorError(why, kind)
 
     def _end(self) -> str:
         """Text that says how the process has ended."""
@@ -137,6 +174,45 @@ class IsolatedActuator(Actuator):
         except subprocess.TimeoutExpired:
             return "closed its link"
         return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+
+class Silence:
+    """Supervision of the answers of a process, counted in ticks.
+
+    Of a pause between two ticks only a little counts, so that a machine or a main process that is held up does not make
+    the process look hung.
+
+    Args:
+        max_age: Age of the last command at which the process sends the device to neutral [s].
+    """
+
+    def __init__(self, max_age: float) -> None:
+        self._max_age = max_age
+        self._silent = 0.0  # [s] since the last answer, or since the first request after a rest
+        self._rest = 0.0  # [s] since no request waits
+        self._waiting = 0.0  # [s] since requests wait without a pause
+
+    def after(self, pause: float, *, progress: bool, waiting: bool) -> str:
+        """Count a tick.
+
+        Args:
+            pause: Time since the last tick [s].
+            progress: Whether the process has answered in it.
+            waiting: Whether it has not yet answered the newest request.
+
+        Returns:
+            Reason why the process counts as hung; empty if it does not.
+        """
+        counted = min(pause, 2 * TICK)
+        self._waiting = self._waiting + counted if waiting else 0.0
+        self._silent = 0.0 if progress else self._silent + counted
+        self._rest = 0.0 if waiting else self._rest + counted
+        if self._rest > 0.5 * self._max_age:  # commands have paused: the next one has the whole time
+            self._silent = 0.0
+        if self._silent > self._max_age + GRACE:
+            return f"has not answered for {self._max_age + GRACE:.3g} s"
+        most = max(HUNG, self._max_age + GRACE)
+        return f"has not taken a command for {most:.3g} s" if self._waiting > most else ""
 
 
 def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:

@@ -21,6 +21,11 @@ class ActuatorMaker(Protocol):
         """Name of the actuator."""
         ...
 
+    @property
+    def two_owners(self) -> bool:
+        """Whether the device can be opened in a second process at the same time."""
+        ...
+
     def __call__(self, host: Host) -> Actuator:
         """Construct the actuator.
 
@@ -40,12 +45,14 @@ class DeviceMaker:
         cls: Name of the class.
         name: Name of the actuator.
         parameters: Keyword arguments of the constructor, SI units.
+        two_owners: Whether the device can be opened in a second process at the same time.
     """
 
     file: Path
     cls: str
     name: str
     parameters: Mapping[str, Any]
+    two_owners: bool = False
 
     def __call__(self, host: Host) -> Actuator:
         """Construct the driver.

@@ -41,6 +41,7 @@ class ActuatorNode(Actuator):
         self._locomotion = locomotion
         self._writer = node.writer(parameters.topic, parameters.type, parameters.qos)
         self._neutral = list(locomotion.rest)
+        node.types.serialize(self._message(self._neutral))  # compiles the type now, and not in the first command
 
     @property
     def topic(self) -> str:
@@ -95,6 +96,11 @@ class ActuatorNodeMaker:
     parameters: Ros2ActuatorParameters
     locomotion: Locomotion
     node: str = "rocs_bt"
+
+    @property
+    def two_owners(self) -> bool:
+        """True: a topic can have several publishers. The second must exist before it is needed, to be discovered."""
+        return True
 
     def __call__(self, host: Host) -> ActuatorNode:
         """Construct the actuator; its node is shared with the other devices of the host.

@@ -4,9 +4,26 @@ from __future__ import annotations
 
 import pytest
 
-from ..killed import BRAKING, OWN_TIMEOUT, SOON, both_killed, driven, killed, paused, shortest
+from ..killed import (
+    BRAKING,
+    OWN_TIMEOUT,
+    SOON,
+    both_killed,
+    driven,
+    killed,
+    paused,
+    publisher_killed,
+    publisher_stopped,
+    shortest,
+)
 
-LIMITS = {killed: SOON, paused: SOON, both_killed: OWN_TIMEOUT + BRAKING}
+LIMITS = {
+    killed: SOON,
+    paused: SOON,
+    publisher_killed: SOON,
+    publisher_stopped: SOON,
+    both_killed: OWN_TIMEOUT + BRAKING,
+}
 
 
 @pytest.mark.parametrize("fault", LIMITS)

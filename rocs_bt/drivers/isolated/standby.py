@@ -1,0 +1,69 @@
+"""Standby: second way to the device of an isolated actuator, after its process has ended or was killed."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+
+from ...device import Actuator
+from ...raised import describe
+from ..last_neutral import repeat_neutral
+
+SOON = 0.5
+"""Time for which `take_over` waits for the device to be in neutral [s]."""
+
+
+class Standby:
+    """Opens a device in the main process, and sends it to neutral.
+
+    Args:
+        make: Function that opens the device.
+        early: If True, the device is opened now, as it allows two owners. Otherwise it is opened when it is needed,
+            which is after the process that has it open has ended.
+
+    Raises:
+        InputError: The device is opened early, and the driver is invalid.
+        DeviceError: The device is opened early, and cannot be reached.
+    """
+
+    def __init__(self, make: Callable[[], Actuator], *, early: bool) -> None:
+        self._make = make
+        self._device = make() if early else None
+        self._active = self._closed = False
+        self._thread = threading.Thread(target=self._run, name="standby", daemon=True)
+        self._problem = "the driver has not opened its device yet"
+        self._lock = threading.Lock()  # of opening and closing
+
+    def take_over(self) -> str:
+        """Open the device and send it to neutral several times, in a thread of its own.
+
+        Returns:
+            Reason why the device is not in neutral after the time `SOON`; empty if it is.
+        """
+        self._thread.start()
+        self._thread.join(SOON)
+        return self._problem
+
+    def neutral(self) -> None:
+        """Send the device to neutral, if the standby has taken over and opened it."""
+        if self._active and self._device is not None:
+            self._device.neutral()
+
+    def close(self) -> None:
+        """Close the device if it was opened."""
+        with self._lock:
+            self._closed, device, self._device = True, self._device, None
+        if device is not None:
+            device.close()
+
+    def _run(self) -> None:
+        try:
+            with self._lock:
+                if self._closed:
+                    return
+                self._device = self._device or self._make()
+            self._active, self._problem = True, "the driver's neutral has not returned yet"
+            repeat_neutral(self.neutral)
+            self._problem = ""
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's driver may raise anything
+            self._problem = describe(error)
