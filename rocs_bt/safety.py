@@ -201,7 +201,7 @@ class SafetyGate(Actuator):
         self._lands = False
         self._descent_sent = -math.inf  # [s]
         self._shut = False
-        self._held = ""
+        self._holds: dict[str, str] = {}  # reasons by source; replaced, never changed
         self._stops = object()  # replaced by each neutral; a counter could lose one of two concurrent stops
         self._failed = False
 
@@ -224,8 +224,8 @@ class SafetyGate(Actuator):
 
     @property
     def held(self) -> str:
-        """Reason for which the device is held in neutral; empty if commands pass."""
-        return self._held
+        """Reasons for which the device is held in neutral; empty if commands pass."""
+        return "; ".join(dict.fromkeys(self._holds.values()))
 
     def command(self, values: Sequence[float]) -> None:
         self.give(values)
@@ -252,7 +252,7 @@ class SafetyGate(Actuator):
                 if self._shut:
                     raise DeviceError(f"actuator '{self.name}' was shut after a failure and takes no more commands.")
                 now = self._clock.now()
-                if self._held:
+                if self._holds:
                     self._to_neutral()  # again, as the device may have missed the first
                     return self.rest
                 if expired := self._overdue(self._last, now):  # the watchdog's `check` has not run yet
@@ -291,48 +291,52 @@ class SafetyGate(Actuator):
             self._report_failure(error)
             raise
 
-    def hold(self, reason: str) -> None:
+    def hold(self, reason: str, source: str = "") -> None:
         """Send the device to neutral, and answer every command by neutral until `release`.
 
         Args:
-            reason: Reason of the hold, not empty. A device that is held already gets the new reason.
+            reason: Reason of the hold, not empty. It replaces the previous one of the source.
+            source: Name of the part that holds the device; commands pass again when every source has released it.
         """
-        if self.mark_held(reason):
-            self.begin_hold(reason)
+        if self.mark_held(reason, source):
+            self.begin_hold()
 
-    def mark_held(self, reason: str) -> bool:
+    def mark_held(self, reason: str, source: str = "") -> bool:
         """Answer every command by neutral until `release`, without a command to the device: first part of `hold`.
 
         Args:
             reason: Reason of the hold, not empty.
+            source: Name of the part that holds the device.
 
         Returns:
             Whether the reason is new, so that `begin_hold` is due.
         """
-        changed, self._held = reason != self._held, reason
+        changed = reason != self._holds.get(source)
+        self._holds = {**self._holds, source: reason}
         return changed
 
-    def begin_hold(self, reason: str) -> None:
-        """Send the device to neutral, after `mark_held`: a command that is sent at the same time detects the stop.
-
-        Args:
-            reason: Reason of the hold.
-        """
+    def begin_hold(self) -> None:
+        """Send the device to neutral, after `mark_held`: a command that is sent at the same time detects the stop."""
         try:
             self.neutral()
         except ActuatorError:
             if self.on_failure is None:  # otherwise the agent is stopped
                 raise
-        self._sink.emit(MotionHeld(t=self._clock.now(), agent=self._agent, actuator=self.name, reason=reason))
+        self._report_hold()
 
-    def release(self, by: str = "") -> None:
-        """Pass commands again after `hold`.
+    def release(self, by: str = "", source: str = "") -> None:
+        """Pass commands again after `hold`, unless another source holds the device.
 
         Args:
             by: Name of the person or device that releases it, for the event.
+            source: Name of the part that held the device.
         """
-        if self._held:
-            self._held = ""
+        if source not in self._holds:
+            return
+        self._holds = {name: reason for name, reason in self._holds.items() if name != source}
+        if self._holds:
+            self._report_hold()
+        else:
             self._sink.emit(MotionReleased(t=self._clock.now(), agent=self._agent, actuator=self.name, by=by))
 
     def shut(self) -> None:
@@ -406,6 +410,9 @@ class SafetyGate(Actuator):
     def _overdue(self, last: float | None, now: float) -> bool:
         # Tolerance of 0.5 us for the rounding of k * step: a command of age max_age is still valid.
         return last is not None and now - last > self.max_age + 5e-7
+
+    def _report_hold(self) -> None:
+        self._sink.emit(MotionHeld(t=self._clock.now(), agent=self._agent, actuator=self.name, reason=self.held))
 
     def _report_expiry(self, now: float) -> None:
         self._sink.emit(CommandExpired(t=now, agent=self._agent, actuator=self.name))

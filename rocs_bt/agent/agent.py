@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from functools import partial
 
 import numpy as np
@@ -45,6 +45,7 @@ class Agent:
         name: Name of the agent and of its robot's node in Knowledge.
         knowledge: Knowledge of the agent (K of MAPE-K).
         monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
+        optional: Names of the monitors that have optional sensors only.
         rule_files: Active rule files, which can be reloaded.
         sharing: Knowledge sharing with other agents; None without sharing.
         failure: First block failure; None if no block failed.
@@ -70,6 +71,9 @@ class Agent:
         self.actuators = devices.actuators
         self.monitors = tuple(blocks.monitors)
         self.analyzes = tuple(blocks.analyzes)
+        self.optional = frozenset(
+            monitor.name for monitor in self.monitors if all(m.optional for m in monitor.monitored)
+        )
         self._monitors = [(f"monitor {m.name}", m) for m in self.monitors]
         self._analyzes = [(f"analyze {a.name}", a) for a in self.analyzes]
         self.arc = blocks.arc
@@ -250,6 +254,17 @@ class Agent:
         """Send all actuators to neutral permanently; thread-safe. Blocks keep running but cannot command anything."""
         self._attempt("execute", self.execute.close)
         self._shut()
+
+    def hold(self, reason: str, source: str) -> None:
+        """Hold all actuators in neutral until `resume` of the same source; thread-safe."""
+        for actuator in self.actuators.values():
+            with suppress(ActuatorError):  # it has stopped the agent
+                actuator.hold(reason, source)
+
+    def resume(self, source: str, by: str) -> None:
+        """Let the actuators move again after `hold`, unless another source holds them; thread-safe."""
+        for actuator in self.actuators.values():
+            actuator.release(by, source)
 
     def stop(self, by: str = "the end of the run") -> None:
         """Stop the wheels, then halt the plan and cancel all actions. The agent cannot be used afterwards.

@@ -36,7 +36,10 @@ def make_monitors(
     """
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
-        monitored = [MonitoredSensor(sensors[name], rates[name], devices[name].max_age) for name in spec.sensors]
+        monitored = [
+            MonitoredSensor(sensors[name], rates[name], devices[name].max_age, devices[name].optional)
+            for name in spec.sensors
+        ]
         with located_at(robot.file, spec.line):
             cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)
         with located_at(robot.file, spec.line), running_class(cls):

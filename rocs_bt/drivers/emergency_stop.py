@@ -93,7 +93,7 @@ class EmergencyStop:
         reason, first = self._reason, None
         for gate in [gate for gate in self._gates if gate.mark_held(reason)]:
             try:
-                gate.begin_hold(reason)
+                gate.begin_hold()
             except BaseException as error:  # noqa: BLE001 - raised below, after the other gates are held
                 first = first or error
         if first is not None:

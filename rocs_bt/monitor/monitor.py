@@ -42,11 +42,13 @@ class MonitoredSensor:
         sensor: Sensor device.
         rate: Rate at which the sensor is read, in control periods.
         max_age: Time for which a reading is valid [s]; None for three reading periods.
+        optional: Whether the robot can do without the sensor.
     """
 
     sensor: Sensor
     rate: Rate
     max_age: float | None = None
+    optional: bool = False
     failed: bool = False
     last: bytes = b""
     unchanged: float = 0.0  # [s] time with identical values while they should vary

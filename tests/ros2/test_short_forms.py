@@ -87,6 +87,23 @@ def test_a_range_of_0_means_what_robot_toml_says(zero, value):
     assert take(SCAN, fields, rays=3, span=0.2, zero=zero) == pytest.approx([value] * 3, nan_ok=True)
 
 
+@given(st.sampled_from(["invalid", "no_echo"]), st.lists(st.sampled_from([0.5, 3.0, math.nan]), min_size=3, max_size=3))
+def test_a_range_of_nan_means_what_robot_toml_says(nan, ranges):
+    meaning = math.inf if nan == "no_echo" else math.nan
+    expected = [meaning if math.isnan(value) else value for value in ranges]
+    fields = {"angle_min": -0.1, "angle_increment": 0.1, "ranges": ranges, "range_min": 0.1, "range_max": 5.0}
+    assert take(SCAN, fields, rays=3, span=0.2, nan=nan) == pytest.approx(expected, nan_ok=True)
+    for value, wanted in zip(ranges, expected, strict=True):
+        fields = {"range": value, "min_range": 0.1, "max_range": 5.0}
+        assert take("sensor_msgs/msg/Range", fields, nan=nan) == pytest.approx([wanted], nan_ok=True)
+
+
+@pytest.mark.parametrize(("zero", "value"), [("minimum", 0.1), ("no_echo", math.inf), ("invalid", math.nan)])
+def test_a_single_range_of_0_means_what_robot_toml_says(zero, value):
+    fields = {"range": 0.0, "min_range": 0.1, "max_range": 5.0}
+    assert take("sensor_msgs/msg/Range", fields, zero=zero) == pytest.approx([value], nan_ok=True)
+
+
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
@@ -190,6 +207,8 @@ def test_a_message_without_the_values_is_a_fault(type, fields, keys, text):
         ({"type": "sensor_msgs/msg/JointState"}, "joints is needed"),
         ({"type": "std_msgs/msg/String"}, "words is needed"),
         ({"type": SCAN, "values": ("ranges..x",)}, "'ranges..x' is no path"),
+        ({"type": SCAN, "rays": 3, "span": 1.0, "nan": "no_eco"}, r"named 'no_eco'\. Did you mean 'no_echo'"),
+        ({"type": "std_msgs/msg/Float64", "nan": "no_echo"}, "zero and nan are for the short forms"),
         ({"type": "std_msgs/msg/Bool", "reliability": "best"}, "reliability must be reliable or best_effort"),
         ({"type": "std_msgs/msg/Bool", "topic": "9a"}, "'9a' is no valid topic"),
         ({"type": "std_msgs/msg/Bool", "topics": ("a", "b")}, "one of topic and topics"),

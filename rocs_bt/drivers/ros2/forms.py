@@ -13,7 +13,7 @@ from ...errors import DeviceError, Fault, InputError
 from ...geometry import Pose3
 from .field_path import FieldPath
 from .message_types import MessageTypes
-from .parameters import DIAGNOSTICS, JOINTS, NUMBER, SCAN, STRING, Ros2SensorParameters
+from .parameters import DIAGNOSTICS, JOINTS, NUMBER, RANGE, SCAN, STRING, Ros2SensorParameters
 
 Take = Callable[[Any], Sequence[float]]
 """Function from a message to the values of a reading; none if the message is not about them.
@@ -22,6 +22,8 @@ It raises DeviceError for a faulty message.
 """
 
 Array = npt.NDArray[np.float64]
+
+_MEANINGS = {"minimum": 0.0, "no_echo": math.inf, "invalid": math.nan}  # of the ranges 0 and NaN
 
 
 def message_size(types: MessageTypes, given: Ros2SensorParameters) -> int | None:
@@ -56,7 +58,9 @@ def make_take(types: MessageTypes, given: Ros2SensorParameters) -> Take:
             path.check(types, given.type)
         return lambda message: [value for path in paths for value in path.numbers(message)]
     if given.type == SCAN:
-        return ScanReducer(given.rays, given.span, given.zero)
+        return ScanReducer(given.rays, given.span, given.zero, given.nan)
+    if given.type == RANGE:
+        return lambda message: [_range(message, given)]
     if given.type == JOINTS:
         return lambda message: _joints(message, given)
     if given.type == STRING:
@@ -77,10 +81,11 @@ class ScanReducer:
         rays: Number of rays.
         span: Angle from the first to the last ray, centred ahead [rad].
         zero: Meaning of the range 0: `minimum`, `no_echo` or `invalid`.
+        nan: Meaning of the range NaN: `invalid` or `no_echo`.
     """
 
-    def __init__(self, rays: int, span: float, zero: str = "minimum") -> None:
-        self._zero = {"minimum": 0.0, "no_echo": math.inf, "invalid": math.nan}[zero]
+    def __init__(self, rays: int, span: float, zero: str = "minimum", nan: str = "invalid") -> None:
+        self._zero, self._nan = _MEANINGS[zero], _MEANINGS[nan]
         self._rays = rays
         self._span = span
         self._known: tuple[float, float, int] = (math.nan, math.nan, 0)
@@ -98,7 +103,7 @@ class ScanReducer:
         if geometry != self._known:
             self._assign(*geometry)
         low, high = float(message.range_min), float(message.range_max)
-        ranges = np.where(ranges == 0.0, self._zero, ranges)
+        ranges = np.where(ranges == 0.0, self._zero, np.where(np.isnan(ranges), self._nan, ranges))
         ranges = np.where(ranges > high, math.inf, np.where(ranges < low, low, ranges)) if high > low else ranges
         ordered = ranges[self._order]
         least = np.fmin.reduceat(ordered, self._starts)  # NaN only if all are
@@ -180,9 +185,13 @@ def _index(text: str, words: Sequence[str]) -> float:
     return float(words.index(text)) if text in words else math.nan
 
 
-def _range(message: Any) -> list[float]:
+def _range(message: Any, given: Ros2SensorParameters) -> float:
     value, low, high = float(message.range), float(message.min_range), float(message.max_range)
-    return [math.inf if value > high > low else max(value, low)]
+    if value == 0.0 or math.isnan(value):
+        value = _MEANINGS[given.zero if value == 0.0 else given.nan]
+    if math.isnan(value):
+        return value
+    return math.inf if value > high > low else max(value, low)
 
 
 def pose3(position: Any, orientation: Any) -> Pose3:
@@ -239,7 +248,6 @@ _INNER_POSES: dict[str, Callable[[Any], Any]] = {
 }
 
 _TAKES: dict[tuple[str, str], Take] = {
-    ("sensor_msgs/msg/Range", "range"): _range,
     ("sensor_msgs/msg/Imu", "turn_rate"): lambda message: [float(message.angular_velocity.z)],
     ("sensor_msgs/msg/Imu", "orientation"): _imu_pose(POSE_TAKES["orientation"]),
     ("sensor_msgs/msg/Imu", "attitude"): _imu_pose(POSE_TAKES["attitude"]),

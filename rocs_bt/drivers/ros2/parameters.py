@@ -13,6 +13,7 @@ from .qos import QoS
 from .settings import name_faults
 
 SCAN = "sensor_msgs/msg/LaserScan"
+RANGE = "sensor_msgs/msg/Range"
 JOINTS = "sensor_msgs/msg/JointState"
 NUMBER = "std_msgs/msg/Float64"
 STRING = "std_msgs/msg/String"
@@ -26,7 +27,7 @@ _POSE = {"position": 3, "orientation": 1, "attitude": 2, "height": 1}
 
 TAKES: Mapping[str, Mapping[str, int | None]] = {
     SCAN: {"ranges": None},
-    "sensor_msgs/msg/Range": {"range": 1},
+    RANGE: {"range": 1},
     "sensor_msgs/msg/Imu": {"turn_rate": 1, "orientation": 1, "attitude": 2, "acceleration": 3},
     "nav_msgs/msg/Odometry": {**_POSE, "twist": 4},
     JOINTS: {"velocity": None, "position": None, "effort": None},
@@ -49,6 +50,7 @@ ACTUATOR_TYPES = (TWIST, TWIST_STAMPED, ARRAY)
 
 STAMPS = ("source", "header")
 ZEROS = ("minimum", "no_echo", "invalid")
+NANS = ("invalid", "no_echo")
 
 MAX_RAYS = 4000
 """Maximum number of rays that are taken from a scan."""
@@ -73,7 +75,9 @@ class Ros2SensorParameters:
             or `header` (the stamp in the message, by the same clock).
         rays: Number of rays that a scan is reduced to; each has the smallest range of its sector.
         span: Angle from the first to the last of these rays, centred ahead [rad].
-        zero: Meaning of the range 0 in a scan: `minimum` (an obstacle at the minimum range), `no_echo` or `invalid`.
+        zero: Meaning of the range 0 in a LaserScan or Range: `minimum` (an obstacle at the minimum range), `no_echo` or
+            `invalid`.
+        nan: Meaning of the range NaN in a LaserScan or Range: `invalid` (a fault), or `no_echo` as for many drivers.
         joints: Names of the joints, in the order of the values.
         wheel_radius: Factor of joint values, so that wheels have linear speeds [m].
         words: Texts, of which a String has one: the value is the index; another text is NaN.
@@ -95,6 +99,7 @@ class Ros2SensorParameters:
     rays: int = 0
     span: Radians = 0.0
     zero: str = "minimum"
+    nan: str = "invalid"
     joints: tuple[str, ...] = ()
     wheel_radius: Metres = 1.0
     words: tuple[str, ...] = ()
@@ -111,6 +116,10 @@ class Ros2SensorParameters:
             faults.append(unknown("stamp", self.stamp, STAMPS))
         if self.zero not in ZEROS:
             faults.append(unknown("meaning of zero", self.zero, ZEROS))
+        if self.nan not in NANS:
+            faults.append(unknown("meaning of NaN", self.nan, NANS))
+        if (self.zero, self.nan) != (ZEROS[0], NANS[0]) and (self.type not in (SCAN, RANGE) or self.values):
+            faults.append(Fault("zero and nan are for the short forms of LaserScan and Range.", hint="Omit them."))
         try:
             self.qos  # noqa: B018 - checks the policies
             for path in self.values:
