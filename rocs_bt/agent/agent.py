@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from ..errors import ActuatorError, BlockError, interrupts
-from ..event import AgentStopped, BlockFailed
+from ..event import AgentStopped, BlockFailed, SensorFailed
 from ..knowledge import Knowledge
 from ..knowledge.share import Sharing
 from ..raised import describe, raised_at
@@ -260,6 +260,13 @@ class Agent:
         for actuator in self.actuators.values():
             with suppress(ActuatorError):  # it has stopped the agent
                 actuator.hold(reason, source)
+
+    def report_missing(self, block: str, reason: str) -> None:
+        """Report that the optional sensors of a monitor give nothing; `block` is `monitor` and its name."""
+        monitored = next(monitor.monitored for name, monitor in self._monitors if name == block)
+        for each in monitored:
+            name = each.sensor.name
+            self._sink.emit(SensorFailed(t=self.clock.now(), agent=self.name, sensor=name, detail=reason))
 
     def resume(self, source: str, by: str) -> None:
         """Let the actuators move again after `hold`, unless another source holds them; thread-safe."""

@@ -7,14 +7,18 @@ from collections.abc import Sequence
 
 from ..clock import WallClock
 from .agent import Agent
+from .lateness import LONGEST, Lateness, load
 from .worker import PATIENCE, Ticker, Worker
 
 
 class Heartbeat:
-    """Thread that checks once per control period that no worker thread has ended or hangs.
+    """Thread that checks once per control period that no worker thread has ended or is late.
 
-    Each worker calls `check` before each of its cycles. If the heartbeat itself has ended or hangs, the first worker
-    that calls `check` stops the wheels and reports the failure.
+    A block that is late stops the robot until its cycle has ended. If it is late too often or for too long, it has
+    failed. A monitor of optional sensors only is reported, but stops nothing.
+
+    Each worker calls `check` before each of its cycles. If the heartbeat itself is late or has ended, the first worker
+    that calls `check` stops the wheels and reports it.
 
     Args:
         agent: Agent of the supervised workers.
@@ -35,6 +39,9 @@ class Heartbeat:
         self._ticker = Ticker(clock, self._period, stop, phase)
         self._missed = 0
         self._missed_at = 0.0
+        self._held = False  # whether the robot is held because the heartbeat is late
+        self._lateness: dict[str, Lateness] = {}
+        self._reported: set[str] = set()  # optional blocks that are late or have ended
         self._thread = threading.Thread(target=self._run, name=f"{agent.name}/heartbeat", daemon=True)
 
     def start(self) -> None:
@@ -57,8 +64,11 @@ class Heartbeat:
             self._agent.fail("heartbeat", "ended", "its thread has ended")
         elif (now := self._clock.now()) >= self._missed_at + self._period:
             self._missed, self._missed_at = self._missed + 1, now
-            if self._missed > PATIENCE:
-                self._agent.fail("heartbeat", "hung", f"it has missed {PATIENCE} control periods")
+            if self._missed * self._period > PATIENCE * self._period + LONGEST:
+                self._agent.fail("heartbeat", "hung", f"it was late for more than {LONGEST:g} s")
+            elif self._missed > PATIENCE and not self._held:
+                self._held = True
+                self._agent.hold(_notice("heartbeat"), "heartbeat")
 
     def _run(self) -> None:
         self._agent.guarded("heartbeat", self._beat)
@@ -66,8 +76,39 @@ class Heartbeat:
     def _beat(self) -> None:
         while self._ticker.wait() and self._agent.going:
             for worker in self.workers:
-                if (block := worker.hangs()) is not None:
-                    self._agent.fail(block, "hung", worker.overdue)
-                elif not worker.thread.is_alive() and not self._stop.is_set() and self._agent.going:
-                    self._agent.fail(worker.name, "ended", "its thread has ended")
+                self._watch(worker)
+            if self._held:
+                self._held = False
+                self._agent.resume("heartbeat", "the heartbeat, on time again")
             self._missed, self._missed_at = 0, self._clock.now()
+
+    def _watch(self, worker: Worker) -> None:
+        """Check one worker: whether its thread lives, and whether its cycle ends in time."""
+        block, agent = worker.late(), self._agent
+        ended = block is None and not worker.thread.is_alive() and not self._stop.is_set() and agent.going
+        why = "its thread has ended" if ended else f"{worker.overdue}{_load()}" if block is not None else ""
+        if worker.optional and block in (None, worker.name):
+            if why and worker.name not in self._reported:
+                agent.report_missing(worker.name, why)
+            (self._reported.add if why else self._reported.discard)(worker.name)
+            block = None  # late, but it stops nothing
+        elif ended:
+            agent.fail(worker.name, "ended", why)
+            return
+        lateness = self._lateness.setdefault(worker.name, Lateness(self._period))
+        before = lateness.late
+        if failed := lateness.after(block is not None, self._clock.now()):
+            agent.fail(block or worker.name, "hung", f"{failed}: {why}")
+        elif block is not None and not before:
+            agent.hold(_notice(block), f"late {worker.name}")
+        elif block is None and before:
+            agent.resume(f"late {worker.name}", f"{worker.name}, on time again")
+
+
+def _notice(block: str) -> str:
+    """Reason of a hold."""
+    return f"{block} is late{_load()}"
+
+
+def _load() -> str:
+    return f" ({found})" if (found := load()) else ""

@@ -2,7 +2,7 @@
 
 Every monitor and analyser, Plan and Execute have a thread each. The reflex arc runs in the thread of the monitor that
 supplied its trigger sample, and an action with HIGH priority wakes Execute, so nothing is polled. A heartbeat detects a
-thread that has ended or hangs, within three periods of its block; the threads detect the end of the heartbeat.
+thread that has ended or is late, within three periods of its block; the threads detect the end of the heartbeat.
 """
 
 from __future__ import annotations
@@ -90,15 +90,19 @@ class ThreadedRunner:
         def sense() -> None:
             monitor.run(self._clock.now(), ticker.count * monitor.rate.every)
 
-        return self._worker(name, ticker.period, ticker.wait, Step(name, sense), Step("reflexes", self._react))
+        steps = Step(name, sense), Step("reflexes", self._react)
+        return self._worker(name, ticker.period, ticker.wait, *steps, optional=monitor.name in self.agent.optional)
 
     def _analysing(self, analyze: Analyze) -> Worker:
         name = f"analyze {analyze.name}"
         return self._worker(name, self._period, partial(self._wait_sample, analyze), Step(name, self._at(analyze.run)))
 
-    def _worker(self, name: str, period: float, wait: Callable[[], bool], *steps: Step) -> Worker:
+    def _worker(
+        self, name: str, period: float, wait: Callable[[], bool], *steps: Step, optional: bool = False
+    ) -> Worker:
+        check = self._heartbeat.check
         return Worker(
-            self.agent, name, steps, wait, period=period, beat=self._period, check_heartbeat=self._heartbeat.check
+            self.agent, name, steps, wait, period=period, beat=self._period, optional=optional, check_heartbeat=check
         )
 
     def _at(self, turn: Callable[[float], None]) -> Callable[[], None]:

@@ -14,7 +14,7 @@ SWITCH_INTERVAL = 0.0005
 """Switch interval of the interpreter [s], after which a busy thread yields to others; Python's default is 5 ms."""
 
 PATIENCE = 3
-"""Number of periods within which it is detected that a block has ended or hangs."""
+"""Number of periods within which it is detected that a block has ended or is late."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,14 @@ class Worker:
         steps: Steps of one cycle.
         wait: Function that sleeps until the next cycle; it returns False to end the thread.
         period: Normal maximum duration of a cycle [s].
-        beat: Interval between calls of `hangs` [s].
+        beat: Interval between calls of `late` [s].
+        optional: Whether the block is a monitor of optional sensors only.
         check_heartbeat: Function that is called before each cycle, and that fails the agent if the heartbeat has ended.
 
     Attributes:
         name: Name of the thread's block.
-        patience: Duration of a cycle after which it counts as hung [s].
+        optional: Whether the block is a monitor of optional sensors only.
+        patience: Duration of a cycle after which it counts as late [s].
         thread: Thread of the worker; a daemon, so that a hanging block does not keep the process alive.
     """
 
@@ -57,9 +59,11 @@ class Worker:
         *,
         period: float,
         beat: float,
+        optional: bool = False,
         check_heartbeat: Callable[[], None] = lambda: None,
     ) -> None:
         self.name = name
+        self.optional = optional
         self.patience = PATIENCE * period
         self.thread = threading.Thread(target=self._run, name=f"{agent.name}/{name}", daemon=True)
         self._agent = agent
@@ -72,8 +76,8 @@ class Worker:
         self._seen = -1
         self._beats = 0
 
-    def hangs(self) -> str | None:
-        """Name of the block that hangs, or None. The heartbeat calls this once per beat.
+    def late(self) -> str | None:
+        """Name of the block that is late, or None. The heartbeat calls this once per beat.
 
         Beats are counted, and not seconds: if the whole process gets no CPU time, the heartbeat does not run either,
         and no failure must be reported.
@@ -85,7 +89,7 @@ class Worker:
 
     @property
     def overdue(self) -> str:
-        """Text of the reason why a block counts as hung."""
+        """Text of the reason why a block counts as late."""
         return f"one cycle has not ended after {PATIENCE} periods of {self.patience / PATIENCE:.3g} s"
 
     def _run(self) -> None:

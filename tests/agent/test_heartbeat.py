@@ -11,6 +11,8 @@ from rocs_bt.clock import WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed
 from rocs_bt.testing.mock_agent import MockDevices
 
+from ..waiting import until
+
 LIMIT = 0.35  # [s] from the heartbeat's death to neutral
 PATIENCE = 20.0  # [s] far longer than anything here may take
 
@@ -22,15 +24,15 @@ class Gone(KeyboardInterrupt):
 class Injury:
     """Breaks the heartbeat of a running agent once it drives; notes when, and when the wheels were neutral.
 
-    The heartbeat asks each worker whether it hangs; that is where it breaks.
+    The heartbeat asks each worker whether it is late; that is where it breaks.
     """
 
     def __init__(self, monkeypatch, kind, stage: MockDevices):
-        self.kind, self.driving, self.stopped = kind, threading.Event(), threading.Event()
+        self.kind, self.driving, self.stopped, self.over = kind, *(threading.Event() for _ in range(3))
         self.broken_at = self.neutral_at = None
-        self._sound, wheels = Worker.hangs, stage.actuators["wheels"]._device
+        self._sound, wheels = Worker.late, stage.actuators["wheels"]._device
         self._command, self._neutral = wheels.command, wheels.neutral
-        monkeypatch.setattr(Worker, "hangs", lambda worker: self._break(worker))
+        monkeypatch.setattr(Worker, "late", lambda worker: self._break(worker))
         monkeypatch.setattr(wheels, "command", self._drive)
         monkeypatch.setattr(wheels, "neutral", self._stop)
         monkeypatch.setattr(threading, "excepthook", lambda args: None)
@@ -40,7 +42,7 @@ class Injury:
             return self._sound(worker)
         self.broken_at = self.broken_at or time.monotonic()
         if self.kind == "hung":
-            self.stopped.wait(PATIENCE)
+            self.over.wait(PATIENCE)
             return None
         raise {"raised": RuntimeError("a worm"), "ended": Gone(), "exit": SystemExit(7)}[self.kind]
 
@@ -64,7 +66,7 @@ WORDS = {
     "raised": ("raised", "RuntimeError: a worm (test_heartbeat.py:"),
     "ended": ("ended", "its thread has ended"),
     "exit": ("ended", "it raised SystemExit(7)"),
-    "hung": ("hung", "it has missed 3 control periods"),
+    "hung": ("hung", "it was late for more than 1 s"),
 }
 
 
@@ -75,6 +77,8 @@ def injured(make_agent, monkeypatch, kind):
     clock.start()
     with ThreadedRunner(agent, clock):
         assert injury.stopped.wait(PATIENCE)
+        until(lambda: of(sink, BlockFailed))
+        injury.over.set()
     (failed,) = of(sink, BlockFailed)
     kind, words = WORDS[injury.kind]
     assert (failed.block, failed.kind) == ("heartbeat", kind)

@@ -225,14 +225,14 @@ class Slow:
 
 def test_a_worker_hangs_after_three_periods_of_beats(make_agent):
     slow = Slow(make_agent)
-    assert slow.worker.hangs() is None
+    assert slow.worker.late() is None
     slow.worker.thread.start()
     until(lambda: slow.worker._doing == "slow")
-    asked = [slow.worker.hangs() for _ in range(6)]
+    asked = [slow.worker.late() for _ in range(6)]
     assert asked == [None] * 5 + ["slow"]  # three periods of 0.1 s are six beats of 0.05 s
     slow.go.set()
     slow.worker.thread.join()
-    assert slow.worker.hangs() is None
+    assert slow.worker.late() is None
 
 
 def test_a_ticker_skips_what_it_missed():
