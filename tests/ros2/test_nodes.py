@@ -27,6 +27,7 @@ from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.simulation.preflight import PreflightSensor
 
+from ..waiting import until
 from .network import START, Network
 
 TYPES = MessageTypes()
@@ -79,6 +80,27 @@ def test_silence_repeats_the_old_stamp(network, node):
     first = pose.read()
     network.time = 3.0
     assert pose.read() == first
+
+
+def test_a_read_without_messages_neither_looks_nor_starts_a_thread(network, monkeypatch):
+    """A look at the network takes a tenth of a second on a busy machine: one thread does it, for the node's life."""
+    looked, go = [], threading.Event()
+    find = network.endpoints
+    monkeypatch.setattr(network, "endpoints", lambda: (looked.append(threading.current_thread()), go.wait(), find())[2])
+    node = RosNode(Ros2Settings(namespace="r1", domain=0), NetworkClock(network), transport=network)
+    silent = [sensor(node, type=ODOMETRY, topic=topic) for topic in ("odom", "other")]
+    threads = set(threading.enumerate())
+    for _ in range(100):
+        for each in silent:
+            with pytest.raises(DeviceError, match="nothing was received"):
+                each.read()
+    assert set(threading.enumerate()) <= threads
+    until(lambda: looked)
+    go.set()
+    node.close()
+    assert set(looked) <= threads - {threading.current_thread()}
+    assert len(set(looked)) == 1
+    assert not set(looked) & set(threading.enumerate())
 
 
 def test_before_the_first_message_the_reason_of_the_silence_is_told(network, node):

@@ -7,6 +7,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Any
 
 from ...clock import Clock
@@ -19,6 +20,9 @@ from .transport import Endpoint, Reader, Transport, Writer
 
 LOOK_AGAIN = 0.5
 """Time after which the publishers of silent topics are looked up again [s]."""
+
+REST = 20.0
+"""Pause after a look per duration of the look, so that looks use at most a twentieth of the time."""
 
 MAX_AHEAD = 0.5
 """Time by which a stamp may at most be in the future before the message counts as faulty [s]."""
@@ -61,8 +65,8 @@ class RosNode:
         self._lock = threading.Lock()  # protects the rest
         self._silent: dict[str, tuple[Reader, QoS]] = {}
         self._reasons: dict[str, str] = {}
-        self._looked = -math.inf  # [s]
-        self._looking = threading.Thread()
+        self._asked, self._closed = threading.Event(), threading.Event()
+        self._lookout = threading.Thread(target=self._look_out, name="ros2 lookout", daemon=True)
 
     @property
     def faults(self) -> Mapping[str, Mapping[str, int]]:
@@ -72,6 +76,8 @@ class RosNode:
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
         """Open a subscription of a topic with a full or relative name; see `Transport`."""
+        if self._lookout.ident is None:  # a node without subscriptions needs none
+            self._lookout.start()
         return self.transport.reader(self.settings.topic(topic), type, qos)
 
     def writer(self, topic: str, type: str, qos: QoS) -> Writer:
@@ -125,7 +131,8 @@ class RosNode:
     def why_silent(self, reader: Reader, qos: QoS) -> str:
         """Reason why a subscription has received nothing, as far as the discovered publishers tell.
 
-        This never waits: a thread looks the publishers up, and the reason is that of its last look.
+        This never waits and starts nothing, because a control period calls it: a thread of the node looks the
+        publishers up, and the reason is that of its last look.
 
         Args:
             reader: The subscription.
@@ -133,21 +140,30 @@ class RosNode:
         """
         with self._lock:
             self._silent[reader.topic] = (reader, qos)
-            if time.monotonic() - self._looked > LOOK_AGAIN and not self._looking.is_alive():
-                self._looking = threading.Thread(target=self._look, name="ros2 look", daemon=True)
-                self._looking.start()
-            return self._reasons.get(reader.topic, f"nothing was received on '{reader.topic}' ({reader.type}) yet")
+            reason = self._reasons.get(reader.topic, f"nothing was received on '{reader.topic}' ({reader.type}) yet")
+        self._asked.set()
+        return reason
+
+    def _look_out(self) -> None:
+        """Thread function, for the life of the node: look up the publishers of silent topics."""
+        while not self._closed.is_set():
+            self._asked.wait()
+            self._asked.clear()
+            begun = time.monotonic()
+            with suppress(Exception):  # the network may be closing; the next look tells
+                self._look()
+            self._closed.wait(max(LOOK_AGAIN, REST * (time.monotonic() - begun)))
 
     def _look(self) -> None:
-        """Look up the publishers of all silent topics."""
         with self._lock:
             silent = dict(self._silent)
             self._silent.clear()
+        if not silent or self._closed.is_set():
+            return
         endpoints = self.transport.endpoints()
         reasons = {topic: self.silence(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
         with self._lock:
             self._reasons |= reasons
-            self._looked = time.monotonic()
 
     def silence(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
         """Reason why a subscription has received nothing.
@@ -212,10 +228,10 @@ class RosNode:
 
     def close(self) -> None:
         """Close all endpoints, and leave the network."""
-        with self._lock:
-            looking = self._looking
-        if looking.is_alive():
-            looking.join(2.0)
+        self._closed.set()
+        self._asked.set()
+        if self._lookout.ident is not None:
+            self._lookout.join(2.0)
         self.transport.close()
 
 
