@@ -186,7 +186,8 @@ def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
         return f"{what} has none."
     close = difflib.get_close_matches(name, names, n=1)
     start = f"Did you mean '{close[0]}'? " if close else ""
-    shown = names if len(names) <= 24 else [*names[:24], f"... {len(names) - 24} more"]
+    near = difflib.get_close_matches(name, names, n=6, cutoff=0.4) or names[:24]
+    shown = names if len(names) <= 24 else [*near, f"... {len(names) - len(near)} more"]
     return f"{start}{what} has: {', '.join(shown)}."
 
 

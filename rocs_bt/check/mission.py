@@ -36,11 +36,11 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
         dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):
-            yield from check_xml(entry.path, catalog, options, lambda build: _alone(build, catalog))
+            yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))
     elif catalog.code:
         build = catalog.load_mission(str(entry.path))
         if not any(p.required for p in mission_parameters(build).values()):
-            yield from _alone(build, catalog)
+            yield from _alone(build, catalog, {})
 
 
 def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, AgentSpec]]:
@@ -71,7 +71,7 @@ def _in_use(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Itera
     yield from mission_faults(scenario, agent, catalog, built)
 
 
-def _alone(build: Any, catalog: Catalog) -> list[Fault]:
+def _alone(build: Any, catalog: Catalog, parameters: dict[str, Any]) -> list[Fault]:
     """Faults of a mission that no scenario uses, for the robot of the catalog with the fewest errors.
 
     The robots of the project come first. Signals that this robot has not are only noted, because another one may.
@@ -83,7 +83,7 @@ def _alone(build: Any, catalog: Catalog) -> list[Fault]:
             agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
         except InputError:
             continue  # reported by the check of the robot
-        found = built_faults(build, agent, {}, robot="")
+        found = built_faults(build, agent, parameters, robot="")
         if best is None or _misfit(found) < _misfit(best):
             best = found
         if not _of_signals(best):

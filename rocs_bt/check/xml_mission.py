@@ -72,7 +72,10 @@ def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
 
 
 def check_xml(
-    file: Path, catalog: Catalog, options: MissionOptions, build_faults: Callable[[Any], Iterable[Fault]]
+    file: Path,
+    catalog: Catalog,
+    options: MissionOptions,
+    build_faults: Callable[[Any, dict[str, Any]], Iterable[Fault]],
 ) -> Iterator[Fault]:
     """Check a mission in XML.
 
@@ -80,7 +83,8 @@ def check_xml(
         file: File of the mission.
         catalog: Catalog of nodes and Python missions.
         options: Options of the check.
-        build_faults: Returns the faults of a `build` function without required parameters.
+        build_faults: Returns the faults of a `build` function with values of its required parameters. These are empty
+            texts, which no check judges.
     """
     dialect = options.dialect or ""
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
@@ -115,11 +119,12 @@ def check_xml(
             dialect=dialect,
             stubs=stubs,
         )
-        if any(p.required for p in mission_parameters(build).values()):
+        required = {name: p for name, p in mission_parameters(build).items() if p.required}
+        if any(p.type in (bool, int, float) for p in required.values()):
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
             yield from [*document.faults, *verify(document, known, main=main, outside=outside, elsewhere=ELSEWHERE)]
         else:
-            yield from build_faults(catalog.with_content(build))
+            yield from build_faults(catalog.with_content(build), dict.fromkeys(required, ""))
 
 
 class _Missions:

@@ -166,3 +166,25 @@ def test_a_file_of_several_trees_without_a_main_one_is_checked_tree_by_tree(rocs
     assert code == 0
     assert [line for name in "AB" for line in lines if f"'y_{name}'" in line], lines
     assert not [line for line in lines if "nothing uses" in line]
+
+
+REQUIRED = """<root BTCPP_format="4" main_tree_to_execute="Main"><BehaviorTree ID="Main"><Sequence>
+  <RetryUntilSuccessful num_attempts="two"><AlwaysSuccess/></RetryUntilSuccessful>
+  <GoTo goal="{goal}"/><Sleep msec="{pause}"/><GooTo goal="x"/></Sequence></BehaviorTree>
+<TreeNodesModel><SubTree ID="Main"><input_port name="goal"/><input_port name="pause"/></SubTree></TreeNodesModel></root>
+"""
+
+
+@pytest.mark.parametrize("unknown", [False, True])
+def test_a_mission_that_requires_parameters_is_checked_without_them(tmp_path, rocs_bt, unknown):
+    file = tmp_path / "planners" / "missions" / "needs.xml"
+    file.parent.mkdir(parents=True)
+    file.write_text(REQUIRED if unknown else REQUIRED.replace('<GooTo goal="x"/>', ""))
+    told = rocs_bt("check", file)
+    assert told.code == 2
+    assert "needs.xml:2:25: 'RetryUntilSuccessful': 'two' is not a whole number" in told.out or unknown
+    if unknown:
+        (line,) = (line for line in told.out.splitlines() if "no node is named 'GooTo'" in line)
+        assert "Did you mean 'GoTo'?" in line
+        assert line.count(",") < 8  # the nearest names, not all
+    assert f"{1 + unknown} error" in told.out
