@@ -65,10 +65,10 @@ class Catalog:
         self._made: dict[str, Entry] = {}  # by kind: scenario and world made by a program
         self._made_scenario: dict[str, Any] = {}
 
-    @staticmethod
-    def here(start: Path | None = None, *, code: bool = True) -> Catalog:
+    @classmethod
+    def here(cls, start: Path | None = None, *, code: bool = True) -> Self:
         """Catalog of the project that contains a folder; the current folder by default."""
-        return Catalog(find_project(start or Path.cwd()), code=code)
+        return cls(find_project(start or Path.cwd()), code=code)
 
     def with_scene(self, name: str, scenario: Mapping[str, Any], world: str) -> Self:
         """Copy of this catalog, with its cache, to which a scenario and a world made by a program are added.

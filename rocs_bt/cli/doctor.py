@@ -158,7 +158,7 @@ def _extra(name: str) -> str:
 def _renders(kind: str) -> bool:
     environment = {**os.environ, "MUJOCO_GL": kind}
     try:
-        done = subprocess.run([sys.executable, "-c", _RENDER], env=environment, capture_output=True, timeout=60)
+        done = subprocess.run([sys.executable, "-P", "-c", _RENDER], env=environment, capture_output=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0

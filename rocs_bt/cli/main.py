@@ -16,6 +16,7 @@ from typing import NoReturn
 
 import click
 
+from ..current_folder import keep_current_folder_off_path
 from ..errors import InputError, RecordingError, RocsError
 from ..version import __version__
 from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
@@ -81,6 +82,7 @@ def group() -> None:
 
 def main() -> NoReturn:
     """Entry point of `rocs-bt`."""
+    keep_current_folder_off_path()
     guard_streams()
     sys.exit(call(sys.argv[1:]))
 

@@ -15,7 +15,7 @@ from ..waiting import GUARD
 
 
 def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
-    command = [sys.executable, "-m", "rocs_bt.cli", "run", "exp1", "--live", "--for", "0.3", "--no-report"]
+    command = [sys.executable, "-m", "rocs_bt", "run", "exp1", "--live", "--for", "0.3", "--no-report"]
     with subprocess.Popen(
         [*command, "--out", tmp_path / "run"],
         stdout=subprocess.PIPE,

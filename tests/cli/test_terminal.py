@@ -197,7 +197,7 @@ def test_the_process_guards_its_streams(project):
         f'"""Warns."""\nimport warnings\nwarnings.warn({EVIL!r})\n\n\n'
         'def build(mission):\n    return mission.wait("1 s")\n'
     )
-    command = [sys.executable, "-m", "rocs_bt.cli", "check", "planners/missions/warns.py"]
+    command = [sys.executable, "-m", "rocs_bt", "check", "planners/missions/warns.py"]
     done = subprocess.run(command, cwd=project, capture_output=True, text=True, check=True)
     assert "owned" in done.stderr
     assert harmless(done.stdout + done.stderr)

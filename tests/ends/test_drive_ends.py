@@ -20,7 +20,7 @@ from ..udp_robot import UdpRobot, write_project
 from .conftest import Process
 
 NEUTRAL = [0.0, 0.0]
-DRIVE = ("-m", "rocs_bt.cli", "drive", "real")
+DRIVE = ("-m", "rocs_bt", "drive", "real")
 
 CREEP = """
 import py_trees

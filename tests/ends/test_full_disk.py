@@ -16,7 +16,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.record import Recording, recorder
 
-RUN = ("-m", "rocs_bt.cli", "run")
+RUN = ("-m", "rocs_bt", "run")
 FULL = os.strerror(errno.ENOSPC)
 
 

@@ -121,7 +121,7 @@ def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_pat
 
 
 def test_after_kill_9_there_is_a_report(project, start, capsys) -> None:
-    process = start("-m", "rocs_bt.cli", "run", "long", "--mode", "threaded", "--out", "out")
+    process = start("-m", "rocs_bt", "run", "long", "--mode", "threaded", "--out", "out")
     process.wait_for(project / "out/run.mcap")
     process.kill()
     assert process.end()[0] == -9

@@ -20,7 +20,7 @@ from rocs_bt.record import Recording
 
 from .conftest import BEGUN, Process
 
-RUN = ("-m", "rocs_bt.cli", "run")
+RUN = ("-m", "rocs_bt", "run")
 SLEEPS = """
 import time
 

@@ -33,7 +33,7 @@ def run_program(folder):
 
 
 def run_command(folder):
-    return run(["-m", "rocs_bt.cli", *COMMAND.search(README).group(1).split()[1:]], folder)
+    return run(["-m", "rocs_bt", *COMMAND.search(README).group(1).split()[1:]], folder)
 
 
 def test_the_program_prints_what_it_says(tmp_path):

@@ -272,13 +272,10 @@ def test_a_text_is_a_query_or_is_refused_with_its_place(text: str) -> None:
 )
 def test_functions_of_groups_are_refused_for_one_value_of_a_row(function: str) -> None:
     truth = FUNCTIONS[function].usage.startswith(("any", "all", "count"))
-    value = "object.moves" if truth else "object.radius"
-    wanted = f"'{function}({value})' is of one value"
-    for text in (
-        f"object give {function}({value})",
-        f"object where known(pose) and {function}({value}) == {function}({value})",
-    ):
-        with pytest.raises(InputError, match=re.escape(wanted)) as caught:
+    call = f"{function}({'object.moves' if truth else 'object.radius'})"
+    test = {"any": "", "all": "", "count": " == 1", "argmin": " == 0"}.get(function, " < 1 m")
+    for text in (f"object give {call}", f"object where known(pose) and {call}{test}"):
+        with pytest.raises(InputError, match=re.escape(f"'{call}' is of one value")) as caught:
             compile_query(text)
         assert caught.value.faults[0].column > 1
 

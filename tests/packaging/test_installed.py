@@ -77,7 +77,7 @@ def command(request, built, dependencies, tmp_path_factory) -> tuple[list[str | 
     paths = do(python, "-c", "import sysconfig; print(sysconfig.get_path('purelib'))").strip()
     (Path(paths) / "dependencies.pth").write_text(str(dependencies))
     if request.param == "checkout":
-        return [python, "-m", "rocs_bt.cli"], {"PYTHONPATH": str(ROOT)}
+        return [python, "-m", "rocs_bt"], {"PYTHONPATH": str(ROOT)}
     what = ["--editable", ROOT] if request.param == "editable" else [built[request.param]]
     pip = [sys.executable, "-m", "pip", "--python", python, "install", "--quiet", "--no-deps", "--no-index"]
     do(*pip, "--no-build-isolation", "--disable-pip-version-check", *what)

@@ -26,7 +26,7 @@ class SimulatorProcess:
     """
 
     def __init__(self, options: tuple[str, ...], environment: dict[str, str], folder: Path) -> None:
-        command = [sys.executable, "-m", "rocs_bt.cli", "sim", "--ros2", *options]
+        command = [sys.executable, "-m", "rocs_bt", "sim", "--ros2", *options]
         self.process = subprocess.Popen(
             command, env=environment, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )

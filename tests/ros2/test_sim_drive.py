@@ -44,7 +44,7 @@ class Drive:
     """`rocs-bt drive` as a process."""
 
     def __init__(self, project, environment, *options, scenario="exp1_sim"):
-        command = [sys.executable, "-m", "rocs_bt.cli", "drive", scenario, "--out", "run", "--no-report", *options]
+        command = [sys.executable, "-m", "rocs_bt", "drive", scenario, "--out", "run", "--no-report", *options]
         pipe = subprocess.PIPE
         self.process = subprocess.Popen(command, cwd=project, env=environment, stdout=pipe, stderr=pipe, text=True)
         self.summary = project / "run/summary.json"
