@@ -33,6 +33,7 @@ from .raised import Raised
 if TYPE_CHECKING:  # types of Body only: at run time this module imports no higher layer
     from .control.follower import Follower
     from .control.locomotion import Locomotion
+    from .control.trail import Trail
     from .geometry import Twist2, Twist3
     from .knowledge import Knowledge
     from .knowledge.share import Messenger
@@ -122,6 +123,11 @@ class Body(Protocol):
     @property
     def follower(self) -> Follower:
         """Trajectory follower. One action at a time uses it, and resets it first."""
+        ...
+
+    @property
+    def trail(self) -> Trail:
+        """Poses that the robot has passed since the start."""
         ...
 
     @property

@@ -133,7 +133,7 @@ class Rig:
         signals.write("speed", [twist.forward], t)
         signals.write("turn_rate", [twist.turn], t)
         for name, value in self.heard.items():
-            signals.write(name, [value], t)
+            signals.write(name, value if isinstance(value, tuple) else [value], t)
 
     def submit(self, action, priority=Priority.NORMAL, by="test"):
         return self.pipeline.submit(action, priority, by)

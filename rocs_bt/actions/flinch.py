@@ -9,7 +9,8 @@ from typing import Annotated
 from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Pose2, Twist2
 from ..units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
-from .room import Gaps, bend_off, corner_sweep
+from .ground import known_bend, known_speed
+from .room import Gaps, bend_off, corner_sweep, free_turns
 from .turn import TurnAngle
 
 STANDING = 0.05  # [m/s] speed below which a robot with neutral wheels counts as stationary
@@ -18,6 +19,8 @@ CENTRED = 0.04  # [m] difference of the gaps ahead and behind up to which the ro
 BESIDE = 0.15  # [m] minimum gap beside the robot for creeping
 TURN = math.radians(60.0)  # [rad] angle of the turn to get out, ...
 RATE = 2.5  # [rad/s] ... and its rate
+FEELING = 0.2  # [m/s] maximum speed over unknown ground
+LEAST_TURN, SPARE_TURN = math.radians(30.0), math.radians(6.0)  # [rad] least free turn, and the part of it not used
 PUSHED = 0.04  # [m] displacement by a push from which on the robot drives back, ...
 BACK = 0.01  # [m] ... until this displacement is left
 CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose might be mistaken for a push
@@ -45,6 +48,9 @@ class Flinch(AtomicAction):
     The robot drives straight, or with the curvature of the signal `bend_off` if the robot has it. The distance is
     measured with the pose; while the pose is lost, with the commanded speed, because a reflex must not wait.
 
+    It drives only over ground that it has seen to be free or has driven over, and slows down before other ground. If
+    there is none in its direction, the action fails as BLOCKED; with `get_out`, the robot holds its position and turns.
+
     A robot with a speed of zero holds its position. Locked wheels slide when another robot pushes, so with `resist` the
     robot drives back once it was pushed 0.04 m ahead or back, until it is back in position or was pushed 0.3 m away.
     Pushes from the side and jumps of the pose are not resisted, nor is any push while pose or speed is not known or
@@ -66,6 +72,7 @@ class Flinch(AtomicAction):
         boxed: Gap ahead and behind below which the robot is between two obstacles [m].
         clearance: Margin beside the area that the corners sweep in a turn; not needed on the side of the turn [m].
         creep: Speed of creeping to the middle, 0 for never [m/s].
+        unknown: Distance that the robot may drive over unknown ground, at 0.2 m/s at most [m].
         resist: Maximum speed of driving back to the held position, 0 for never [m/s].
     """
 
@@ -76,11 +83,13 @@ class Flinch(AtomicAction):
     boxed: Annotated[Metres, NOT_NEGATIVE] = 0.25
     clearance: Annotated[Metres, NOT_NEGATIVE] = 0.03
     creep: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.1
+    unknown: Annotated[Metres, NOT_NEGATIVE] = 0.0
     resist: Annotated[MetresPerSecond, NOT_NEGATIVE] = 0.3
     _begun: float = field(default=math.inf, init=False, repr=False)
     _course: _Course | None = field(default=None, init=False, repr=False)
     _turn: TurnAngle | None = field(default=None, init=False, repr=False)
     _out: bool = field(default=False, init=False, repr=False)
+    _crept: float = field(default=0.0, init=False, repr=False)
 
     def act(self, body: Body) -> Progress | Failure:
         if not self.get_out:
@@ -88,7 +97,7 @@ class Flinch(AtomicAction):
         now, gaps = body.clock.now(), Gaps.known(body)
         self._begun = min(self._begun, now)
         boxed = max(gaps.front, gaps.rear) < self.boxed
-        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body) and _has_beams_all_round(body)
+        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body)
         if in_vain and (turn := self._turn_out(body, gaps)) is not None:
             done = turn.act(body)
             if done is not Progress.SUCCEEDED:
@@ -99,11 +108,16 @@ class Flinch(AtomicAction):
         if not boxed:
             return self._drive_off(body, abs(self.speed) if self._out else self.speed)
         off_centre = gaps.front - gaps.rear
-        creeps = in_vain and abs(off_centre) > CENTRED and min(gaps.left, gaps.right) > BESIDE
+        creeps = (
+            in_vain and _has_beams_all_round(body) and abs(off_centre) > CENTRED and min(gaps.left, gaps.right) > BESIDE
+        )
         return self._drive_off(body, math.copysign(self.creep, off_centre) if creeps else 0.0)
 
     def _turn_out(self, body: Body, gaps: Gaps) -> TurnAngle | None:
         """Action that turns on the spot toward the freer side; None if the corners of the hull have no room."""
+        turns = free_turns(body)
+        if turns is not None:  # too few beams for the gaps: the turns that are free of remembered echoes
+            return self._limited_turn(turns)
         sweep, ends = corner_sweep(body), min(gaps.front, gaps.rear)
         room = {1: min(ends, gaps.right) - sweep, -1: min(ends, gaps.left) - sweep}
         beside = {1: gaps.left, -1: gaps.right}
@@ -113,8 +127,25 @@ class Flinch(AtomicAction):
             self._turn = TurnAngle(angle=side * TURN, rate=RATE, tolerance=0.1 * TURN)
         return self._turn if self._turn is not None and math.copysign(1, self._turn.angle) in free else None
 
+    def _limited_turn(self, turns: tuple[float, float]) -> TurnAngle | None:
+        """Action that turns to the side on which more angle is free (left, right) [rad]; None if it is too little."""
+        if self._turn is None and max(turns) > LEAST_TURN:
+            side = 1 if turns[0] >= turns[1] else -1
+            angle = min(max(turns) - SPARE_TURN, TURN)
+            self._turn = TurnAngle(angle=side * angle, rate=RATE, tolerance=0.1 * TURN)
+        return self._turn
+
     def _drive_off(self, body: Body, speed: float) -> Progress | Failure:
         """Drive forward or backward for the distance; with a speed of 0, hold the position."""
+        bend = known_bend(body, speed, bend_off(body, speed))
+        known = known_speed(body, speed, bend)
+        if speed and not known and self._crept < self.unknown:
+            known = math.copysign(min(FEELING, abs(speed)), speed)
+            self._crept += abs(known) * body.period
+        if speed and not known and not self.get_out:
+            way = "ahead" if speed > 0.0 else "behind"
+            return Failure(Reason.BLOCKED, f"the ground {way} is neither seen to be free nor driven")
+        speed = known
         now, sign = body.clock.now(), (speed > 0.0) - (speed < 0.0)
         if self._course is None or self._course.sign != sign:
             self._course = _Course(sign, now)
@@ -126,7 +157,7 @@ class Flinch(AtomicAction):
             return Progress.SUCCEEDED
         if now - self._course.begun > self.timeout - 0.5 * body.period:
             return Failure(Reason.TIMEOUT, f"gained {gained:.2f} m of {self.distance:.2f} m in {self.timeout:.1f} s")
-        _drive(body, speed, bend_off(body, speed))
+        _drive(body, speed, bend)
         return Progress.RUNNING
 
     def _gained(self, body: Body, course: _Course, speed: float) -> float:

@@ -15,6 +15,7 @@ from ..control.locomotion import Array
 from ..control.path import Path
 from ..geometry import Pose2
 from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetresPerSecond, PositiveSeconds
+from .ground import known_speed
 from .heading import ALONG
 from .path_action import Height, PathAction
 from .pose import goal_pose, goal_tolerance
@@ -61,9 +62,10 @@ class FollowRoute(PathAction):
     clearance is the gap between the hull and the obstacles of the robot's own map along the route. The speed grows from
     `creep` without clearance to `cruise` at a clearance of `ease`.
 
-    A route that begins behind the robot is driven backward until there is room to turn. The action fails as STUCK if a
-    smaller turn on the spot would swing the hull into an obstacle. A robot with another heading than `along` does
-    neither: it drives sideways or backward as the heading demands.
+    A route that begins behind the robot is driven backward until there is room to turn, as far as the ground behind is
+    seen to be free or was driven. The action fails as STUCK if a smaller turn on the spot would swing the hull into an
+    obstacle. A robot with another heading than `along` does neither: it drives sideways or backward as the heading
+    demands.
 
     Attributes:
         points: Route as (x, y) from the robot's position, world frame [m].
@@ -128,7 +130,7 @@ class FollowRoute(PathAction):
                 drive.begin(path, self._speeds(room.along(path, drive.yaws(path))), self._end(body, path, goal))
                 if abs(drive.heading_error) > BEHIND and not room.can_turn(pose):
                     drive.backward = True
-            if drive.backward and room.can_turn(pose):
+            if drive.backward and (room.can_turn(pose) or not known_speed(body, -self.creep)):
                 drive.backward = False
             if room.changed():
                 drive.limit(self._speeds(room.along(path, drive.yaws(path))), self._end(body, path, goal))

@@ -221,6 +221,8 @@ def describe(
     """Write the robot, its devices, the places and the peers to the Knowledge graph (paper, 4.2)."""
     graph, name = knowledge.graph, knowledge.agent
     knowledge.robot.locomotion = locomotion
+    groups = [item for monitor in robot.monitors for item in monitor.parameters.get("group", {}).items()]
+    knowledge.robot.blind = frozenset(name for name, group in groups if group.get("blind") is True)
     wheels: dict[str, Any] = {"neutral": locomotion.neutral}
     if locomotion.wheels:
         limits = float(locomotion.max_speed.min()), float(locomotion.max_acceleration.min())

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from ..clock import Clock
+from ..control.trail import Trail
 from ..device import Actuator
 from ..errors import DeviceError, WiringError, unknown
 from ..event import ActuatorCommanded, Event, EventSink, pack
@@ -102,6 +103,7 @@ class RobotBody:
     Attributes:
         control_period: State of the present control period.
         messenger: Sender of messages to other robots; None without sharing.
+        trail: Poses that the robot has passed.
 
     Raises:
         WiringError: There is no actuator of that name.
@@ -128,6 +130,7 @@ class RobotBody:
         self.clock = clock
         self.period = period
         self.messenger: Messenger | None = None
+        self.trail = Trail()
         self.control_period = ControlPeriod()
         self._sink = sink
         self.actuators: Mapping[str, CommandedActuator] = {n: CommandedActuator(a, self) for n, a in actuators.items()}

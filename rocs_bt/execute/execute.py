@@ -136,6 +136,7 @@ class Execute:
             if self._closed:  # checked after `open` was set, since another thread may call `close` in between
                 period.open = False
                 return
+            self._body.trail.add(self._body.knowledge.robot.pose(t))
             try:
                 self._handling(self.pipeline.settle)
                 self._serve()

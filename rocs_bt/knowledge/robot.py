@@ -50,6 +50,8 @@ class RobotModel(Model):
     def __init__(self, knowledge: KnowledgeBase) -> None:
         super().__init__(knowledge)
         self._locomotion: Locomotion | None = None
+        self.blind: frozenset[str] = frozenset()
+        """Standard groups without a sensor, such as `rear`; set by the agent."""
 
     @property
     def locomotion(self) -> Locomotion:

@@ -85,8 +85,8 @@ def test_it_turns_on_the_spot(rig, action):
 def test_reflex_actions_move_it(rig):
     for signal in ("front", "rear", "left_gap", "right_gap"):
         rig.heard[signal] = 2.0
-    rig.heard |= {"free_turn": (3.0, 3.0), "bend_off": (0.0, 0.0)}
-    rig.sense = lambda sense=rig.sense: _wide(rig, sense)
+    rig.heard |= {"free_turn": (3.0, 3.0), "bend_off": (0.0, 0.0), "room_behind": (2.0,) * 5}
+    rig.sense()
     rig.finish(rig.submit(Flinch(speed=-0.3, distance=0.2)))
     assert rig.pose.x < -0.15
     rig.finish(rig.submit(AvoidCollision(turn=0.8, duration=1.0)))
@@ -94,15 +94,6 @@ def test_reflex_actions_move_it(rig):
     ticket = rig.submit(Stop())
     rig.finish(ticket)
     assert list(rig.wheels.speeds) == list(rig.locomotion.rest)
-
-
-def _wide(rig, sense):
-    """Sense, with signals of two values."""
-    wide = {name: rig.heard.pop(name) for name in ("free_turn", "bend_off")}
-    sense()
-    for name, values in wide.items():
-        rig.knowledge.signals.write(name, values, rig.clock.now())
-    rig.heard |= wide
 
 
 def test_the_smallest_action_is_that_of_the_body(rig):

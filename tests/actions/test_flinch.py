@@ -13,6 +13,14 @@ SUCCEEDED, RUNNING = TicketState.SUCCEEDED, TicketState.RUNNING
 
 
 @pytest.fixture
+def rig(make_rig):
+    """A robot of few beams that knows the ground around it."""
+    rig = make_rig()
+    hear(rig, {"room_ahead": (2.0,) * 5, "room_behind": (2.0,) * 5})
+    return rig
+
+
+@pytest.fixture
 def ring(make_rig):
     """A robot of 0.455 x 0.381 m with beams all round."""
     return make_rig(ring=True)
@@ -45,6 +53,31 @@ def shove(rig, ahead, aside=0.0, speed=0.4):
         x, y = rig.pose.transform(share * ahead, share * aside)
         rig.put(x, y, math.degrees(rig.pose.yaw))
         rig.run()
+
+
+@pytest.mark.parametrize("speed", [0.35, -0.35])
+@pytest.mark.parametrize("known", [0.0, math.nan, 0.05, 0.2])
+def test_it_does_not_leave_the_ground_that_it_knows(make_rig, speed, known):
+    rig = make_rig()
+    way = "room_ahead" if speed > 0.0 else "room_behind"
+    ticket = rig.submit(Flinch(speed=speed, distance=0.5), Priority.HIGH)
+    while not ticket.state.done:
+        hear(rig, {way: (known - abs(rig.pose.x),) * 5})
+        rig.run()
+    assert abs(rig.pose.x) <= max(known, 0.0) or (math.isnan(known) and rig.pose.x == 0.0)
+    assert ticket.failure.reason in (Reason.BLOCKED, Reason.TIMEOUT)
+
+
+@pytest.mark.parametrize("driven", [0.0, 0.3])
+def test_a_robot_that_is_blind_behind_backs_off_over_the_ground_that_it_has_driven(ring, driven):
+    ring.knowledge.robot.blind = frozenset({"rear"})
+    hear(ring, {"front": 2.0, "rear": math.inf})
+    ring.finish(ring.submit(Flinch(speed=0.2, distance=max(driven, 0.001)), Priority.HIGH))
+    start = ring.pose.x
+    ticket = ring.submit(Flinch(speed=-0.4, distance=0.6), Priority.HIGH)
+    ring.finish(ticket)
+    assert ticket.failure.reason is Reason.BLOCKED
+    assert 0.0 <= ring.pose.x <= start - 0.5 * driven
 
 
 @pytest.mark.parametrize("speed", [0.35, -0.35])

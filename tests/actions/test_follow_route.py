@@ -86,12 +86,23 @@ def test_in_a_dead_end_it_leaves_backward_and_turns_where_there_is_room(rig):
     x = np.arange(-1.0, 0.4, 0.05)
     mapped(rig, *((a, s * 0.27) for a in x for s in (-1, 1)), *((0.4, b) for b in np.arange(-0.27, 0.27, 0.05)))
     rig.knowledge.world.place("goal", Pose2(-3.0, 0.0), kind="goal")
+    rig.heard["room_behind"] = (2.0,) * 5
+    rig.sense()
     ticket = rig.submit(FollowRoute(points=[(-a, 0.0) for a, _ in STRAIGHT], goal="goal"))
     rig.finish(ticket)
     assert ticket.state is TicketState.SUCCEEDED
     inside = [p for p in rig.path if p.x > -0.9]
     assert max(abs(p.yaw) for p in inside) < 0.3  # it did not turn there
     assert abs(rig.pose.yaw) > 2.8  # it did later
+
+
+def test_it_does_not_leave_backward_over_ground_that_it_does_not_know(rig):
+    mapped(rig, *((a, s * 0.27) for a in np.arange(-1.0, 0.4, 0.05) for s in (-1, 1)))
+    rig.knowledge.world.place("goal", Pose2(-3.0, 0.0), kind="goal")
+    ticket = rig.submit(FollowRoute(points=[(-a, 0.0) for a, _ in STRAIGHT], goal="goal"))
+    rig.finish(ticket)
+    assert ticket.failure.reason is Reason.STUCK
+    assert rig.pose.x >= 0.0
 
 
 def test_nobody_turns_on_the_spot_where_the_hull_would_swing_into_something(rig):

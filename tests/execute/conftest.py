@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import dataclass, field
-from types import SimpleNamespace
 
 import pytest
 
@@ -12,6 +11,7 @@ from rocs_bt.device import Actuator
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import ListSink
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Pipeline
 
 from ..gates import wide_gate
@@ -45,7 +45,7 @@ class Bench:
         self.wheels = Wheels(self.log)
         self.pipeline = Pipeline(self.clock, self.sink, "R1")
         self.body = RobotBody(
-            knowledge=SimpleNamespace(agent="R1"),
+            knowledge=Knowledge("R1", self.clock, ListSink()),
             locomotion=None,
             follower=None,
             clock=self.clock,

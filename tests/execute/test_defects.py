@@ -2,14 +2,14 @@
 
 import contextlib
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import pytest
 
 from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
 from rocs_bt.errors import DeviceError, InputError, PipelineError, WiringError
-from rocs_bt.event import TicketChanged
+from rocs_bt.event import ListSink, TicketChanged
 from rocs_bt.execute import RobotBody
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Priority, TicketState
 
 from ..gates import wide_gate
@@ -84,7 +84,7 @@ def test_a_macro_that_yields_the_same_object_twice_is_told_so(bench, do, chain):
 def test_a_body_whose_wheels_are_no_actuator_is_refused(bench):
     with pytest.raises(WiringError, match=r"no actuator is named 'wheel'\. Did you mean 'wheels'"):
         RobotBody(
-            knowledge=SimpleNamespace(agent="R1"),
+            knowledge=Knowledge("R1", bench.clock, ListSink()),
             locomotion=None,
             follower=None,
             clock=bench.clock,

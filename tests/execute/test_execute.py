@@ -3,11 +3,11 @@
 import contextlib
 from copy import copy
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
-from rocs_bt.event import ActuatorCommanded, AtomicStarted
+from rocs_bt.event import ActuatorCommanded, AtomicStarted, ListSink
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Priority, TicketState
 
 from ..gates import wide_gate
@@ -287,7 +287,7 @@ def test_an_actuator_that_only_one_action_uses_rests_while_another_is_commanded(
     lamp = copy(bench.wheels)
     lamp.name, lamp.log = "lamp", []
     body = RobotBody(
-        knowledge=SimpleNamespace(agent="R1"),
+        knowledge=Knowledge("R1", bench.clock, ListSink()),
         locomotion=None,
         follower=None,
         clock=bench.clock,

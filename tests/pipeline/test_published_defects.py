@@ -5,7 +5,6 @@ Its `push` never updates the priority on top, so the queue is a mailbox of one s
 """
 
 from dataclasses import dataclass
-from types import SimpleNamespace
 
 import pytest
 
@@ -14,6 +13,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.device import Actuator
 from rocs_bt.event import ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.pipeline import Pipeline, Priority, TicketState
 
 from ..gates import wide_gate
@@ -59,7 +59,7 @@ class Robot:
         self.clock, self.sink, self.wheels = SimulatedClock(0.05), ListSink(), Wheels()
         self.pipeline = Pipeline(self.clock, self.sink)
         body = RobotBody(
-            knowledge=SimpleNamespace(agent="R1"),
+            knowledge=Knowledge("R1", self.clock, ListSink()),
             locomotion=None,
             follower=None,
             clock=self.clock,

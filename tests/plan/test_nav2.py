@@ -432,6 +432,8 @@ class TestMotion:
     def test_the_robot_moves_as_asked(self, mind, tree, node, moved):
         root = tree(node).root
         mind.mission.board.update({"goal": "goal"})
+        mind.rig.heard |= {"room_ahead": (3.0,) * 5, "room_behind": (3.0,) * 5}  # BackUp needs known ground
+        mind.rig.sense()
         mind.start(root)
         mind.until_done()
         assert mind.plan.status == "SUCCESS"
