@@ -3,6 +3,7 @@
 # ruff: noqa: E501 - a document stands in one line
 
 import re
+import sys
 
 import pytest
 from py_trees.common import Status
@@ -11,6 +12,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.trees.examine import blocking_faults, examine
 from rocs_bt.trees.nodes import BUILTIN, Input, Leaf, Output, Tree
+from rocs_bt.trees.script import compiler
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, make_nodes, read_document, verify
 
@@ -307,3 +309,80 @@ def test_an_empty_key_and_a_literal_of_another_type_are_told_with_their_port(nod
     else:
         faults += examine(tree)
     assert any(message in f.message and f.line == 1 for f in faults), faults
+
+
+def steps_of(call) -> int:
+    """Number of lines of Python that a call executes."""
+    count = 0
+
+    def trace(frame, event, argument):
+        nonlocal count
+        count += event == "line"
+        return trace
+
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        call()
+    finally:
+        sys.settrace(before)
+    return count
+
+
+def chain(length):
+    """Each tree uses the next one."""
+    return [*(f'<SubTree ID="T{i + 1}"/>' for i in range(length - 1)), "<AlwaysSuccess/>"]
+
+
+def star(length):
+    """The first tree uses all others."""
+    uses = "".join(f'<SubTree ID="T{i}"/>' for i in range(1, length))
+    return [f"<Sequence>{uses}</Sequence>", *["<AlwaysSuccess/>"] * (length - 1)]
+
+
+def ladder(length):
+    """Each tree uses the next two."""
+    return [
+        *(
+            f'<Fallback><SubTree ID="T{i + 1}"/><SubTree ID="T{min(i + 2, length - 1)}"/></Fallback>'
+            for i in range(length - 1)
+        ),
+        "<AlwaysSuccess/>",
+    ]
+
+
+@pytest.mark.parametrize("shape", [chain, star, ladder])
+@pytest.mark.parametrize("turned", [False, True])
+def test_the_work_of_a_check_grows_in_proportion_to_the_number_of_trees(shape, turned):
+    def work(length):
+        trees = [f'<BehaviorTree ID="T{i}">{body}</BehaviorTree>' for i, body in enumerate(shape(length))]
+        text = "".join(reversed(trees) if turned else trees)
+        document = read_document(f'<root BTCPP_format="4" main_tree_to_execute="T0">{text}</root>')
+        return steps_of(lambda: verify(document, BUILTIN))
+
+    assert work(400) < 2.3 * work(200)
+
+
+@pytest.mark.parametrize(
+    "leaf",
+    [
+        '<AlwaysSuccess _skipIf="k{0} &gt; {0}" _onSuccess="n := {0}"/>',
+        '<Script code="n := n + {0}"/>',
+        '<ScriptCondition code="k{0} &lt; {0}"/>',
+        '<Precondition if="k{0} &lt; {0}"><AlwaysSuccess/></Precondition>',
+        '<TestNode return_status="SUCCESS" success_script="n := {0}" post_script="n := {0}"/>',
+    ],
+)
+def test_scripts_are_compiled_when_the_tree_is_built_and_never_in_a_tick(leaf, monkeypatch):
+    compiled = []
+    monkeypatch.setattr(compiler, "_Compiler", lambda *args, made=compiler._Compiler: compiled.append(1) or made(*args))
+    inside = "".join(leaf.format(i) for i in range(1, 51))
+    tree = Tree(
+        load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>{inside}</Sequence></BehaviorTree></root>')
+    )
+    tree.board.update({"n": 0.0} | {f"k{i}": 0.5 for i in range(51)})
+    built = len(compiled)
+    assert built >= 50
+    for _ in range(3):
+        tree.tick()
+    assert len(compiled) == built

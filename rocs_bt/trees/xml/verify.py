@@ -242,22 +242,23 @@ class _Verifier:
         """Add faults of trees that contain themselves or that exceed the maximum size."""
         sizes: dict[str, int] = {}
         for start in self.uses:
-            ancestors: list[tuple[str, Iterator[Element]]] = [(start, iter(self.uses[start]))]
+            ancestors = {start: iter(self.uses[start])}  # in order; a dictionary, so that a search takes no time
             while ancestors:
-                name, uses = ancestors[-1]
+                name, uses = next(reversed(ancestors.items()))
                 use = next((u for u in uses if u.attributes["ID"] not in sizes), None)
                 if use is None:
                     sizes[name] = self.size(name, sizes)
-                    ancestors.pop()
+                    del ancestors[name]
                     continue
-                below, names = use.attributes["ID"], [n for n, _ in ancestors]
-                if below in names:
+                below = use.attributes["ID"]
+                if below in ancestors:
+                    names = list(ancestors)
                     chain = " -> ".join([*names[names.index(below) :], below])
                     message = f"the tree '{below}' contains itself: {chain}."
                     self.found.append(use.fault(message, "Use a Repeat, or remove one SubTree.", attribute="ID"))
                     sizes[below] = 1
                 else:
-                    ancestors.append((below, iter(self.uses[below])))
+                    ancestors[below] = iter(self.uses[below])
 
     def size(self, name: str, sizes: Mapping[str, int]) -> int:
         tree = self.document.trees[name]
