@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 
-from ..event import SensorRead
+from ..event import NodeTicked, SensorRead, SubtreeSwapped
 from .figures.commands import motion_command
-from .header import Beam, Fan
+from .header import AgentInfo, Beam, Fan
 from .history import AgentHistory, BodyHistory, History
+from .tree_state import TreeState
 
 _MOST = 4000  # maximum number of samples in a time series; of longer series only every n-th sample is kept
 _RAYS, _ECHOES = 180, 120_000  # maximum number of drawn scanner rays: of one scan, and in total
@@ -89,6 +90,7 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
             for n in agent.nodes(i)
             if not n.children
         ],
+        "waits": [row for i in run.header.agents if i.name == name for row in _waits(i, agent)],
         "tickets": [[round(e.t, 3), e.ticket, e.action, e.state] for e in agent.tickets],
         "atomic": [[round(e.t, 3), e.action, e.route] for e in agent.atomic],
         "axes": [axis for i in run.header.agents if i.name == name for axis in i.axes],
@@ -101,6 +103,27 @@ def _agent(run: History, name: str, agent: AgentHistory) -> Json:
         "beams": [_ranges(beams[s], reads) for s, reads in agent.readings.items() if s in beams],
         "scans": [_scans(fans[s], reads) for s, reads in agent.readings.items() if s in fans],
     }
+
+
+def _waits(info: AgentInfo, agent: AgentHistory) -> list[list[Any]]:
+    """Rows of time and text: the nodes in which the mission waits from this time, with their values and deadlines."""
+    state, rows = TreeState(info.nodes), list[list[Any]]()
+    ports = {node.path: node.ports for node in (*info.nodes, *agent.nodes(info))}
+    for event in sorted([*agent.tree, *agent.swaps], key=lambda e: e.t):
+        if isinstance(event, SubtreeSwapped):
+            state.swap(event)
+        elif isinstance(event, NodeTicked):
+            state.take(event)
+        texts = []
+        for node, _ in state.waiting():
+            what = "; ".join(filter(None, (node.feedback, *state.deadlines(node.node))))
+            texts.append(node.node.rpartition("/")[2] + ports.get(node.node, "") + (f": {what}" if what else ""))
+        t, text = round(event.t, 3), ", ".join(texts)
+        if rows and rows[-1][0] == t:
+            rows[-1][1] = text
+        elif not rows or rows[-1][1] != text:
+            rows.append([t, text])
+    return rows
 
 
 def _ranges(beams: tuple[Beam, ...], reads: list[SensorRead]) -> Json:

@@ -116,9 +116,11 @@
     route.textContent = name; route.style.setProperty("--c", color(name));
     const leaves = new Map(agent.leaves), statuses = latest(agent.tree, (r) => r[1]);
     const running = [...statuses.values()].filter((r) => r[2] === "RUNNING" && leaves.has(r[1])).map((r) => r[1]);
-    cells.node.textContent = running.map((p) => leaves.get(p)).join(", ") || "–";
     for (const node of nodes) node.classList.toggle("now", running.includes(node.dataset.node));
     const open = [...latest(agent.tickets, (r) => r[1]).values()].filter((r) => r[3] === "RUNNING");
+    const waits = before(agent.waits, now, first);  // where the mission waits and what for, unless an action runs
+    const waiting = open.length || waits < 0 ? "" : agent.waits[waits][1];
+    cells.node.textContent = waiting || running.map((p) => leaves.get(p)).join(", ") || "–";
     cells.action.textContent = open.map((r) => r[2]).join(", ") || "–";
     const active = [...latest(agent.rules, (r) => r[1]).values()].filter((r) => r[2] !== "ended" && r[2] !== "released");
     cells.rule.textContent = active.map((r) => r[1].split("/").pop() + (r[3] ? ": " + r[3] : "")).join("; ") || "–";
