@@ -6,6 +6,6 @@ Used by the command line and by the pytest plugin.
 from .check import Findings, check_content
 from .picture import FORMATS, draw_mission
 from .rules import fitted_rules, inactive_rules
-from .scenario import agent_warnings
+from .scenario import run_warnings
 
-__all__ = ["FORMATS", "Findings", "agent_warnings", "check_content", "draw_mission", "fitted_rules", "inactive_rules"]
+__all__ = ["FORMATS", "Findings", "check_content", "draw_mission", "fitted_rules", "inactive_rules", "run_warnings"]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 
 from ..actions import action_table
 from ..agent.build import thresholds
-from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec
+from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
 from ..errors import Fault, InputError
 from ..expression import Environment
 from ..plan import mission_actions, mission_arguments
@@ -21,6 +21,7 @@ from ..simulation import (
 )
 from ..simulation.share import share_faults
 from .feasible import check_feasible
+from .identified import identified_faults
 from .mission_use import idle_controller, mission_faults, words_in
 from .protection import unprotected
 from .rules import inactive_faults
@@ -38,19 +39,20 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from error.at(scenario.file, agent.line).faults
     yield from share_faults(scenario, catalog.load_schema())
     yield from _late_pushes(scenario)
+    yield from _slow_sensors(scenario, catalog)
     robots = [catalog.load_robot(name) for name in scenario.robots]
     # Not simulated: robots with code that may not run, and robots with drivers for hardware.
     if all((catalog.code or not robot.code) and not on_hardware(catalog, robot) for robot in robots):
         yield from check_feasible(scenario, catalog)
 
 
-def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
-    """Warnings about the agents of a scenario and about pushes after its end.
+def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
+    """Warnings of `check_scenario_file` and about the identification of its robots, for a run that begins.
 
     Raises:
         InputError: An agent can be built but has faults, such as a goal that is no place of the scenario.
     """
-    warnings = list(_late_pushes(scenario))
+    warnings = [*_late_pushes(scenario), *_slow_sensors(scenario, catalog)]
     for agent in scenario.agents:
         try:
             found = list(_agent_faults(scenario, agent, catalog))
@@ -61,7 +63,32 @@ def agent_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
         if wrong:
             raise InputError(*dict.fromkeys(wrong))
         warnings += found
-    return warnings
+    with suppress(InputError):  # raised again with better positions when the world is built
+        robots = [catalog.load_robot(name) for name in scenario.robots]
+        for robot in robots:
+            warnings += identified_faults(robot, catalog)
+        if not any(on_hardware(catalog, robot) for robot in robots):
+            warnings += check_feasible(scenario, catalog)
+    return [fault for fault in dict.fromkeys(warnings) if fault.warning and not fault.note]
+
+
+_SLOW = 0.2  # [s] interval of readings above which reflexes and path following are late: that of the watchdog
+
+
+def _slow_sensors(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
+    """Warn of a common sensor rate with which the robots drive too far from one reading to the next."""
+    hz = scenario.rate.sensors
+    if hz is None or 1.0 / hz <= _SLOW:
+        return
+    for name in dict.fromkeys(agent.robot for agent in scenario.agents):
+        locomotion = robot_locomotion(catalog.load_robot(name).locomotion)
+        speed = max(locomotion.axis_limits(axis).max_speed for axis in locomotion.axes if axis != "wz")
+        message = (
+            f"at {hz:g} Hz, {name} drives up to {speed / hz:.2g} m from one reading of its sensors to the next: "
+            "reflexes are late, and it may never reach its goal."
+        )
+        hint = f"Use at least {1.0 / _SLOW:g} Hz, better the {scenario.rate.control:g} Hz of the control."
+        yield Fault(message, scenario.file, scenario.rate.line, hint=hint, warning=True)
 
 
 def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:

@@ -26,6 +26,8 @@ Play = Callable[["ScenarioSpec", "Catalog", "RunOptions"], "RunResult"]
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
+_SHOWN = 5  # warnings before a run; `rocs-bt check` prints all
+
 _FIRST = (
     click.argument("scenario"),
     click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default runs/SCENARIO-SEED."),
@@ -114,7 +116,7 @@ def play_scenario(
         sinks: Sinks for all events.
         progress: Function that is called once per control period, with the time [s].
     """
-    from ..check import agent_warnings
+    from ..check import run_warnings
     from ..simulation import RunOptions, StopSignals
 
     scenario, seed, duration = shared.scenario, shared.seed, shared.duration
@@ -122,8 +124,11 @@ def play_scenario(
         raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
     catalog = catalog_for(scenario, code=not shared.no_code)
     spec = catalog.load_scenario(scenario)
-    for warning in agent_warnings(spec, catalog):
+    warnings = run_warnings(spec, catalog)
+    for warning in warnings[:_SHOWN]:
         echo(str(warning), err=True)
+    if len(warnings) > _SHOWN:
+        echo(f"{len(warnings) - _SHOWN} more warnings: rocs-bt check {scenario}", err=True)
     folder, signals = shared.out or _default_folder(f"{spec.name}-{seed}", keep), StopSignals(_NOTICE)
     with _live(shared.port) if shared.show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration, unit) as shown:

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.check import check_content, feasible
+from rocs_bt.catalog import Catalog
+from rocs_bt.check import check_content, feasible, run_warnings
 
 SCENARIO = """format = "scenario/2"
 doc = "Drive to a goal."
@@ -107,3 +108,17 @@ def test_of_many_goals_only_some_are_checked_in_every_respect(tmp_path, monkeypa
     assert note.note
     assert "of 19 goals of R1, only their first free pose was searched" in note.message
     assert len(tried) == 2 * feasible.POSES_TRIED + 19
+
+
+def test_a_run_has_the_warnings_of_its_check(tmp_path):
+    (tmp_path / "scenarios" / "worlds").mkdir(parents=True)
+    (tmp_path / "scenarios" / "worlds" / "yard.xml").write_text(DOOR)
+    file = tmp_path / "scenarios" / "goal.toml"
+    text = SCENARIO.format(robot="jackal", rules="").replace("arena_box", "yard")
+    file.write_text(text + '[rate]\nsensors = "2 Hz"\n')
+    catalog = Catalog(tmp_path)
+    found = [str(fault) for fault in run_warnings(catalog.load_scenario("goal"), catalog)]
+    assert sorted(found) == sorted(str(fault) for fault in check_content([file]).faults)
+    assert len(found) == 2
+    assert any("inside 'door'" in fault for fault in found)
+    assert any("at 2 Hz, jackal drives up to 1 m from one reading of its sensors to the next" in text for text in found)

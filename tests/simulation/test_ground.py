@@ -13,7 +13,7 @@ import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.check.feasible import check_feasible
-from rocs_bt.check.scenario import agent_warnings, check_scenario_file
+from rocs_bt.check.scenario import check_scenario_file, run_warnings
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import BlockError, InputError
@@ -507,4 +507,4 @@ def test_a_push_after_the_end_of_the_run_is_a_warning_at_its_line(swinging, tmp_
     found = warnings(catalog)
     assert len(found) == bool(fault)
     assert all(f"swing.toml:20: warning: {fault}" in each for each in found)
-    assert [str(each) for each in agent_warnings(catalog.load_scenario("swing"), catalog)] == found
+    assert [str(each) for each in run_warnings(catalog.load_scenario("swing"), catalog)] == found
