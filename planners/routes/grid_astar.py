@@ -34,7 +34,9 @@ SLOWEST = 0.15  # Fraction of the full speed at zero clearance.
 PINCH = 60.0  # Additional cost of a metre at zero clearance.
 TIGHT = 100.0  # Cost of a metre (1 if free) where the grid cannot decide whether the hull fits.
 BACK, NEAR = 3.0, 1.0  # Additional cost of a metre straight back, within NEAR [m] of the robot, for the turn.
-FIRST = 0.8  # Cost bound of the first search, relative to a free straight line; each next bound is 4 times larger.
+FIRST = 0.8  # Cost bound of the first search, relative to a free straight line; the next one is 4 times larger,
+WIDER = 3.0  # and above this one the last search has no bound.
+NO_PATH = "the map contains no path to the goal"
 
 MAX_CANDIDATES = 6  # Maximum number of candidate paths per search until the hull fits everywhere.
 CLOSED_RADIUS = 0.15  # [m] Radius of the cells that are closed around a point where the hull does not fit.
@@ -69,6 +71,7 @@ class GridAstar(RoutePlanner):
         self._planned = None
         self._checked = -inf
         self._closed = []
+        self._failed = None  # revision, start and goal of the last search, if it found no path
 
     def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         grid = self.knowledge.world.occupancy
@@ -80,6 +83,11 @@ class GridAstar(RoutePlanner):
             return kept.path
         self._checked = now
         self._planned = None
+        if self._failed is not None:
+            revision, here, there = self._failed
+            if revision == grid.revision and there == goal[:2] and start.distance(here) < grid.cell:
+                raise NoRoute(NO_PATH)
+            self._failed = None
         if kept is not None:
             beside = self._section_beside(grid, kept.points[kept.nearest(start) :])
             self._planned = kept.bent(beside, self._footprint, start, self._ahead(), clearance)
@@ -90,8 +98,10 @@ class GridAstar(RoutePlanner):
             self._planned = self._plan(field, start, goal, clearance, kept)
             if self._planned is not None:
                 return self._planned.path
+        if not self._closed:
+            self._failed = grid.revision, start, goal[:2]
         self._closed.clear()  # the next call searches without closed cells
-        raise NoRoute("the map contains no path to the goal")
+        raise NoRoute(NO_PATH)
 
     def _field(self, grid, start, goal, around):
         here, there = np.array(start[:2]), np.array(goal[:2])
@@ -257,9 +267,9 @@ def _search(field, cost, start, goal):
         best = ends[distance[ends].argmin()]
         if distance[best] < inf:
             break
-        if limit > cost.size * TIGHT:
+        if limit == inf:
             return None
-        limit *= 4.0
+        limit = inf if limit > WIDER * guess[here] else 4.0 * limit
     nodes = [best]
     while nodes[-1] != first:
         nodes.append(before[nodes[-1]])
