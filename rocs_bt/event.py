@@ -181,6 +181,26 @@ class Replanned(Event, frozen=True, kw_only=True):
     count: int
 
 
+class BlackboardChanged(Event, frozen=True, kw_only=True):
+    """A value on a blackboard of the mission's tree changed in a tick.
+
+    Attributes:
+        key: Key on this blackboard.
+        value: New value as a text of at most 120 characters; empty if the key has no value any more.
+        subtree: Path of the subtree with this blackboard; empty for the blackboard of the main tree.
+    """
+
+    key: str
+    value: str
+    subtree: str = ""
+
+    @property
+    def text(self) -> str:
+        """The change in words."""
+        at = f" in {self.subtree}" if self.subtree else ""
+        return f"{self.key} = {self.value}{at}" if self.value else f"{self.key} has no value{at}"
+
+
 class Said(Event, frozen=True, kw_only=True):
     """A leaf of a mission issued a message.
 

@@ -16,7 +16,7 @@ from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
 from ..errors import Fault, InputError, interrupts
-from ..event import NodeTicked, SubtreeSwapped
+from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
 from ..trees.draw import ports_text
 from ..trees.error import TreeError
@@ -26,6 +26,7 @@ from ..trees.nodes.runtime import Caught
 from ..trees.nodes.swap import find_node, swapped_part
 from ..trees.status import RUNNING, SKIPPED, Outcome
 from .act import Act
+from .board_changes import BoardChanges
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
 from .waits import ancestors, front, wait_text
@@ -104,6 +105,7 @@ class TreePlan(Plan):
         _refuse_faults(self.tree)
         self.ticks = 0
         self._mission = mission
+        self._board_changes = BoardChanges(self.tree)
         self._turn, self._ticking = threading.RLock(), False
         mission.swap = self.swap
         self._raised: list[Raised] = []
@@ -310,6 +312,8 @@ class TreePlan(Plan):
                 feedback = text or node.feedback_message
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=feedback)
         self._texts = texts
+        for subtree, key, value in self._board_changes.take():
+            self._mission.note(BlackboardChanged, key=key, value=value, subtree=subtree)
 
     def _no_status(self, node: Behaviour) -> Fault:
         path, kind = self._paths.get(node.id, node.name), type(node).__name__

@@ -37,6 +37,7 @@ TOPICS: dict[type[Event], str] = {
     ev.RuleChanged: "rules",
     ev.NodeTicked: "tree",
     ev.SubtreeSwapped: "swaps",
+    ev.BlackboardChanged: "blackboard",
     ev.Replanned: "replans",
     ev.TicketChanged: "tickets",
     ev.AtomicStarted: "atomic_actions",

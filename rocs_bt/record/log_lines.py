@@ -44,6 +44,7 @@ LOGGED: Mapping[type[Event], Callable[[Any], LogLine | None]] = {
     ev.GoalEntered: lambda e: (foxglove.INFO, f"goal {e.goal} reached"),
     ev.OutcomeDecided: lambda e: (foxglove.INFO, f"outcome: {e.outcome}. {e.reason}"),
     ev.Replanned: lambda e: (foxglove.INFO, f"{e.node} replans ({e.count})"),
+    ev.BlackboardChanged: lambda e: (foxglove.INFO, e.text),
     ev.Said: lambda e: (foxglove.INFO, e.text),
     ev.RuleChanged: _rule,
     ev.TicketChanged: _ticket,

@@ -80,7 +80,7 @@ def any_event(draw) -> Event:
     for field in msgspec.structs.fields(kind):
         if field.name in ("values", "parameters", "attributes"):
             values[field.name] = draw(st.dictionaries(text, value, max_size=3))
-        elif field.name == "value":
+        elif field.name == "value" and field.type is not str:
             values[field.name] = draw(value)
         elif field.name in ("signals", "ports"):
             values[field.name] = tuple(draw(st.lists(text, max_size=3)))
