@@ -5,7 +5,7 @@ import math
 import msgspec
 import pytest
 
-from rocs_bt.event import BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged
+from rocs_bt.event import BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged, pack
 from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe
 
 from . import synthetic
@@ -85,3 +85,15 @@ def test_the_order_of_parameters_does_not_count():
 def test_packed_values_are_told_as_numbers():
     (event, *_) = (e for e in synthetic.events(0.1) if isinstance(e, SensorRead) and e.sensor == "position")
     assert describe(event) == "t=0.000 R2 SensorRead sensor=position stamp=0 data=[-1, 2, -0.6]"
+
+
+def test_the_first_difference_of_long_scans_is_short_and_names_the_place():
+    ranges = [0.1 * k for k in range(720)]
+    other = [*ranges[:300], 7.5, *ranges[301:]]
+    a, b = (SensorRead(t=1.0, agent="R2", sensor="scan", stamp=1.0, data=pack(values)) for values in (ranges, other))
+    found = compare([a, a, a, a, a, a, a], [a, a, a, a, a, a, b])
+    assert found is not None
+    text = str(found)
+    assert len(text) < 2000
+    assert "differing fields: data (first at [300]: recorded 30, replayed 7.5)" in text
+    assert len(found.text(everything=True)) > 20_000
