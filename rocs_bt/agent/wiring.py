@@ -37,7 +37,9 @@ def make_monitors(
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
         monitored = [
-            MonitoredSensor(sensors[name], rates[name], devices[name].max_age, devices[name].optional)
+            MonitoredSensor(
+                sensors[name], rates[name], devices[name].max_age, devices[name].optional, devices[name].frame
+            )
             for name in spec.sensors
         ]
         with located_at(robot.file, spec.line):

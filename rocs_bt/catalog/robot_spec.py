@@ -83,6 +83,19 @@ class SensorSpec:
         return 3.0 * period if self.max_age is None else self.max_age
 
     @property
+    def frame(self) -> str:
+        """Frame of a pose on hardware: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
+
+        It is empty for shipped drivers of the simulation, and `continuous` for a user's driver.
+        """
+        if self.driver != "ros2":
+            return "continuous" if is_reference(self.driver) else ""
+        kind = str(self.parameters.get("type", ""))
+        transforms = kind.endswith("/TFMessage") and not str(self.parameters.get("frame", "map")).endswith("odom")
+        corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")
+        return "corrected" if corrected else "continuous"
+
+    @property
     def attributes(self) -> dict[str, Any]:
         """Attributes of the sensor's node in the knowledge graph: wiring, mount and a scanner's rays and span."""
         known: dict[str, Any] = {"driver": self.driver, "signal": self.signal, "monitor": self.monitor}

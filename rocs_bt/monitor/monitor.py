@@ -43,16 +43,19 @@ class MonitoredSensor:
         rate: Rate at which the sensor is read, in control periods.
         max_age: Time for which a reading is valid [s]; None for three reading periods.
         optional: Whether the robot can do without the sensor.
+        frame: Frame of a pose, as in `SensorSpec.frame`.
     """
 
     sensor: Sensor
     rate: Rate
     max_age: float | None = None
     optional: bool = False
+    frame: str = ""
     failed: bool = False
     last: bytes = b""
     unchanged: float = 0.0  # [s] time with identical values while they should vary
-    read_at: float = -math.inf  # [s]
+    read_at: float = -math.inf  # [s] time of the newest sample's first reading
+    stamp: float = -math.inf  # [s] of the newest sample
     size: int = 0  # number of values of the last sample
 
 
@@ -232,7 +235,9 @@ class Monitor(ABC):
         return {signal.name: [math.nan] * signal.size for signal in self.signals()}
 
     def _frozen(self, monitored: MonitoredSensor, data: bytes, reading: Reading, t: float) -> bool:
-        passed, monitored.read_at = t - monitored.read_at, t
+        if reading.stamp <= monitored.stamp:  # the same sample again, of a slower sensor: its age tells
+            return monitored.unchanged > self._frozen_after
+        passed, monitored.read_at, monitored.stamp = t - monitored.read_at, t, reading.stamp
         if data != monitored.last or not any(math.isfinite(v) for v in reading.values):
             monitored.last, monitored.unchanged = data, 0.0
         elif self.varies(monitored.sensor.name):

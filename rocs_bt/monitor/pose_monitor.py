@@ -8,9 +8,11 @@ from typing import Any
 
 from ..channel import Signals
 from ..device import Reading
+from ..event import Change
 from ..geometry import wrap_angle
 from ..signal import Signal
 from ..units import ANGLE, LENGTH
+from .jump import JumpDetector
 from .monitor import MOVING, Monitor
 
 FARTHEST = 1e6
@@ -19,19 +21,38 @@ FARTHEST = 1e6
 TURNING = 0.1
 """Turn rate above which consecutive orientations must differ [rad/s]."""
 
+JUMP, TURN_JUMP = 0.3, 0.5
+"""Changes between two samples that are no jump, whatever the time between them [m] and [rad]."""
+
 
 class PoseMonitor(Monitor):
     """Writes `pose` [m, m, rad] and `goal_distance` [m] from a position sensor and an orientation sensor.
 
     The goal is the pursued node in Knowledge; without one the distance is +inf.
 
+    The frame of odometry is continuous (REP 105). A sensor in such a frame that jumps is invalid, until a later jump
+    has undone the first: its frame is no longer that of the goals. A jump of a localiser is reported as a Change.
+
     Args:
         position: Name of the position sensor (x, y and optional further values [m], world frame).
         orientation: Name of the orientation sensor (yaw [rad]).
+        continuous: If False, neither sensor is in a continuous frame, as of a localiser. If True, it depends on the
+            driver: `SensorSpec.frame`.
     """
 
-    def __init__(self, *args: Any, position: str = "position", orientation: str = "orientation", **kwargs: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        position: str = "position",
+        orientation: str = "orientation",
+        continuous: bool = True,
+        **kwargs: Any,
+    ) -> None:
         super().__init__(*args, **kwargs)
+        self._frames = {
+            each.sensor.name: "corrected" if each.frame and not continuous else each.frame for each in self.monitored
+        }
+        self._jumps: dict[str, JumpDetector] = {}
         self._position = position
         self._orientation = orientation
         self._latest: dict[str, Reading] = {}
@@ -40,7 +61,36 @@ class PoseMonitor(Monitor):
         return min(self._latest[self._position].stamp, self._latest[self._orientation].stamp)
 
     def reject(self, sensor: str, reading: Reading) -> str:
-        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
+        if any(map(math.isinf, reading.values)):
+            return "the reading is infinite"
+        values = reading.values[:2] if sensor == self._position else reading.values[:1]
+        if not self._frames[sensor] or any(map(math.isnan, values)):
+            return ""
+        size, total = self._jump(sensor).after(values, reading.stamp)
+        if self._frames[sensor] == "continuous":
+            unit = "m" if sensor == self._position else "rad"
+            return f"it jumped by {total:.2f} {unit}, faster than the robot can move" if total else ""
+        if size:
+            change = Change(
+                t=self.knowledge.clock.now(),
+                agent=self.knowledge.agent,
+                source=self.name,
+                kind="jumped",
+                subject=sensor,
+                values={"size": size},
+            )
+            self._sink.emit(change)
+        return ""
+
+    def _jump(self, sensor: str) -> JumpDetector:
+        if sensor not in self._jumps:
+            locomotion = self.knowledge.robot.locomotion
+            self._jumps[sensor] = (
+                JumpDetector(locomotion.speed_limit, JUMP)
+                if sensor == self._position
+                else JumpDetector(locomotion.turn_limit, TURN_JUMP, math.tau)
+            )
+        return self._jumps[sensor]
 
     def varies(self, sensor: str) -> bool:
         """Whether the robot drives (for a position) or turns (for an orientation)."""

@@ -62,8 +62,8 @@ class Robot:
     def sensor(self, name, size):
         return Scripted(name, self.clock, size)
 
-    def watch(self, cls, *sensors, every=1, **parameters):
-        watched = [MonitoredSensor(s, Rate(every, PERIOD)) for s in sensors]
+    def watch(self, cls, *sensors, every=1, frame="", **parameters):
+        watched = [MonitoredSensor(s, Rate(every, PERIOD), frame=frame) for s in sensors]
         monitor = cls(f"{sensors[0].name} monitor", watched, self.knowledge, self.sink, **parameters)
         self.monitors.append(monitor)
         return monitor
@@ -198,6 +198,19 @@ def test_values_that_freeze_while_the_wheels_turn_are_broken(robot, sonar, wheel
     sonar.values = [0.9, 0.8, 0.7, 0.65]
     robot.step()
     assert robot.read("rear") == [0.65]
+
+
+@pytest.mark.parametrize("repeats", [True, False])
+def test_a_scan_that_repeats_with_fresh_stamps_is_frozen_but_a_slow_one_is_not(robot, sonar, wheels, repeats):
+    """A sensor of 1 Hz that is read at 20 Hz gives each sample twenty times, with the same stamp."""
+    wheels.values = [0.5, 0.5]
+    for count in range(4):
+        sonar.values = [1.0, 1.0, 2.0, 2.0 + (0.0 if repeats else 0.001 * count)]
+        sonar.stamp = robot.clock.now()
+        for _ in range(20):
+            sonar.stamp = robot.clock.now() if repeats else sonar.stamp
+            robot.step()
+    assert any("frozen" in event.detail for event in robot.of(SensorFailed)) == repeats
 
 
 def test_hearing_no_echo_for_long_is_not_frozen(robot, sonar, wheels):
