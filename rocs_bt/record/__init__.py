@@ -7,6 +7,7 @@ the command line import it.
 from .atomic_file import write_whole
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
+from .folder_lock import FolderLock
 from .header import AgentInfo, Beam, BodyInfo, Fan, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
 from .recorder import Recorder
 from .recording import Recording
@@ -36,6 +37,7 @@ __all__ = [
     "Divergence",
     "Fan",
     "Finding",
+    "FolderLock",
     "Following",
     "KnowledgeFile",
     "Localisation",

@@ -106,6 +106,7 @@ def replay_bag(
         agent = _agent(robot, catalog, devices, rate, Runtime(clock, sink), partial(_Goals, transport.types, reader))
         stack.callback(agent.close)
         files = RunFiles(out)
+        stack.callback(files.unlock)
         files.begin(_header(path, robot, agent, rate))
         stack.callback(files.abandon)
         assert files.recorder is not None

@@ -54,6 +54,7 @@ class RunEnd:
         """
         try:
             with self._last:
+                self._last.callback(self.files.unlock)  # after the report
                 try:
                     with ExitStack() as stack:
                         yield stack

@@ -10,7 +10,7 @@ from pathlib import Path
 from ..agent import Agent
 from ..errors import RecordingError
 from ..plan import TreePlan
-from ..record import Recorder, Recording, RunHeader, Summary, write_whole
+from ..record import FolderLock, Recorder, Recording, RunHeader, Summary, write_whole
 from ..trees.btlog import BtLog
 
 RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"
@@ -34,6 +34,7 @@ class RunFiles:
         self.recorder: Recorder | None = None
         self.missing: list[str] = []
         self._folder = folder
+        self._lock: FolderLock | None = None
         self._logs = ExitStack()
 
     def begin(self, header: RunHeader, logged: Sequence[Agent] = ()) -> None:
@@ -44,12 +45,14 @@ class RunFiles:
             logged: Agents with trees to log for Groot2.
 
         Raises:
+            InputError: Another run is writing in the folder.
             RecordingError: The recording, or a log, cannot be written.
             OSError: The folder, or a file in it, cannot be written.
         """
         if self._folder is None:
             return
         self._folder.mkdir(parents=True, exist_ok=True)
+        self._lock = FolderLock(self._folder)
         # If this run is killed, the folder must not contain the summary of an earlier one.
         for old in (self._folder / SUMMARY, self._folder / REPORT, *self._folder.glob("*.btlog")):
             old.unlink(missing_ok=True)
@@ -80,6 +83,11 @@ class RunFiles:
         recording, path = self._folder / RECORDING, self._folder / REPORT
         written = self.attempt(f"the report '{path}'", lambda: write(Recording.open(recording), summary, path))
         return path if written else None
+
+    def unlock(self) -> None:
+        """Allow other runs to write in the folder."""
+        if self._lock is not None:
+            self._lock.close()
 
     @property
     def recording(self) -> Path | None:
