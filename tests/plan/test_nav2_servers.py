@@ -285,10 +285,9 @@ class TestDialect:
         assert "no place is named 'dok'" in fault.message
         assert fault.line == 2
 
-    @pytest.mark.parametrize("dialect", ["", "nav2"])
-    def test_elsewhere_the_nodes_are_named_with_the_dialect(self, mind, dialect):
-        with pytest.raises(InputError, match=r'is a node of Nav2 that needs ROS. Write nodes = "nav2_servers"'):
-            xml_mission(self.MISSION, dialect=dialect)(mind.mission)
+    def test_elsewhere_the_nodes_are_named_with_the_dialect(self, mind):
+        with pytest.raises(InputError, match=r'is a node of Nav2. Write nodes = "nav2"'):
+            xml_mission(self.MISSION)(mind.mission)
 
     def test_a_python_mission_makes_them_from_their_classes(self, mind, link):
         root = nav2_servers.NavigateToPose("go", goal="dock", cancel_on_reflex=False)

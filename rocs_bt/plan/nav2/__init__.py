@@ -29,15 +29,7 @@ def nav2_nodes(distribution: str = NEWEST) -> Registry:
     return Registry([changed.get(tag, node) for tag, node in NAV2.items()])
 
 
-_ON_SERVERS: Final = {
-    tag: (
-        f"'{tag}' is a node of Nav2 that needs ROS.",
-        'Write nodes = "nav2_servers" in the scenario: it then calls the action server of a running Nav2.',
-    )
-    for tag in ("NavigateToPose", "NavigateThroughPoses", "DockRobot", "UndockRobot")
-}
-
-ELSEWHERE: Final = _ON_SERVERS | {
+ELSEWHERE: Final = {
     tag: (f"'{tag}' is a node of Nav2.", 'Write nodes = "nav2" in the scenario; check and show take --nodes nav2.')
     for tag in NAV2
     if tag not in BUILTIN

@@ -235,7 +235,7 @@ class IsWithinPathTrackingBounds(_Condition):
 
     def holds(self) -> bool:
         found = self.tracking_feedback
-        if found is None:
+        if not found:
             return True
         across, heading = (_field(found, f"{n}_tracking_error") for n in ("position", "heading"))
         limit = self.max_error_left if across >= 0.0 else self.max_error_right
@@ -274,4 +274,4 @@ class AreErrorCodesPresent(_Condition):
     error_codes_to_check = Input(list[int], doc="error codes to look for, separated by `;` or `,`", parse=_numbers)
 
     def holds(self) -> bool:
-        return self.error_code in self.error_codes_to_check
+        return self.error_code in (self.error_codes_to_check or ())

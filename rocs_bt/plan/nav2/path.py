@@ -67,6 +67,8 @@ def poses_in(value: Any) -> list[Pose2]:
     """
     if isinstance(value, Mapping):
         return [pose_in(pose) for pose in value.get("poses", ())]
+    if isinstance(value, str) and not value:
+        return []
     if isinstance(value, str) or not isinstance(value, (Iterable, type(None))):
         raise InputError(Fault(f"{value!r:.60} is no path.", hint="Write the key of a path."))
     points = list(value or ())

@@ -69,7 +69,7 @@ def robot_pose(mission: MissionContext) -> Pose2:
 
 
 def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
-    """Pose that a port's value describes, world frame; None if unknown.
+    """Pose that a port's value describes, world frame; None if it is unknown or the value is empty.
 
     Args:
         mission: Mission with the knowledge that contains the node.
@@ -80,6 +80,8 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     """
     if isinstance(value, str):
         value = read_pose(value)
+    if value is None or value == "" or value == []:
+        return None
     if isinstance(value, Mapping):
         return pose_in(value)
     if isinstance(value, Pose2):

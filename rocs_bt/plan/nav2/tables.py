@@ -11,7 +11,7 @@ from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Node, Outcome, Outp
 from ..context import mission_of
 from .lenient import Lenient, Served, Serviced
 from .planning import route_planners
-from .poses import PoseInput, known, pose_of, robot_pose
+from .poses import PoseInput, PosesInput, known, pose_of, robot_pose
 
 
 class _Selector(Lenient, Instant):
@@ -37,6 +37,7 @@ class _WouldHelp(Lenient, Instant):
     helped: ClassVar[tuple[int, ...]] = ()
 
     error_code = Input(int, None, "error code of the node that failed")
+    error_codes_to_check = Input(str, "", "port in Nav2's palette; not used")
 
     def update(self) -> Outcome:
         return SUCCESS if self.error_code in self.helped else FAILURE
@@ -108,6 +109,22 @@ _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
     ),
 }
 _NO_BATTERY = "FAILURE: the robots of the simulator have no battery, as if no message had arrived."
+_TREE = {"behavior_tree": Input(str, "", "file of a behaviour tree in Nav2; not used")}
+_UNDOCK = {
+    "dock_type": Input(str, "", "plugin in Nav2; not used"),
+    "max_undocking_time": Input(float, 30.0, "maximum duration in Nav2 [s]; not used"),
+    "success": Output(bool, "never written"),
+}
+_DOCK = {
+    "use_dock_id": Input(bool, True, "not used"),
+    "dock_id": Input(str, "", "name of the dock in Nav2; not used"),
+    "dock_pose": PoseInput(None, "pose of the dock; not used"),
+    "dock_type": Input(str, "", "plugin in Nav2; not used"),
+    "max_staging_time": Input(float, 1000.0, "maximum duration in Nav2 [s]; not used"),
+    "navigate_to_staging_pose": Input(bool, True, "not used"),
+    "success": Output(bool, "never written"),
+    "num_retries": Output(int, "never written"),
+}
 _OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
     "ReinitializeGlobalLocalization": (_Nothing, "SUCCESS: the robot's localisation is not started again here.", {}),
     "ToggleCollisionMonitor": (
@@ -124,6 +141,19 @@ _OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
         },
     ),
     "IsBatteryCharging": (_Battery, _NO_BATTERY, {}),
+    **{
+        tag: (
+            _Unavailable,
+            f"FAILURE with the code {code}: there is no {what} here; with `nav2_servers` it calls that of Nav2.",
+            {"code": code, "why": f"there is no {what} without ROS; use ComputePathToPose and FollowPath", **ports},
+        )
+        for tag, code, what, ports in (
+            ("NavigateToPose", 9001, "navigator", {"goal": PoseInput("{goal}", "goal"), **_TREE}),
+            ("NavigateThroughPoses", 9101, "navigator", {"goals": PosesInput("{goals}", "goals"), **_TREE}),
+            ("DockRobot", 999, "docking server", _DOCK),
+            ("UndockRobot", 999, "docking server", _UNDOCK),
+        )
+    },
     "FollowObject": (
         _Unavailable,
         "FAILURE with the code 902 (FAILED_TO_DETECT_OBJECT): there is no topic with the pose of an object here.",

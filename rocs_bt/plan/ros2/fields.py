@@ -140,6 +140,11 @@ def duration(seconds: float) -> dict[str, int]:
     return {"sec": whole, "nanosec": min(round((seconds - whole) * 1e9), 999_999_999)}
 
 
+def seconds(value: Mapping[str, Any]) -> float:
+    """Duration of the plain values of a builtin_interfaces/Duration [s]."""
+    return float(value.get("sec", 0)) + 1e-9 * float(value.get("nanosec", 0))
+
+
 def _number(type: str, value: Any) -> bool | int | float:
     """Convert a number, or a text with a number or a quantity, to a primitive type."""
     if type == "bool":

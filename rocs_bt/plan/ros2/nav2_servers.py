@@ -6,26 +6,28 @@ names but need no ROS: they use the planners and actions of rocs_bt.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import pairwise
-from typing import Any, ClassVar, Final
+from collections.abc import Iterator, Mapping
+from typing import Any, ClassVar
 
 from ...action import Failure
 from ...errors import Fault, InputError, unknown
-from ...geometry import Pose2
 from ...pipeline import Priority, Ticket, TicketState
 from ...ros_link import RosActionClient, RosGoal, RosLink, RosSubscription
 from ...trees.nodes import RUNNING, Input, Outcome, Output
-from ..nav2.poses import PoseInput, PosesInput, pose_of, poses_of, robot_pose
+from ..nav2.lenient import Lenient
+from ..nav2.poses import PoseInput, PosesInput, list_of, poses_of
 from .action import GoalLeaf
 from .assignments import FieldOutputs
-from .fields import duration, message, primitive
+from .fields import duration, message, primitive, seconds
+from .nav2_messages import corners_of, path_message, stamped
 from .relay_twist import TWISTS, RelayTwist
 from .uses_ros import interface_type, parse_name
 
+NOT_SENT = 2
+"""Error code of a goal that was not sent: SEND_GOAL_FAILURE since Lyrical."""
 
-class Nav2Action(GoalLeaf):
+
+class Nav2Action(Lenient, GoalLeaf):
     """Base of nodes that call an action server of Nav2.
 
     The fields of a goal that the installed nav2_msgs does not have are omitted, because they differ between the
@@ -83,24 +85,34 @@ class Nav2Action(GoalLeaf):
         shown = ": ".join(filter(None, (f"error code {code}" if code else "", text)))
         return f" ({shown})" if shown else ""
 
+    def failed(self, failure: Failure) -> Outcome:
+        if self._goal is None:  # no server has given a code
+            self.error_code_id, self.error_msg = NOT_SENT, str(failure)
+        return super().failed(failure)
+
     def stamped(self, value: Any) -> dict[str, Any]:
-        """PoseStamped of a place, in the frame of the port.
+        """PoseStamped of a place, in the frame of the port; see `nav2_messages.stamped`."""
+        return stamped(self, value)
 
-        Args:
-            value: Pose, text of a PoseStamped, or name of a place in the world model.
+    def array(self, name: str, poses: list[dict[str, Any]]) -> Any:
+        """Poses as a field of the installed nav2_msgs: an array, or a message that contains it."""
+        types = None if self.link is None else self.link.types
+        field = None if types is None else (types.fields(f"{self.type}_Goal") or {}).get(name)
+        if types is None or field is None or field.array:
+            return poses
+        inner = types.fields(field.type) or {}
+        name = next((n for n, f in inner.items() if f.array and not primitive(f)), "poses")
+        return {"header": {"frame_id": self.frame}, name: poses}
 
-        Raises:
-            InputError: The pose is not known.
-        """
-        mission = self.mission
-        pose = None if mission is None else pose_of(mission, value)
-        if mission is None or pose is None or not math.isfinite(pose.x + pose.y):
-            raise InputError(Fault(f"the pose of '{value}' is not known."))
-        if math.isnan(pose.yaw):  # any heading: that of the straight line from the robot
-            here = robot_pose(mission)
-            yaw = math.atan2(pose.y - here.y, pose.x - here.x)
-            pose = Pose2(pose.x, pose.y, yaw if math.isfinite(yaw) else 0.0)
-        return stamped(pose, self.frame)
+    def put_result(self, goal: RosGoal, *names: str) -> None:
+        """Write fields of the result to the ports of the same names, durations in seconds."""
+        for name in names:
+            try:
+                value = None if goal.result is None else goal.result.get((name,))
+            except LookupError:
+                continue
+            if value is not None:
+                self.write(name, seconds(value) if isinstance(value, Mapping) and "nanosec" in value else value)
 
     def _error(self, goal: RosGoal) -> tuple[int, str]:
         found = []
@@ -219,17 +231,7 @@ class NavigateThroughPoses(Nav2Motion):
         value = self.goals
         given = value if isinstance(value, (list, tuple)) else poses_of(self.mission, value)
         poses = [self.stamped(each) for each in given]
-        return {"poses": self._array(poses), "behavior_tree": self.behavior_tree}
-
-    def _array(self, poses: list[dict[str, Any]]) -> Any:
-        """Poses as the field `poses` of the installed nav2_msgs: an array, or a message that contains it."""
-        types = None if self.link is None else self.link.types
-        field = None if types is None else (types.fields(f"{self.type}_Goal") or {}).get("poses")
-        if types is None or field is None or field.array:
-            return poses
-        inner = types.fields(field.type) or {}
-        name = next((n for n, f in inner.items() if f.array and not primitive(f)), "poses")
-        return {"header": {"frame_id": self.frame}, name: poses}
+        return {"poses": self.array("poses", poses), "behavior_tree": self.behavior_tree}
 
 
 class ComputePathToPose(Nav2Action):
@@ -239,14 +241,23 @@ class ComputePathToPose(Nav2Action):
     server_name = Input(str, "compute_path_to_pose", "name of the action", parse=parse_name)
     goal = PoseInput("{goal}", "goal: name of a place, or text of a PoseStamped")
     start = PoseInput("", "start; the robot's pose if empty")
+    use_start = Input(bool, True, "whether to use `start` if given")
+    viapoints = PosesInput(None, "poses that the path should pass")
     planner_id = Input(str, "", "name of a planner of Nav2; its default if empty")
     path = Output(object, "path, as nav_msgs/Path")
     corners = Output(list, "path as corners, (x, y) in `frame` [m], for actions such as FollowRoute")
 
     def fields(self) -> dict[str, Any]:
-        start = self.start
-        found = {"goal": self.stamped(self.goal), "planner_id": self.planner_id, "use_start": start != ""}
-        return found if start == "" else {**found, "start": self.stamped(start)}
+        start, via = self.start, list_of(self.viapoints)
+        use = bool(self.use_start and start)
+        found = {"goal": self.stamped(self.goal), "planner_id": self.planner_id, "use_start": use}
+        if via:
+            found["viapoints"] = [self.stamped(each) for each in via]
+        return {**found, "start": self.stamped(start)} if use else found
+
+    def failed(self, failure: Failure) -> Outcome:
+        self.path = {}
+        return super().failed(failure)
 
     def on_result(self, goal: RosGoal) -> str:
         if goal.result is not None:
@@ -264,10 +275,20 @@ class FollowPath(Nav2Motion):
     controller_id = Input(str, "", "name of a controller of Nav2; its default if empty")
     goal_checker_id = Input(str, "", "name of a goal checker of Nav2; its default if empty")
     progress_checker_id = Input(str, "", "name of a progress checker of Nav2; its default if empty")
+    path_handler_id = Input(str, "", "name of a path handler of Nav2; its default if empty")
+    tracking_feedback = Output(object, "plain values of nav2_msgs/TrackingFeedback, while the robot drives")
+
+    def on_feedback(self, goal: RosGoal) -> str:
+        try:
+            if goal.feedback is not None:
+                self.tracking_feedback = goal.feedback.get(("tracking_feedback",))
+        except LookupError:  # before Lyrical there is no such field
+            pass
+        return super().on_feedback(goal)
 
     def fields(self) -> dict[str, Any]:
-        names = ("controller_id", "goal_checker_id", "progress_checker_id")
-        return {"path": path_of(self.path, self.frame), **{name: self.read(name) for name in names}}
+        names = ("controller_id", "goal_checker_id", "progress_checker_id", "path_handler_id")
+        return {"path": path_message(self.path, self.frame), **{name: self.read(name) for name in names}}
 
 
 class _Behavior(Nav2Motion):
@@ -287,6 +308,7 @@ class Spin(_Behavior):
     type = "nav2_msgs/action/Spin"
     server_name = Input(str, "spin", "name of the action", parse=parse_name)
     spin_dist = Input(float, 1.57, "angle, left positive [rad]")
+    is_recovery = Input(bool, True, "whether Nav2 counts it as a recovery; not used")
 
     def fields(self) -> dict[str, Any]:
         return {"target_yaw": self.spin_dist, **super().fields()}
@@ -338,6 +360,12 @@ class DockRobot(Nav2Motion):
     dock_type = Input(str, "", "plugin of Nav2 for this kind of dock")
     max_staging_time = Input(float, 1000.0, "maximum duration of the drive to the dock's staging pose [s]")
     navigate_to_staging_pose = Input(bool, True, "whether the robot first drives to the dock's staging pose")
+    success = Output(bool, "whether the robot is docked")
+    num_retries = Output(int, "number of further attempts")
+
+    def on_result(self, goal: RosGoal) -> str:
+        self.put_result(goal, "success", "num_retries")
+        return super().on_result(goal)
 
     def fields(self) -> dict[str, Any]:
         names = ("use_dock_id", "dock_id", "dock_type", "max_staging_time", "navigate_to_staging_pose")
@@ -352,51 +380,11 @@ class UndockRobot(Nav2Motion):
     server_name = Input(str, "undock_robot", "name of the action", parse=parse_name)
     dock_type = Input(str, "", "plugin of Nav2 for this kind of dock")
     max_undocking_time = Input(float, 30.0, "maximum duration [s]")
+    success = Output(bool, "whether the robot is undocked")
+
+    def on_result(self, goal: RosGoal) -> str:
+        self.put_result(goal, "success")
+        return super().on_result(goal)
 
     def fields(self) -> dict[str, Any]:
         return {"dock_type": self.dock_type, "max_undocking_time": self.max_undocking_time}
-
-
-NAV2_SERVERS: Final = (
-    BackUp, ComputePathToPose, DockRobot, DriveOnHeading, FollowPath, NavigateThroughPoses, NavigateToPose, Spin,
-    UndockRobot, Wait,
-)  # fmt: skip  # a list
-"""Nodes that call Nav2's action servers."""
-
-
-def stamped(pose: Pose2, frame: str) -> dict[str, Any]:
-    """Plain values of a geometry_msgs/PoseStamped; its stamp is 0, which means the latest transform.
-
-    Args:
-        pose: Pose in the frame.
-        frame: Name of the frame.
-    """
-    position, turned = {"x": pose.x, "y": pose.y}, {"z": math.sin(pose.yaw / 2.0), "w": math.cos(pose.yaw / 2.0)}
-    return {"header": {"frame_id": frame}, "pose": {"position": position, "orientation": turned}}
-
-
-def path_of(value: Any, frame: str) -> Mapping[str, Any]:
-    """Plain values of a nav_msgs/Path.
-
-    Args:
-        value: Plain values of one; or corners, (x, y) in the frame [m], each of which gets the heading of the leg that
-            begins there.
-        frame: Name of the frame.
-
-    Raises:
-        InputError: The value is neither, or the path is empty.
-    """
-    if isinstance(value, Mapping):
-        return value
-    if not isinstance(value, Sequence) or isinstance(value, str) or not value:
-        raise InputError(Fault(f"{value!r:.60} is no path.", hint="Write the key of a path."))
-    corners = [(float(corner[0]), float(corner[1])) for corner in value]
-    headings = [math.atan2(b[1] - a[1], b[0] - a[0]) for a, b in pairwise(corners)] or [0.0]
-    poses = [stamped(Pose2(x, y, yaw), frame) for (x, y), yaw in zip(corners, [*headings, headings[-1]], strict=False)]
-    return {"header": {"frame_id": frame}, "poses": poses}
-
-
-def corners_of(path: Mapping[str, Any]) -> list[tuple[float, float]]:
-    """Positions of a nav_msgs/Path, (x, y) in its frame [m]."""
-    positions: Iterable[Any] = (pose["pose"]["position"] for pose in path.get("poses", ()))
-    return [(float(p["x"]), float(p["y"])) for p in positions]
