@@ -284,7 +284,7 @@ class Wait(Cancellable, Leaf):
 
 
 class AssistedTeleop(Cancellable, Leaf):
-    """RUNNING for `time_allowance`: nobody drives the robot here. Then FAILURE if `is_recovery`, else SUCCESS."""
+    """RUNNING for `time_allowance`: there is no operator here. Then FAILURE if `is_recovery`, else SUCCESS."""
 
     time_allowance = Input(float, 10.0, "duration [s]")
     is_recovery = Input(bool, False, "whether the node fails at the end")
