@@ -19,16 +19,17 @@ def command(only_path: bool) -> None:
     """Open the manual in the browser; it needs no network."""
     page = find_manual()
     if page is None:
-        checkout = _PACKAGE.parent / "docs" / "conf.py"
-        hint = (
-            "Run make docs." if checkout.is_file() else "Run make docs in a checkout, or install a wheel of make wheel."
-        )
+        hint = "Install a wheel of rocs_bt, or run it in a checkout."
         raise InputError(Fault("the manual is not in this installation of rocs_bt.", hint=hint))
     if only_path or not webbrowser.open(page.as_uri()):
         echo(str(page))
 
 
 def find_manual() -> Path | None:
-    """First page of the manual: in the installed package, or as `make docs` built it in a checkout; None if neither."""
-    pages = (_PACKAGE / "_manual" / "index.html", _PACKAGE.parent / "build" / "manual" / "index.html")
+    """First page of the manual; None if it is missing.
+
+    It is in the installed package, or as `make docs` built it in a checkout, or a page of the checkout in Markdown.
+    """
+    root = _PACKAGE.parent
+    pages = (_PACKAGE / "_manual" / "index.html", root / "build" / "manual" / "index.html", root / "docs" / "README.md")
     return next((page for page in pages if page.is_file()), None)

@@ -115,7 +115,7 @@ def _findings() -> Iterator[_Finding]:
         f"rules run in Python: {missing}" if missing else "rules run in the compiled kernel",
     )
     manual = find_manual()
-    yield _Finding("manual", manual is not None, "rocs-bt docs opens it" if manual else "not here: run make docs")
+    yield _Finding("manual", manual is not None, "rocs-bt docs opens it" if manual else "not in this installation")
     headers = sysconfig.get_path("include")
     yield _Finding("Python headers", os.path.isfile(f"{headers}/Python.h"), headers)
 

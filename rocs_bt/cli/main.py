@@ -117,8 +117,11 @@ def call(arguments: Sequence[str]) -> int:
         return 3
     except OSError as error:
         # An unusable file is an input error; an error without a file is a defect.
+        if error.filename is None:
+            echo(f"the engine failed: {error.strerror or error}.", err=True)
+            return 3
         echo(f"cannot use '{error.filename}': {error.strerror}. Choose another path.", err=True)
-        return 3 if error.filename is None else 2
+        return 2
     except Exception as error:  # noqa: BLE001 - boundary of the process: a defect must not exit with 1, as a failed run
         echo_traceback(error)
         echo("the engine failed: this is a defect of rocs_bt. Please report the lines above.", err=True)

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from pathlib import Path
 
 from ..errors import Fault, InputError
-
-try:
-    import fcntl
-except ImportError:  # Windows has no such locks
-    fcntl = None  # type: ignore[assignment]
 
 
 class FolderLock:
@@ -25,8 +21,10 @@ class FolderLock:
 
     def __init__(self, folder: Path) -> None:
         self._folder = -1
-        if fcntl is None:
+        if sys.platform == "win32":  # no such locks
             return
+        import fcntl
+
         self._folder = os.open(folder, os.O_RDONLY)
         try:
             fcntl.flock(self._folder, fcntl.LOCK_EX | fcntl.LOCK_NB)
