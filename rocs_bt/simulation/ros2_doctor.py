@@ -49,7 +49,7 @@ class TopicState:
         size: Number of values of the newest message; None without a message.
         matched: Number of subscriptions that match an actuator; None for a sensor.
         problem: Reason why the topic is not usable; empty if it is.
-        remark: Clock offset that is notable, but tolerated; empty without one.
+        remark: Clock offset or other publisher of commands that is notable, but tolerated; empty without one.
         optional: Whether the robot may start without it.
     """
 
@@ -226,6 +226,7 @@ class _Sent:
         writer, offered = self._writer, self._given.qos
         there = [e for e in endpoints if not e.publishes and e.topic == writer.topic]
         found, matched = [e for e in there if e.type == writer.type], writer.matched()
+        others = sorted({e.node or "an unknown node" for e in endpoints if e.publishes and e.topic == writer.topic})
         problem = ""
         if not there:
             problem = f"no node subscribes to '{writer.topic}'"
@@ -245,6 +246,7 @@ class _Sent:
             others=tuple(e.qos for e in found),
             matched=matched,
             problem=problem,
+            remark=f"also published by {', '.join(others)}: it overwrites stops" if others and not problem else "",
         )
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import pytest
 
 from rocs_bt.clock import SimulatedClock
+from rocs_bt.drivers.ros2 import node
 from rocs_bt.drivers.ros2.message_types import MessageTypes
 from rocs_bt.drivers.ros2.node import RosNode
+from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.stop_topics import StopTopics
+from rocs_bt.drivers.ros2.transport import Endpoint
 
+from ..waiting import until
 from .network import Network
 
 BOOL = "std_msgs/msg/Bool"
@@ -45,6 +49,27 @@ def host():
 def topics(network, host):
     settings = Ros2Settings(namespace="r1", emergency_stop="emergency_stop", go="/go")
     return StopTopics(RosNode(settings, SimulatedClock(0.05), transport=network), host)
+
+
+def test_without_its_publisher_the_robot_is_stopped_until_there_is_one_again(network, host, topics, monkeypatch):
+    monkeypatch.setattr(node, "LOOK_AGAIN", 0.01)
+    name = "/r1/emergency_stop"
+
+    def polled():
+        topics.poll()
+        return topics._node.publishers_now(name)
+
+    until(lambda: polled() is not None)
+    assert host.heard == []  # before the first publisher the preflight check waits
+    network.peers = [Endpoint(name, BOOL, "/button", True, QoS.SENSOR), Endpoint(name, BOOL, "/me", False, QoS.SENSOR)]
+    until(lambda: polled() == 1)
+    network.peers = network.peers[1:]
+    until(lambda: polled() == 0)
+    topics.poll()
+    network.peers = [Endpoint(name, BOOL, "/button", True, QoS.SENSOR)]
+    until(lambda: polled() == 1)
+    topics.poll()
+    assert host.heard == [f"stop by publisher of {name}", f"released by publisher of {name}"]
 
 
 def test_a_press_between_two_looks_is_not_missed(network, host, topics):

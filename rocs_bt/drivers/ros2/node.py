@@ -65,6 +65,7 @@ class RosNode:
         self._lock = threading.Lock()  # protects the rest
         self._silent: dict[str, tuple[Reader, QoS]] = {}
         self._reasons: dict[str, str] = {}
+        self._publishers: dict[str, int | None] = {}  # numbers by watched topic; None before the first look
         self._asked, self._closed = threading.Event(), threading.Event()
         self._lookout = threading.Thread(target=self._look_out, name="ros2 lookout", daemon=True)
 
@@ -144,6 +145,17 @@ class RosNode:
         self._asked.set()
         return reason
 
+    def publishers_now(self, topic: str) -> int | None:
+        """Number of publishers of a topic in the last look; None before the first. It never waits, as `why_silent`.
+
+        Args:
+            topic: Full name of the topic.
+        """
+        with self._lock:
+            found = self._publishers.setdefault(topic, None)
+        self._asked.set()
+        return found
+
     def _look_out(self) -> None:
         """Thread function, for the life of the node: look up the publishers of silent topics."""
         while not self._closed.is_set():
@@ -156,14 +168,16 @@ class RosNode:
 
     def _look(self) -> None:
         with self._lock:
-            silent = dict(self._silent)
+            silent, watched = dict(self._silent), list(self._publishers)
             self._silent.clear()
-        if not silent or self._closed.is_set():
+        if not (silent or watched) or self._closed.is_set():
             return
         endpoints = self.transport.endpoints()
         reasons = {topic: self.silence(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
+        counts = Counter(e.topic for e in endpoints if e.publishes)
         with self._lock:
             self._reasons |= reasons
+            self._publishers |= {topic: counts[topic] for topic in watched}
 
     def silence(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
         """Reason why a subscription has received nothing.

@@ -29,6 +29,8 @@ class StopTopics:
     True on the topic of the emergency stop stops the robot, whatever its stamp, and false releases it. The topic should
     have one publisher, because a false of another one releases the robot too.
 
+    If the last publisher of the emergency stop disappears, the robot is stopped until one publishes again.
+
     True on the topic `go` lets the robot move again. It must be the act of a person, so it counts only after false or
     after a second without a message, and not together with a message of the emergency stop.
 
@@ -48,6 +50,7 @@ class StopTopics:
         wanted = ((settings.emergency_stop, (STOP_QOS, _LATCHED)), (settings.go, (STOP_QOS,)))
         self._stop, self._go = ([node.reader(topic, STOP_TYPE, qos) for qos in each if topic] for topic, each in wanted)
         self._seen: deque[Sample] = deque(maxlen=100)  # messages that arrive on both subscriptions count once
+        self._published = self._gone = False  # whether the emergency stop has had a publisher, and lost it
         self._pressed = (False, -math.inf)  # last value on the topic `go`, and its stamp [s since 1970]
 
     def poll(self) -> None:
@@ -60,6 +63,8 @@ class StopTopics:
                 self._host.emergency_stop(f"topic {topic}", topic)
             else:
                 self._host.emergency_released(topic)
+        if self._stop:
+            self._watch_publisher(self._stop[0].topic)
         for reader in self._go:
             for sample in reader.take_all():
                 pressed = self._value(sample, reader.topic, malformed=False)
@@ -67,6 +72,18 @@ class StopTopics:
                 self._pressed = (pressed, sample.stamp)
                 if pressed and (not before or sample.stamp - at >= PAUSE) and not found:
                     self._host.go(f"topic {reader.topic}")
+
+    def _watch_publisher(self, topic: str) -> None:
+        source = f"publisher of {topic}"
+        if (count := self._node.publishers_now(topic)) is None:
+            return
+        if count:
+            if self._gone:
+                self._host.emergency_released(source)
+            self._published, self._gone = True, False
+        elif self._published and not self._gone:
+            self._gone = True
+            self._host.emergency_stop(f"no node publishes {topic} any more", source)
 
     def _value(self, sample: Sample, topic: str, *, malformed: bool) -> bool:
         """Value of a message; `malformed` if it cannot be read."""
