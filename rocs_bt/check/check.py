@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
+from ..analyze.local_map import CONTACT
 from ..catalog import (
     KINDS,
     TREES,
@@ -103,7 +104,26 @@ def check_content(
         faults += found
         defect = defect or ended
     ordered = sorted(dict.fromkeys(faults), key=lambda f: (str(f.file or ""), f.line, f.column))
-    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(ordered), defect)
+    return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(_once(ordered)), defect)
+
+
+_NO_SIGNAL = re.compile(r"no signal (?:or alias )?is named '(\w+)'")
+
+_ADD_MAP = (
+    "The robot has no map: add a LocalMap with its scanner to robot.toml, as [[analyze]] with "
+    'class = "LocalMap" (docs/navigation.md).'
+)
+
+
+def _once(faults: Iterable[Fault]) -> Iterator[Fault]:
+    """One fault for each signal that a robot lacks and that expressions of a file use; the hint names a missing map."""
+    seen = set[tuple[Path | None, str]]()
+    for fault in faults:
+        if (found := _NO_SIGNAL.search(fault.message)) is None:
+            yield fault
+        elif (key := (fault.file, found[1])) not in seen:
+            seen.add(key)
+            yield replace(fault, hint=_ADD_MAP) if found[1] == CONTACT else fault
 
 
 def _faults(

@@ -122,3 +122,12 @@ def test_a_run_has_the_warnings_of_its_check(tmp_path):
     assert len(found) == 2
     assert any("inside 'door'" in fault for fault in found)
     assert any("at 2 Hz, jackal drives up to 1 m from one reading of its sensors to the next" in text for text in found)
+
+
+def test_a_robot_without_a_map_is_told_to_add_one_once_for_each_file(tmp_path):
+    (tmp_path / "scenarios").mkdir()
+    file = tmp_path / "scenarios" / "goal.toml"
+    file.write_text(SCENARIO.format(robot="pioneer_p3dx", rules='"contact"'))
+    (fault,) = (f for f in check_content([file]).faults if "named 'contact_time'" in f.message)
+    assert "no signal or alias is named 'contact_time'" in fault.message
+    assert "add a LocalMap" in fault.hint
