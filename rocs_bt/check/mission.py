@@ -33,7 +33,10 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
             if not judged:
                 yield from _in_use(scenario, agent, catalog)
     elif not python:
-        dialect = dialect_of(entry, catalog) if options.dialect is None else options.dialect
+        dialect, recognised = (options.dialect, False) if options.dialect is not None else dialect_of(entry, catalog)
+        if recognised:
+            hint = f'A scenario that uses it needs nodes = "{dialect}".'
+            yield Fault("this is a mission of Nav2.", entry.path, hint=hint, warning=True, note=True)
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):
             yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))

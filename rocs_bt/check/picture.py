@@ -50,7 +50,7 @@ def draw_mission(
     Raises:
         InputError: The mission or the robot is invalid.
     """
-    dialect = dialect_of(entry, catalog) if dialect is None else dialect
+    dialect = dialect_of(entry, catalog)[0] if dialect is None else dialect
     if entry.path.suffix in TREES and (stub_unknown or main):
         document = read_document(entry.path, within=catalog.root_of(entry.path))
         tree, faults = _read(document, catalog, main, stub_unknown, dialect)

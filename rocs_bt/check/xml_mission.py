@@ -159,16 +159,27 @@ def _stub(mission: Mission) -> Stub:
     return Stub("a tree that is not here")
 
 
-def dialect_of(mission: Entry, catalog: Catalog) -> str:
-    """Dialect of a mission, as a scenario or planner that uses it declares it; empty if none does.
+def dialect_of(mission: Entry, catalog: Catalog) -> tuple[str, bool]:
+    """Dialect of a mission, and whether it was recognised by its nodes because no scenario and no planner uses it.
 
     Args:
         mission: Entry of the mission.
-        catalog: Catalog of the scenarios and planners; files without the word nav2 are not read.
+        catalog: Catalog of the scenarios and planners.
     """
     if mission.path.suffix not in TREES:
-        return ""
-    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if b"nav2" in e.path.read_bytes()]
+        return "", False
+    declared = _declared(mission, catalog)
+    recognised = declared is None and _is_nav2(mission.path, catalog)
+    return "nav2" if recognised else declared or "", recognised
+
+
+def _declared(mission: Entry, catalog: Catalog) -> str | None:
+    """Dialect that a scenario or planner declares for a mission that it uses; None if none uses it.
+
+    Files without the mission's name are not read.
+    """
+    name, used = mission.name.encode(), False
+    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if name in e.path.read_bytes()]
     for entry in entries:
         try:
             path = str(entry.path)
@@ -177,6 +188,17 @@ def dialect_of(mission: Entry, catalog: Catalog) -> str:
         except InputError:
             continue  # reported where the scenario or the planner is checked
         for agent in users:
-            if agent.nodes and catalog.find("mission", agent.mission).path.samefile(mission.path):
-                return agent.nodes
-    return ""
+            if catalog.find("mission", agent.mission).path.samefile(mission.path):
+                used = True
+                if agent.nodes:
+                    return agent.nodes
+    return "" if used else None
+
+
+def _is_nav2(file: Path, catalog: Catalog) -> bool:
+    """Whether a file is a mission of Nav2: it uses nodes that only Nav2 has."""
+    try:
+        tags = tags_of(read_document(file, within=catalog.root_of(file)))
+    except InputError:
+        return False  # reported where the file is checked
+    return bool(tags & ELSEWHERE.keys())

@@ -241,6 +241,15 @@ def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
     assert "RateController" in rocs_bt("show", folder / "elsewhere.xml", "--nodes", "nav2").out
 
 
+def test_a_file_of_nav2_is_recognised(rocs_bt, tmp_path):
+    file = tmp_path / "elsewhere.xml"
+    file.write_text(MISSION.format(retries=1))
+    checked = rocs_bt("check", file)
+    assert checked.code == 0, checked.text
+    assert checked.out.count("this is a mission of Nav2") == 1
+    assert "RateController" in rocs_bt("show", file).out
+
+
 @pytest.mark.parametrize(
     ("changes", "says"),
     [
