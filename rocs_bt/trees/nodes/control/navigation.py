@@ -182,6 +182,7 @@ class RoundRobin(_Nav):
             self._index += 1
             if self._index == count:
                 if not wrap:
+                    self._explain(outcome)
                     break
                 self._index = 0
             if outcome is SUCCESS:
@@ -189,6 +190,13 @@ class RoundRobin(_Nav):
                 return self._finish(SUCCESS)
         self._index = self._failed = 0
         return self._finish(SKIPPED if skipped == count else FAILURE)
+
+    def _explain(self, outcome: Outcome) -> None:
+        """Give the reason of a failure after the success of the last child, which is no reason itself."""
+        self.feedback_message = ""
+        if outcome is SUCCESS:
+            self.current_child = None
+            self.feedback_message = f"the last of {len(self.children)} children has ended, and wrap_around is false"
 
     def halted(self) -> None:
         super().halted()
