@@ -15,7 +15,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from .confine import is_file
+from .confine import file_text, is_file
 from .errors import Fault, InputError, did_you_mean
 from .toml_text import Key, parse_toml
 from .units import Dimension, convert
@@ -264,7 +264,7 @@ def read_toml(file: Path, text: str | None = None) -> Table:
     """
     if text is None:
         try:
-            text = file.read_text(encoding="utf-8")
+            text = file_text(file)
         except OSError as error:
             raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
         except UnicodeDecodeError as error:

@@ -21,7 +21,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .confine import is_file
+from .confine import file_text, is_file
 from .errors import Fault, InputError, unknown
 from .raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
@@ -196,7 +196,7 @@ def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManage
 
 def _parse(path: Path) -> ast.Module:
     try:
-        return ast.parse(path.read_text(encoding="utf-8"), str(path))
+        return ast.parse(file_text(path), str(path))
     except OSError as error:
         raise InputError(Fault("this Python file cannot be read.", path, hint=f"{error.strerror}.")) from error
     except (RecursionError, MemoryError) as error:  # the parser raises either for deeply nested brackets

@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined, is_file
+from ..confine import confined, file_text, is_file
 from ..errors import Fault, InputError, RocsError
 from ..python_content import is_reference, with_siblings
 from ..toml_text import parse_toml
@@ -121,7 +121,7 @@ def kind_of(path: Path) -> str | None:
 def doc_of(path: Path) -> str:
     """One-sentence description in a content file; empty if it has none or cannot be parsed."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = file_text(path)
         if path.suffix == ".toml":
             doc = parse_toml(text, path)[0].get("doc", "")
         elif path.suffix == ".py":

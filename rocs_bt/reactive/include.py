@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined, is_file
+from ..confine import confined, file_text, is_file
 from ..document import Table, read_toml
 from ..errors import InputError
 
@@ -90,6 +90,6 @@ def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Do
 
 def _lines(path: Path) -> list[str]:
     try:
-        return path.read_text(encoding="utf-8").splitlines()
+        return file_text(path).splitlines()
     except (OSError, UnicodeDecodeError, ValueError):
         return []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import shutil
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from datetime import datetime
@@ -13,13 +13,17 @@ from typing import Any
 
 from ..catalog import Catalog, RobotSpec
 from ..drivers.ros2.message_types import MessageTypes, import_rosbags
-from ..errors import Fault, InputError, UnknownName
+from ..errors import Fault, InputError, RecordingError, UnknownName
+from ..event import Event
 from ..record import Recording, RunHeader
 from .bag_messages import Published
 from .recorded_topics import RecordedTopics
 
 STORAGES = ("mcap", "sqlite3")
 """Storage formats of rosbag2."""
+
+MAX_GAP = 600.0
+"""Maximum time between two events of a recording that is not damaged [s]."""
 
 _DISTRO = "jazzy"
 _VERSION = 9  # of rosbag2's format: that of Jazzy and Kilted
@@ -79,7 +83,7 @@ def export_rosbag(
     try:
         with writer:
             writer.set_custom_data("rocs_bt", recording.header.label)
-            _write(writer, topics.published(recording.events()), types)
+            _write(writer, topics.published(_plausible(recording.events())), types)
     except BaseException:
         with suppress(OSError):
             shutil.rmtree(folder)
@@ -134,6 +138,20 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
     except ValueError:  # a faulty model is no reason to refuse a recording
         return {}
     return {motor.name: motor.target for motor in model.actuators}
+
+
+def _plausible(events: Iterable[Event]) -> Iterator[Event]:
+    """Events of a recording, of which each is at a plausible time: a bag has a message for each period.
+
+    Raises:
+        RecordingError: A time is negative, no number, or far after that of the event before.
+    """
+    last = 0.0
+    for event in events:
+        if not 0.0 <= event.t <= last + MAX_GAP:
+            raise RecordingError(f"the recording is damaged: an event at {event.t:g} s follows one at {last:g} s.")
+        last = max(last, event.t)
+        yield event
 
 
 def _write(writer: Any, published: Iterable[Published], types: MessageTypes) -> None:

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from msgspec.structs import replace
 from ruamel.yaml import YAML
 
 from rocs_bt.catalog import Catalog
+from rocs_bt.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, BodyMoved, RuleChanged, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.simulation.rosbag_export import export_rosbag, start_time
@@ -303,4 +305,18 @@ def test_a_failed_export_leaves_no_folder(record, tmp_path, monkeypatch):
     monkeypatch.setattr(recording, "events", events)
     with pytest.raises(OSError, match="No space left"):
         export_rosbag(recording, tmp_path / "bag")
+    assert not (tmp_path / "bag").exists()
+
+
+@pytest.mark.parametrize("t", [1e6, -5.0, math.nan, math.inf])
+def test_a_time_that_no_run_has_ends_the_export(exp1, tmp_path, t):
+    class Damaged:
+        header = exp1.header
+
+        def events(self):
+            events = list(exp1.events())
+            return [*events[:20], replace(events[20], t=t), *events[21:]]
+
+    with pytest.raises(RecordingError, match="the recording is damaged: an event at"):
+        export_rosbag(Damaged(), tmp_path / "bag")
     assert not (tmp_path / "bag").exists()

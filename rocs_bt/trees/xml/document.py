@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...confine import confined, is_file
+from ...confine import confined, file_bytes, is_file
 from ...errors import Fault, InputError, did_you_mean, unknown
 from .element import Element, Source, below
 from .model import Model, read_models
@@ -136,7 +136,7 @@ def read_text(file: Path) -> str:
         size = file.stat().st_size
         if size > 4 * MAX_TEXT:
             raise InputError(Fault(f"the file has {size} bytes; the maximum is {MAX_TEXT} characters.", file))
-        return file.read_bytes().decode("utf-8")
+        return file_bytes(file).decode("utf-8")
     except OSError as error:
         raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
     except UnicodeDecodeError as error:
