@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import Final
 
 NEWEST: Final = "lyrical"
-"""Distribution of ROS 2 whose Nav2 a mission means if it names none."""
+"""Distribution of ROS 2 with the Nav2 that a mission means if it names none."""
 
 DISTRIBUTIONS: Final = ("humble", "jazzy", "kilted", NEWEST)
-"""Distributions of ROS 2 whose Nav2 a mission may name, the oldest first."""
+"""Distributions of ROS 2 that a mission may name, the oldest first."""
 
 _NAV2: Final = tuple(
     f"{of}{name}" for of in ("nav2", "nav2_servers") for name in ("", *(f":{d}" for d in DISTRIBUTIONS))

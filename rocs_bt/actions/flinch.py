@@ -10,7 +10,7 @@ from ..action import AtomicAction, Body, Failure, Progress, Reason
 from ..geometry import Pose2, Twist2
 from ..units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
 from .ground import known_bend, known_speed
-from .room import Gaps, bend_off, corner_sweep, free_turns
+from .room import Gaps, bend_off, corner_sweep
 from .turn import TurnAngle
 
 STANDING = 0.05  # [m/s] speed below which a robot with neutral wheels counts as stationary
@@ -20,7 +20,6 @@ BESIDE = 0.15  # [m] minimum gap beside the robot for creeping
 TURN = math.radians(60.0)  # [rad] angle of the turn to get out, ...
 RATE = 2.5  # [rad/s] ... and its rate
 FEELING = 0.2  # [m/s] maximum speed over unknown ground
-LEAST_TURN, SPARE_TURN = math.radians(30.0), math.radians(6.0)  # [rad] least free turn, and the part of it not used
 PUSHED = 0.04  # [m] displacement by a push from which on the robot drives back, ...
 BACK = 0.01  # [m] ... until this displacement is left
 CERTAIN = 0.01  # [m] `pose_spread` above which a correction of the pose might be mistaken for a push
@@ -97,7 +96,7 @@ class Flinch(AtomicAction):
         now, gaps = body.clock.now(), Gaps.known(body)
         self._begun = min(self._begun, now)
         boxed = max(gaps.front, gaps.rear) < self.boxed
-        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body)
+        in_vain = now - self._begun > self.timeout - 0.5 * body.period and _slow(body) and _has_beams_all_round(body)
         if in_vain and (turn := self._turn_out(body, gaps)) is not None:
             done = turn.act(body)
             if done is not Progress.SUCCEEDED:
@@ -108,16 +107,11 @@ class Flinch(AtomicAction):
         if not boxed:
             return self._drive_off(body, abs(self.speed) if self._out else self.speed)
         off_centre = gaps.front - gaps.rear
-        creeps = (
-            in_vain and _has_beams_all_round(body) and abs(off_centre) > CENTRED and min(gaps.left, gaps.right) > BESIDE
-        )
+        creeps = in_vain and abs(off_centre) > CENTRED and min(gaps.left, gaps.right) > BESIDE
         return self._drive_off(body, math.copysign(self.creep, off_centre) if creeps else 0.0)
 
     def _turn_out(self, body: Body, gaps: Gaps) -> TurnAngle | None:
         """Action that turns on the spot toward the freer side; None if the corners of the hull have no room."""
-        turns = free_turns(body)
-        if turns is not None:  # too few beams for the gaps: the turns that are free of remembered echoes
-            return self._limited_turn(turns)
         sweep, ends = corner_sweep(body), min(gaps.front, gaps.rear)
         room = {1: min(ends, gaps.right) - sweep, -1: min(ends, gaps.left) - sweep}
         beside = {1: gaps.left, -1: gaps.right}
@@ -126,14 +120,6 @@ class Flinch(AtomicAction):
             side = max(free, key=lambda side: beside[side])
             self._turn = TurnAngle(angle=side * TURN, rate=RATE, tolerance=0.1 * TURN)
         return self._turn if self._turn is not None and math.copysign(1, self._turn.angle) in free else None
-
-    def _limited_turn(self, turns: tuple[float, float]) -> TurnAngle | None:
-        """Action that turns to the side on which more angle is free (left, right) [rad]; None if it is too little."""
-        if self._turn is None and max(turns) > LEAST_TURN:
-            side = 1 if turns[0] >= turns[1] else -1
-            angle = min(max(turns) - SPARE_TURN, TURN)
-            self._turn = TurnAngle(angle=side * angle, rate=RATE, tolerance=0.1 * TURN)
-        return self._turn
 
     def _drive_off(self, body: Body, speed: float) -> Progress | Failure:
         """Drive forward or backward for the distance; with a speed of 0, hold the position."""

@@ -65,7 +65,7 @@ def _not_identified(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
         return
     message = (
         f"'{robot.name}' is not identified: its model or motion actuator differs from that of its base "
-        f"'{robot.bases[0].parent.name}', whose measured motion does not apply. It may stop late and cut corners."
+        f"'{robot.bases[0].parent.name}', so the measured motion does not apply. It may stop late and cut corners."
     )
     yield _warning(robot, message, f"Run: rocs-bt identify {robot.name}. Then follow what check says.", "base")
 

@@ -47,7 +47,7 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
 
 
 def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, AgentSpec]]:
-    """Agents that use a mission in scenarios of the same project, and whose robots and missions may be loaded."""
+    """Agents that use a mission in scenarios of the same project, with robots and missions that may be loaded."""
     root = catalog.root_of(entry.path)
     for found in catalog.list("scenario"):
         if catalog.root_of(found.path) != root:

@@ -18,7 +18,7 @@ _SHORT.maxstring = _SHORT.maxother = MAX_TEXT
 
 
 class BoardChanges:
-    """Finds the keys whose values changed since the last call, on the blackboards of a tree and its subtrees.
+    """Finds the keys with values that changed since the last call, on the blackboards of a tree and its subtrees.
 
     Args:
         tree: The tree.

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from ..event import Event, RuleChanged, TicketChanged
 from ..words import counted
-
-if TYPE_CHECKING:
-    from .why import Drive, Why
+from .why_state import Drive, WhyState
 
 _SLOW = 0.02  # speed above which the robot counts as moving [m/s]
 _TURNING = 0.1  # turn rate above which the robot counts as turning [rad/s]
@@ -26,7 +23,7 @@ _SLACK = 5e-4  # [s] tolerance of times
 _LONG = 24  # maximum number of printed values; of longer lists only the minimum is printed
 
 
-def sentence(why: Why) -> str:
+def sentence(why: WhyState) -> str:
     """Sentence with the motion of the robot, and what caused it: a rule, a leaf of the mission, a wait, an end."""
     motion, cause = _motion(why), _cause(why)
     if (tilt := _tilt(why)) > _TILTED:
@@ -42,7 +39,7 @@ def sentence(why: Why) -> str:
     return f"{why.agent} {_linked(why, motion, cause)}."
 
 
-def _linked(why: Why, motion: str, cause: str) -> str:
+def _linked(why: WhyState, motion: str, cause: str) -> str:
     """Join motion and cause. The motion is measured, so its cause is the command of the period before."""
     running, before = why.running, next((d for d in reversed(why.drives) if d.t < why.t - _SLACK), None)
     now = next((d for d in reversed(why.drives) if d.t >= why.t - _SLACK), before)
@@ -64,7 +61,7 @@ def _drove(drive: Drive) -> bool:
     return drive.ticket is not None and not drive.neutral
 
 
-def _motion(why: Why) -> str:
+def _motion(why: WhyState) -> str:
     """Motion of the robot in words: along its fastest axis, and its turn."""
     values = {name: why.signals[name][1][0] for name in (*_WORDS, "turn_rate") if name in why.signals}
     turn, along = values.pop("turn_rate", math.nan), {n: v for n, v in values.items() if math.isfinite(v)}
@@ -77,7 +74,7 @@ def _motion(why: Why) -> str:
     return "was stationary" if "speed" in along else "acted"
 
 
-def _tilt(why: Why) -> float:
+def _tilt(why: WhyState) -> float:
     """Tilt of the robot [rad]: its true one if it is recorded, else the measured one; 0 if neither is known."""
     body, signal = why.bodies.get(why.agent), why.signals.get("tilt")
     tilt = body.tilt if body is not None else math.nan
@@ -86,7 +83,7 @@ def _tilt(why: Why) -> float:
     return 0.0 if math.isnan(tilt) else tilt
 
 
-def _cause(why: Why) -> str:
+def _cause(why: WhyState) -> str:
     """What the agent does: its end, its reflex, the leaf with the running action, or where its mission waits."""
     if why.failed is not None:
         return f"{why.failed.what} failed{since(why.failed, why.t)}: {why.failed.detail}"
@@ -103,7 +100,7 @@ def _cause(why: Why) -> str:
     return _waits(why)
 
 
-def _ended(why: Why) -> str:
+def _ended(why: WhyState) -> str:
     """End of the mission; empty while it runs."""
     root = why.tree.root
     if root is None or root.status not in ("SUCCESS", "FAILURE"):
@@ -113,7 +110,7 @@ def _ended(why: Why) -> str:
     return f"its mission had ended with {root.status}{since(root, why.t)}{about}"
 
 
-def _reflex(why: Why, ticket: TicketChanged) -> str:
+def _reflex(why: WhyState, ticket: TicketChanged) -> str:
     """Rule of the active reflex, with the guard values that latched it: a rule that waited fires with other values."""
     rule = ticket.by.rpartition("/")[2]
     action = "" if ticket.action == rule else f" {ticket.action}"
@@ -142,7 +139,7 @@ def _released(state: RuleChanged | None, t: float) -> str:
     return f"; its guard is clear since t = {state.t:.2f} s, and its action goes on"
 
 
-def _waits(why: Why) -> str:
+def _waits(why: WhyState) -> str:
     """Leaves in which the mission waits, each with the values and deadlines for which it waits."""
     texts = []
     for event, began in why.tree.waiting():

@@ -176,7 +176,7 @@ def _text(value: Any) -> str:
 
 
 def _items(value: Any, kind: Any, enums: Enums) -> Any:
-    """A list whose items have the type of the list: the same list if they have it already."""
+    """A list with items of the list's type: the same list if they have it already."""
     (item,) = get_args(kind)
     if not isinstance(value, Iterable) or isinstance(value, (Mapping, set, frozenset)):
         if _plain_number(value) is None:

@@ -22,6 +22,7 @@ def grow(mind):
     mind.mission.content = CATALOG
 
     def grow(line):
+        line = line.replace(" < ", " &lt; ")
         root = load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', NODES)
         return Tree(root, board=mind.mission.board, clock=mind.rig.clock, owner=mind.mission)
 

@@ -10,7 +10,7 @@ _EMPTY: Final[dict[Any, Any]] = {bool: False, int: 0, float: 0.0, str: "", list:
 
 
 class Lenient(Node):
-    """Base of Nav2's nodes: an input port whose key has no value has its default, or is empty, as in Nav2."""
+    """Base of Nav2's nodes: an input port with a key without a value has its default, or is empty, as in Nav2."""
 
     def read(self, port: str) -> Any:
         key = self.key(port)
@@ -20,7 +20,7 @@ class Lenient(Node):
 
 
 def absent(port: Port[Any]) -> Any:
-    """Value of a port whose key has no value: the default if it is a literal, else an empty value or None."""
+    """Value of a port with a key without a value: the default if it is a literal, else an empty value or None."""
     default = port.default
     if default is REQUIRED or pointer(default) is not None:
         return _EMPTY.get(port.kind)

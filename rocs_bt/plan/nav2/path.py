@@ -121,7 +121,7 @@ def length(path: Sequence[Pose2]) -> float:
 
 
 def within(path: Sequence[Pose2], limit: float) -> int:
-    """Number of poses before the first whose summed length from the beginning exceeds a limit [m]; at least 1."""
+    """Number of poses before the first with a summed length from the beginning above a limit [m]; at least 1."""
     lengths = accumulate(a.distance(b) for a, b in pairwise(path))
     return next((i for i, total in enumerate(lengths, 1) if total > limit), len(path))
 

@@ -1,4 +1,4 @@
-"""Nodes that stand for an action server of Nav2: their goals can be cancelled by another node."""
+"""Nodes that replace an action server of Nav2: their goals can be cancelled by another node."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ CANCELLED: Final = {
     "CancelComputeAndTrackRoute": "ComputeAndTrackRoute",
     "CancelFollowObject": "FollowObject",
 }
-"""Node whose goals a Cancel node cancels, by its name."""
+"""Node with goals that a Cancel node cancels, by its name."""
 
 
 def cancel_nodes(base: type[Node] = _Cancel) -> Iterable[type[Node]]:

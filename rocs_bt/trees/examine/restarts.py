@@ -1,4 +1,4 @@
-"""Check for reactive nodes whose first children interrupt the later ones in each tick."""
+"""Check for reactive nodes with first children that interrupt the later ones in each tick."""
 
 from __future__ import annotations
 

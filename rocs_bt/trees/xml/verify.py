@@ -165,7 +165,7 @@ class _Verifier:
             self.found.append(element.fault(fault.message, fault.hint, attribute=attribute, column=column, path=path))
 
     def other_node(self, element: Element, tag: str, path: str) -> None:
-        """Add one error for all elements of a node whose model differs from the class of the same name."""
+        """Add one error for all elements of a node with a model that differs from the class of the same name."""
         if tag not in self.others:
             self.others.add(tag)
             message = f"the class {tag} has other ports than the node '{tag}' that the TreeNodesModel declares."
