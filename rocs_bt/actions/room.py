@@ -78,15 +78,6 @@ def may_turn(body: Body) -> bool:
     return "room_turned" not in signals or bool((signals.read("room_turned", body.clock.now()) > 0.0).any())
 
 
-def free_turns(body: Body) -> tuple[float, float] | None:
-    """Free turns on the spot to the left and the right, from the signal `free_turn` [rad]; None without this signal."""
-    signals = body.knowledge.signals
-    if "free_turn" not in signals:
-        return None
-    left, right = signals.read("free_turn", body.clock.now()).tolist()
-    return left, right
-
-
 def free_turn(body: Body, turn: float) -> float:
     """Limit a turn on the spot to the angles in the signal `free_turn`; without this signal it is not limited.
 
