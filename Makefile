@@ -62,7 +62,7 @@ docs: setup
 
 test: setup $(JAZZY)/.set-up
 	@$(MAKE) --no-print-directory --jobs=2 lint docs
-	$(BIN)/python -m pytest -n 2 --dist loadfile
+	$(BIN)/python -m pytest -n 3 --dist loadfile
 	@$(call IN_ROS,$(JAZZY))
 
 bench: setup
