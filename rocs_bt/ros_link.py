@@ -141,7 +141,11 @@ class RosServiceClient(Protocol):
     """Client of a service."""
 
     def ready(self) -> bool:
-        """Whether a server is there."""
+        """Whether a server is there that matches."""
+        ...
+
+    def mismatch(self) -> str:
+        """Reason why a server of that name does not match, such as another type; empty if there is none."""
         ...
 
     def call(self, request: Mapping[str, Any]) -> RosCall:
@@ -201,7 +205,15 @@ class RosActionClient(Protocol):
     """Client of an action."""
 
     def ready(self) -> bool:
-        """Whether a server is there."""
+        """Whether a server is there that matches."""
+        ...
+
+    def mismatch(self) -> str:
+        """Reason why a server of that name does not match, such as another type; empty if there is none."""
+        ...
+
+    def servers(self) -> Mapping[str, str]:
+        """Servers: the name of their node, empty if unknown, by an identity that a restarted server does not keep."""
         ...
 
     def send(self, goal: Mapping[str, Any]) -> RosGoal:

@@ -60,9 +60,7 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
     with end.guarded() as stack:  # callbacks of this stack run before the report is written
         end.listen()
         clock = hardware_clock(list(robots.values()), stack, options.wait, lambda: end.signals.reason)
-        devices = HardwareDevices(
-            clock, spec.rate.control_rate.period, relay, dry_run=options.dry_run, confirm=options.confirm
-        )
+        devices = HardwareDevices(clock, spec.rate.control_rate.period, relay, options)
         agents = _agents(spec, catalog, options, robots, devices, stack)
         memory = Memory(options.knowledge, agents)
         stack.callback(end.files.attempt, "the knowledge", memory.close)

@@ -24,6 +24,7 @@ from ..event import EventSink
 from ..ros_link import RosLink
 from ..safety import SafetyGate
 from .devices import hardware_driver, make_hardware, make_isolated, make_sensor
+from .options import RunOptions
 from .preflight import PreflightTopic, preflight_topics
 
 
@@ -58,8 +59,8 @@ class HardwareDevices:
         clock: Clock of the run.
         period: Control period [s].
         sink: Sink for events of the safety gates.
-        dry_run: Whether no actuator is opened, so that no device gets a command.
-        confirm: Whether each robot waits for a go from the beginning.
+        options: Options of the run, for which no actuator is opened in a dry run, each robot may wait for a go from the
+            beginning, and notices are given, such as that a goal may go on after the run.
 
     Attributes:
         robots: Devices by agent.
@@ -70,14 +71,13 @@ class HardwareDevices:
         stop_topics: Topics that stop a robot or let it go, of all robots.
     """
 
-    def __init__(
-        self, clock: WallClock, period: float, sink: EventSink, *, dry_run: bool = False, confirm: bool = False
-    ) -> None:
+    def __init__(self, clock: WallClock, period: float, sink: EventSink, options: RunOptions) -> None:
         self.clock = clock
         self.sink = sink
         self._period = period
-        self._dry_run = dry_run
-        self._confirm = confirm
+        self._dry_run = options.dry_run
+        self._confirm = options.confirm
+        self._notice = options.notice
         self.robots: dict[str, RobotDevices] = {}
         self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
@@ -133,7 +133,7 @@ class HardwareDevices:
         settings = robot.ros2
         if settings is None:
             return None
-        link = NodeLink(lambda: shared_node(settings, host))
+        link = NodeLink(lambda: shared_node(settings, host), self._notice)
         shared.callback(link.close)
         return DryLink(link) if self._dry_run else link
 

@@ -61,7 +61,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         confirm: Whether the robots of `drive` start only when a person says go: `go`, or a driver by `Host.go`.
         go: Function that `drive` calls once per control period; returns whether a person said go since the last call.
         preflight: Observer of the preflight check of `drive`, called at each check.
-        notice: Function that `drive` calls with each notice about the clock, such as that a simulator's time stopped.
+        notice: Function that `drive` calls with each notice, such as that a simulator's time stopped, or that a goal of
+            an action may go on after the run.
     """
 
     seed: int = 1

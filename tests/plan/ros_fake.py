@@ -58,6 +58,7 @@ class Link:
         self.types = Types()
         self.opened, self.sent, self.closed = [], [], []
         self.here, self.newest, self.refuses = True, None, ""
+        self.mismatch, self.servers = "", {"1": "/r1/servers"}
         self.matched, self.calls, self.goals = 1, [], []
         self.accepting, self.asked = False, None
 
@@ -71,6 +72,8 @@ class Link:
             newest=lambda: self.newest,
             ignored="",
             ready=lambda: self.here,
+            mismatch=lambda: self.mismatch,
+            servers=lambda: self.servers,
             call=lambda request: self.keep(self.calls, request, response=None, error="", forgotten=False),
             send=lambda goal: self.keep(
                 self.goals, goal, state=GoalState.SENT, feedback=None, feedback_count=0, result=None, error=""

@@ -279,6 +279,54 @@ class TestAction:
         assert tree.tick() is FAILURE
         assert tree.root.feedback_message == "UNHEARD: the server of 'fibonacci' disappeared"
 
+    def test_a_goal_that_is_never_acknowledged(self, mind, grow, link):
+        tree = grow(self.line('server_timeout="2 s"'), n=5)
+        assert tree.tick() is RUNNING
+        after(mind, 1.9)
+        assert tree.tick() is RUNNING
+        after(mind, 0.1)
+        assert tree.tick() is FAILURE
+        wanted = "TIMEOUT: the server of 'fibonacci' has not acknowledged the goal within 2 s"
+        assert tree.root.feedback_message == wanted
+        assert link.goals[0].cancelled == 1
+
+    @pytest.mark.parametrize(
+        ("before", "then", "restarted"),
+        [
+            ({"1": "/r1/servers"}, {"1": "/r1/servers"}, False),
+            ({"1": "/r1/servers"}, {"1": "/r1/servers", "2": "/r1/servers"}, True),  # the killed one is still listed
+            ({"1": "/r1/servers"}, {"2": "/r1/servers"}, True),
+            ({"1": "/r1/servers"}, {"2": "/r1/others"}, True),
+            ({"1": "/r1/servers"}, {"2": ""}, True),
+            ({"1": "/r1/servers"}, {"1": "/r1/servers", "2": "/r1/others"}, False),
+            ({"1": "/r1/servers"}, {"1": "/r1/servers", "2": ""}, False),  # its name is not yet known
+            ({"1": ""}, {"1": "/r1/servers"}, False),
+            ({"1": ""}, {"1": "/r1/servers", "2": "/r1/servers"}, True),
+            ({"1": "/r1/servers"}, {}, False),  # the connection does not tell
+            ({}, {"1": "/r1/servers"}, False),
+        ],
+    )
+    @pytest.mark.parametrize("acknowledged", [True, False])
+    def test_a_server_that_is_restarted(self, mind, grow, link, before, then, restarted, acknowledged):
+        link.servers = before
+        tree, goal = self.begun(grow, link)
+        goal.state = GoalState.ACCEPTED if acknowledged else GoalState.SENT
+        link.servers = then
+        after(mind, 1.0)
+        assert tree.tick() is (FAILURE if restarted else RUNNING)
+        if restarted:
+            wanted = "UNHEARD: the server of 'fibonacci' was restarted, and has lost the goal"
+            assert tree.root.feedback_message == wanted
+
+    def test_a_server_that_does_not_match_is_named(self, mind, grow, link):
+        tree, link.here = grow(self.line(), n=5), False
+        link.mismatch = "the server in the node '/nav' has another type, test_msgs/action/Other"
+        tree.tick()
+        after(mind, 1.0)
+        assert tree.tick() is FAILURE
+        wanted = f"UNHEARD: no server of the action 'fibonacci' within 1 s: {link.mismatch}"
+        assert tree.root.feedback_message == wanted
+
     def test_feedback_is_a_sign_of_life(self, mind, grow, link):
         tree, goal = self.begun(grow, link, 'feedback_timeout="1 s"')
         for count in (1, 2, 3):

@@ -78,7 +78,8 @@ class AtWork:
         settings = Ros2Settings(transport=transport, domain=int(os.environ["ROS_DOMAIN_ID"]), namespace="r1")
         self.clock, self.sink = WallClock(), ListSink()
         self.node: RosNode | None = None
-        self.link = NodeLink(lambda: self._connected(settings))
+        self.notices: list[str] = []
+        self.link = NodeLink(lambda: self._connected(settings), self.notices.append)
         self.mission = Mission(
             "test",
             knowledge=Knowledge("R1", self.clock, self.sink),

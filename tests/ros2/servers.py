@@ -2,11 +2,11 @@
 
 It prints a line of JSON for each thing that happens to it. The goals of `fibonacci`: an order below 0 is rejected, one
 of 40 or more is aborted, and any other is computed at 20 numbers a second, with feedback, until it is done or cancelled
-(an order of 30 or more refuses that). Meanwhile it publishes 0.15 m/s on `cmd_vel_nav2`, as a navigator does. A goal of
-NAVIGATE begins when that topic has a subscription, because it may be discovered later than the action, and takes twice
-as long, because the subscription may receive the first messages up to 3 s later. `lamp` (SetBool) answers; `deaf`
-(SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and, latched, on `last`; `beat` (best effort)
-counts at 20 Hz.
+(an order of 30 or more refuses that). A goal of DEAF is never answered. Meanwhile it publishes 0.15 m/s on
+`cmd_vel_nav2`, as a navigator does. A goal of NAVIGATE begins when that topic has a subscription, because it may be
+discovered later than the action, and takes twice as long, because the subscription may receive the first messages up to
+3 s later. `lamp` (SetBool) answers; `deaf` (SetBool) never does, for it sleeps. Texts on `say` come back on `echo` and,
+latched, on `last`; `beat` (best effort) counts at 20 Hz.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from std_srvs.srv import SetBool
 from test_msgs.action import Fibonacci
 
 PRINTING = threading.Lock()
-NAVIGATE = 39
+NAVIGATE, DEAF = 39, 38
 
 
 def happened(what: str, value: Any = None) -> None:
@@ -40,6 +40,8 @@ def happened(what: str, value: Any = None) -> None:
 
 def asked(goal: Any) -> GoalResponse:
     happened("asked", goal.order)
+    if goal.order == DEAF:
+        time.sleep(3600.0)
     return GoalResponse.REJECT if goal.order < 0 else GoalResponse.ACCEPT
 
 

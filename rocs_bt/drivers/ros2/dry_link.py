@@ -69,6 +69,7 @@ class _DryService:
     def __init__(self, name: str, client: RosServiceClient) -> None:
         self._name = name
         self.ready = client.ready
+        self.mismatch = client.mismatch
         self.close = client.close
 
     def call(self, request: Mapping[str, Any]) -> NoReturn:
@@ -79,6 +80,8 @@ class _DryAction:
     def __init__(self, name: str, client: RosActionClient) -> None:
         self._name = name
         self.ready = client.ready
+        self.mismatch = client.mismatch
+        self.servers = client.servers
         self.close = client.close
 
     def send(self, goal: Mapping[str, Any]) -> NoReturn:

@@ -33,10 +33,12 @@ class NodeLink:
     Args:
         connect: Function that returns the connection of the robot's sensors and actuators; it is called if the mission
             has nodes that use ROS.
+        notice: Function that is called at the end for each goal that may go on, with the reason; None for none.
     """
 
-    def __init__(self, connect: Callable[[], RosNode]) -> None:
+    def __init__(self, connect: Callable[[], RosNode], notice: Callable[[str], None] | None = None) -> None:
         self._connect = connect
+        self._notice = notice or (lambda text: None)
         self._services: RosServices | None = None
         self._lock = threading.RLock()
 
@@ -76,8 +78,9 @@ class NodeLink:
         """Send what is still to be sent, such as cancellations, and close the services and actions."""
         with self._lock:
             if self._services is not None:
-                self._services.close()
-                self._services = None
+                left, self._services = self._services.close(), None
+                for reason in left:
+                    self._notice(f"{reason}.")
 
     def _rclpy(self, name: str) -> RosServices:
         from .services import RosServices

@@ -95,10 +95,8 @@ class RclpyTransport:
                 (False, self.node.get_subscriptions_info_by_topic(topic)),
             ):
                 for each in listed:
-                    name = f"{each.node_namespace.rstrip('/')}/{each.node_name}"
-                    if each.node_name in _UNKNOWN:  # the endpoint was discovered before its node
-                        name = ""
-                    found.append(Endpoint(topic, each.topic_type, name, publishes, _qos_of(each.qos_profile)))
+                    qos = qos_of(each.qos_profile)
+                    found.append(Endpoint(topic, each.topic_type, node_of(each), publishes, qos))
         return found
 
     def now(self) -> float:
@@ -173,6 +171,13 @@ class _Writer:
             self._publisher = None
 
 
+def node_of(endpoint: Any) -> str:
+    """Full name of the node of a discovered endpoint; empty if the endpoint was discovered before its node."""
+    if endpoint.node_name in _UNKNOWN:
+        return ""
+    return f"{endpoint.node_namespace.rstrip('/')}/{endpoint.node_name}"
+
+
 def message_class(name: str) -> Any:
     """Class of rclpy for a message type, service type or action type, such as `std_srvs/srv/Trigger`.
 
@@ -245,7 +250,8 @@ def _profile(qos: QoS) -> Any:
     )
 
 
-def _qos_of(profile: Any) -> QoS:
+def qos_of(profile: Any) -> QoS:
+    """Policies of a profile of rclpy."""
     reliable = profile.reliability.name == "RELIABLE"
     latched = profile.durability.name == "TRANSIENT_LOCAL"
     return QoS(

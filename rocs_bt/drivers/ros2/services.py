@@ -11,6 +11,7 @@ from ...errors import interrupts
 from ...ros_link import GoalState
 from .plain import PlainMessage, filled
 from .rclpy_transport import message_class
+from .servers import action_mismatch, action_servers, service_mismatch
 
 CLOSING = 1.0
 """Maximum time for which `RosServices.close` waits for what is still to be sent [s]."""
@@ -40,6 +41,7 @@ class RosServices:
         self._executor = SingleThreadedExecutor(context=context)
         self._executor.add_node(self.node)
         self._unsettled: set[object] = set()
+        self._going_on: dict[object, str] = {}  # goals to be cancelled that may go on, and why
         self._closing = False
         self._thread = threading.Thread(target=self._spin, name="rocs_bt ros2 services", daemon=True)
         self._thread.start()
@@ -50,11 +52,11 @@ class RosServices:
         Raises:
             InputError: The ROS package of the type is not installed, or has no such type.
         """
-        return ServiceClient(self, name, message_class(type))
+        return ServiceClient(self, name, type)
 
     def action(self, name: str, type: str) -> ActionClient:
         """Open a client of an action with a full name; see `service`."""
-        return ActionClient(self, name, message_class(type))
+        return ActionClient(self, name, type)
 
     def action_server(self, name: str, type: str) -> ActionServer:
         """Open a server of an action with a full name; see `service`."""
@@ -77,8 +79,19 @@ class RosServices:
         """Note whether `close` has to wait for an object."""
         (self._unsettled.add if expected else self._unsettled.discard)(what)
 
-    def close(self) -> None:
-        """Send what is still to be sent, then end the thread and the node."""
+    def goes_on(self, goal: object, why: str) -> None:
+        """Note why a goal that is to be cancelled may go on; empty if it does not."""
+        if why:
+            self._going_on[goal] = why
+        else:
+            self._going_on.pop(goal, None)
+
+    def close(self) -> list[str]:
+        """Send what is still to be sent, then end the thread and the node.
+
+        Returns:
+            Reasons why goals that were to be cancelled may go on.
+        """
         until = time.monotonic() + CLOSING
         while self._unsettled and self._thread.is_alive() and time.monotonic() < until:
             time.sleep(0.005)
@@ -87,6 +100,7 @@ class RosServices:
         self._thread.join(CLOSING)
         self._executor.shutdown(0.0)
         self.node.destroy_node()
+        return list(self._going_on.values())
 
     def _spin(self) -> None:
         while not self._closing and self._executor.context.ok():
@@ -100,13 +114,17 @@ class RosServices:
 class ServiceClient:
     """Client of a service; see `RosServiceClient`."""
 
-    def __init__(self, services: RosServices, name: str, cls: Any) -> None:
+    def __init__(self, services: RosServices, name: str, type: str) -> None:
         self.services = services
-        self._class = cls
-        self.client = services.node.create_client(cls, name)
+        self._name, self._type = name, type
+        self._class = message_class(type)
+        self.client = services.node.create_client(self._class, name)
 
     def ready(self) -> bool:
         return bool(self.client.service_is_ready())
+
+    def mismatch(self) -> str:
+        return service_mismatch(self.services.node, self._name, self._type)
 
     def call(self, request: Mapping[str, Any]) -> Call:
         return Call(self, filled(self._class.Request, request))
@@ -153,17 +171,25 @@ class Call:
 class ActionClient:
     """Client of an action; see `RosActionClient`."""
 
-    def __init__(self, services: RosServices, name: str, cls: Any) -> None:
+    def __init__(self, services: RosServices, name: str, type: str) -> None:
         from rclpy.action import ActionClient as Client
 
         self.services = services
-        self._class = cls
-        self.client = Client(services.node, cls, name)
+        self.name = name
+        self._type = type
+        self._class = message_class(type)
+        self.client = Client(services.node, self._class, name)
         self._unsettled: set[Goal] = set()
         self._closed = self._destroyed = False
 
     def ready(self) -> bool:
         return bool(self.client.server_is_ready())
+
+    def mismatch(self) -> str:
+        return action_mismatch(self.services.node, self.name, self._type)
+
+    def servers(self) -> dict[str, str]:
+        return action_servers(self.services.node, self.name, self._type)
 
     def send(self, goal: Mapping[str, Any]) -> Goal:
         return Goal(self, filled(self._class.Goal, goal))
@@ -204,6 +230,7 @@ class Goal:
     def cancel(self) -> None:
         if not self._cancel and not self.state.done:
             self._cancel = True
+            self._client.services.goes_on(self, f"{self._named()} has not acknowledged its cancellation")
             self._client.settle(self, False)  # the goal may not be accepted yet
             self._client.services.do(self._ask_to_cancel)
 
@@ -239,6 +266,11 @@ class Goal:
         refused = future.exception() is not None or not future.result().goals_canceling
         if refused and self.state is GoalState.CANCELING:
             self.state = GoalState.ACCEPTED
+        refusal = f"{self._named()} has refused to cancel it" if self.state is GoalState.ACCEPTED else ""
+        self._client.services.goes_on(self, refusal)
+
+    def _named(self) -> str:
+        return f"a goal of '{self._client.name}' may go on: its server"
 
     def _on_feedback(self, message: Any) -> None:
         self.feedback = PlainMessage(message.feedback)
@@ -263,6 +295,7 @@ class Goal:
     def _end(self, state: GoalState, error: str = "") -> None:
         self.error = error
         self.state = state
+        self._client.services.goes_on(self, "")
         self._client.settle(self, True)
 
 

@@ -10,24 +10,28 @@ from ...ros_link import GoalState, RosActionClient, RosGoal, RosLink
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
 from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
-from .uses_ros import FOREVER, UsesRos, interface_type, parse_name
+from .uses_ros import FOREVER, UsesRos, interface_type, mismatched, parse_name
 
 GRACE = 2.0
 """Time after which a goal counts as still pursued, if the server has not cancelled it during a reflex [s]."""
+
+LOOK_AGAIN = 0.5
+"""Time between two looks whether a server was restarted [s]."""
 
 
 class GoalLeaf(UsesRos[RosActionClient], Leaf):
     """Base of leaves that send a goal to an action server.
 
     RUNNING while the goal is pursued, SUCCESS if it succeeds. FAILURE with the reason if it is rejected, aborted or
-    cancelled by the server, if no server is there within `wait`, after `timeout`, without feedback for
-    `feedback_timeout`, or if the server disappears. A leaf that is halted or has timed out asks the server to cancel
-    the goal, and does not wait for it.
+    cancelled by the server, if no server is there within `wait`, if the goal is not acknowledged within
+    `server_timeout`, after `timeout`, without feedback for `feedback_timeout`, or if the server disappears or is
+    restarted. A leaf that is halted or has timed out asks the server to cancel the goal, and does not wait for it.
     """
 
     named = "action"
 
     wait = Input(float, 5.0, "maximum time to wait for a server [s]", dimension=TIME)
+    server_timeout = Input(float, 5.0, "maximum time until the server accepts or rejects the goal [s]", dimension=TIME)
     timeout = Input(float, FOREVER, "maximum duration of the goal [s]", dimension=TIME)
     feedback_timeout = Input(float, FOREVER, "maximum time between two feedback messages [s]", dimension=TIME)
     cancel_on_reflex = Input(
@@ -75,12 +79,15 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         if missing:
             return self.failed(Failure(Reason.CANNOT, missing))
         now = self.runtime.now()
-        if not client.ready():
-            return self.failed(Failure(Reason.UNHEARD, f"the server of '{name}' disappeared"))
+        if lost := self._lost(client, now):
+            return self.failed(Failure(Reason.UNHEARD, f"the server of '{name}' {lost}"))
+        if state is GoalState.SENT and now - self._begun >= self.acknowledgement:
+            evidence = f"the server of '{name}' has not acknowledged the goal within {self.acknowledgement:g} s"
+            return self.failed(Failure(Reason.TIMEOUT, evidence))
         if now - self._begun >= self.timeout:
             return self.failed(Failure(Reason.TIMEOUT, f"'{name}' is not done after {self.timeout:g} s"))
         if now - self._heard >= self.feedback_timeout:
-            evidence = f"no feedback of '{name}' for {self.feedback_timeout:g} s"
+            evidence = f"no feedback of '{name}' for {self.feedback_timeout:g} s" + mismatched(client)
             return self.failed(Failure(Reason.UNHEARD, evidence))
         interrupted = bool(self.interruption)
         if interrupted and not self._resending:
@@ -95,6 +102,11 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         if self._goal is not None and not self._goal.state.done:
             self._goal.cancel()
         self._goal = None
+
+    @property
+    def acknowledgement(self) -> float:
+        """Maximum time until the server accepts or rejects the goal [s]."""
+        return float(self.server_timeout)
 
     @property
     def pursued(self) -> bool:
@@ -121,11 +133,13 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
             return RUNNING
         if not client.ready():
             if now - self._begun >= self.wait:
-                return self.failed(Failure(Reason.UNHEARD, f"no server of the action '{name}' within {self.wait:g} s"))
+                evidence = f"no server of the action '{name}' within {self.wait:g} s" + mismatched(client)
+                return self.failed(Failure(Reason.UNHEARD, evidence))
             self.feedback_message = f"waits for a server of '{name}'"
             return RUNNING
         try:
             self._goal = client.send(self.message())
+            self._servers, self._looked = dict(client.servers()), now
         except InputError as error:
             return self.failed(Failure.cannot(error))
         except DeviceError as error:
@@ -134,6 +148,20 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         self._count, self._resending = 0, False
         self.feedback_message = f"'{name}': goal sent"
         return RUNNING
+
+    def _lost(self, client: RosActionClient, now: float) -> str:
+        """What has happened to the server that got the goal; empty if it is still there."""
+        if not client.ready():
+            return "disappeared"
+        if now - self._looked < LOOK_AGAIN:
+            return ""
+        self._looked, found = now, client.servers()
+        known = self._servers = {each: found.get(each) or node for each, node in self._servers.items()}
+        if not known or not found:  # not discovered completely
+            return ""
+        # A killed server is still listed until it expires; its successor has the same node.
+        twin = any(node and node in known.values() for each, node in found.items() if each not in known)
+        return "was restarted, and has lost the goal" if twin or known.keys().isdisjoint(found) else ""
 
     def _new_feedback(self, goal: RosGoal) -> str:
         if goal.feedback_count == self._count:

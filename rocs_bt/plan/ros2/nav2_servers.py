@@ -46,7 +46,7 @@ class Nav2Action(Lenient, GoalLeaf):
     feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
     result = FieldOutputs("keys for fields of the result: path -> {key}")
     frame = Input(str, "map", "frame of the poses")
-    server_timeout = Input(float, 0.0, "timeout of the acknowledgement in Nav2 [ms]; not used")
+    server_timeout = Input(float, 0.0, "maximum time until the server accepts the goal [ms], at least 1 s; 0: 5 s")
     error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
     error_msg = Output(str, "error message")
 
@@ -60,6 +60,11 @@ class Nav2Action(Lenient, GoalLeaf):
 
     def names(self) -> tuple[str, str]:
         return self._name("server_name"), self.type
+
+    @property
+    def acknowledgement(self) -> float:
+        # Nav2 gives 10 or 20 ms; an agent that ticks at 20 Hz on a loaded computer cannot judge that.
+        return max(self.server_timeout * 1e-3, 1.0) if self.server_timeout else 5.0
 
     def initialise(self) -> None:
         self.error_code_id, self.error_msg = 0, ""

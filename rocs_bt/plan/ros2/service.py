@@ -8,7 +8,7 @@ from ...ros_link import RosCall, RosLink, RosServiceClient
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
 from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
-from .uses_ros import UsesRos, interface_type, parse_name
+from .uses_ros import UsesRos, interface_type, mismatched, parse_name
 
 
 class RosService(UsesRos[RosServiceClient], Leaf):
@@ -45,7 +45,7 @@ class RosService(UsesRos[RosServiceClient], Leaf):
             return self.failed(client)
         if self._call is None:
             if not client.ready():
-                return self._absent()
+                return self._absent(client)
             try:
                 self._call = client.call(self.message_of("request"))
             except InputError as error:
@@ -71,9 +71,9 @@ class RosService(UsesRos[RosServiceClient], Leaf):
             self._call.forget()
             self._call = None
 
-    def _absent(self) -> Outcome:
+    def _absent(self, client: RosServiceClient) -> Outcome:
         if self.runtime.now() >= self._until:
-            evidence = f"no server of the service '{self.service}' within {self.wait:g} s"
+            evidence = f"no server of the service '{self.service}' within {self.wait:g} s" + mismatched(client)
             return self.failed(Failure(Reason.UNHEARD, evidence))
         self.feedback_message = f"waits for a server of '{self.service}'"
         return RUNNING

@@ -9,7 +9,16 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from ...action import Failure, Reason
 from ...errors import DeviceError, Fault, InputError
-from ...ros_link import NO_LINK, FieldPath, RosLink, RosMessage, RosTypes, index_path
+from ...ros_link import (
+    NO_LINK,
+    FieldPath,
+    RosActionClient,
+    RosLink,
+    RosMessage,
+    RosServiceClient,
+    RosTypes,
+    index_path,
+)
 from ...trees.error import TreeError
 from ...trees.nodes import FAILURE, Node, Outcome
 from ...trees.nodes.tree import fault_at
@@ -194,6 +203,12 @@ class UsesRos(Node, Generic[E]):
                     converted(types, field, item.value, index_path(item.path) or "the message")
             except InputError as error:
                 yield from ((port, replace(fault, column=item.column + 1)) for fault in error.faults)
+
+
+def mismatched(client: RosServiceClient | RosActionClient) -> str:
+    """Text after `no server`: the reason why a server does not match; empty if there is none."""
+    reason = client.mismatch()
+    return f": {reason}" if reason else ""
 
 
 def interface_type(kind: str) -> Callable[[str], str]:

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import time
+from contextlib import contextmanager
 
 import pytest
 import rclpy
-from rclpy.action import ActionClient
+from rclpy.action import ActionClient, ActionServer
 from rclpy.context import Context
 from rclpy.executors import SingleThreadedExecutor
-from test_msgs.action import Fibonacci
+from rclpy.qos import qos_profile_sensor_data
+from std_srvs.srv import Trigger
+from test_msgs.action import Fibonacci, NestedMessage
 
 from rocs_bt.errors import InputError
+
+from ..nodes_at_work import Servers
 
 PATIENCE = 60.0  # [s]
 ACTION = (
@@ -31,6 +36,17 @@ def action(more=""):
 
 def service(name, timeout="10 s"):
     return SERVICE.replace("{}", name).replace("{t}", timeout)
+
+
+@contextmanager
+def plain_node(name, namespace):
+    """A plain node of this process, which nothing spins."""
+    context = Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node(name, context=context, namespace=namespace)
+    yield node
+    node.destroy_node()
+    context.try_shutdown()
 
 
 class TestAction:
@@ -109,6 +125,56 @@ class TestAction:
         assert tree.end() == FAILURE
         assert tree.feedback == message
 
+    def test_a_server_that_is_killed_and_started_again(self, servers, at_work, ros_environment, tmp_path):
+        tree = at_work(action(), n=29)
+        tree.until(lambda tree: tree.has("part"))
+        servers.kill()
+        again = Servers(ros_environment, tmp_path)
+        assert tree.end() == FAILURE
+        # the lease of the killed process may end before its successor is there
+        assert tree.feedback in (
+            "UNHEARD: the server of 'fibonacci' was restarted, and has lost the goal",
+            "UNHEARD: the server of 'fibonacci' disappeared",
+        )
+        tree.board["n"] = 3
+        assert tree.end() == SUCCESS
+        again.kill()
+
+    def test_a_goal_that_is_never_acknowledged_and_the_end_of_the_run(self, servers, at_work):
+        tree = at_work(action('server_timeout="0.3 s"'), n=38)
+        assert tree.end() == FAILURE
+        assert tree.feedback == "TIMEOUT: the server of 'fibonacci' has not acknowledged the goal within 0.3 s"
+        tree.close()
+        assert tree.notices == [
+            "a goal of '/r1/fibonacci' may go on: its server has not acknowledged its cancellation."
+        ]
+
+    def test_a_server_that_refuses_the_cancellation_and_the_end_of_the_run(self, servers, at_work):
+        tree = at_work(action(), n=37)
+        tree.until(lambda tree: tree.has("part"))
+        tree.close()
+        assert tree.notices == ["a goal of '/r1/fibonacci' may go on: its server has refused to cancel it."]
+
+    @pytest.mark.parametrize(
+        ("type", "options", "reason"),
+        [
+            (NestedMessage, {}, "the server in the node '/r1/odd' has another type, test_msgs/action/NestedMessage"),
+            (
+                Fibonacci,
+                {"goal_service_qos_profile": qos_profile_sensor_data},
+                "the quality of service of the server in the node '/r1/odd' does not match in reliability "
+                "(offered best_effort, requested reliable) of its send_goal",
+            ),
+        ],
+    )
+    def test_a_server_that_does_not_match(self, ros_environment, at_work, type, options, reason):
+        with plain_node("odd", "r1") as node:
+            server = ActionServer(node, type, "fibonacci", lambda handle: type.Result(), **options)
+            tree = at_work(action().replace("30 s", "0.1 s"), n=5)
+            wanted = f"UNHEARD: no server of the action 'fibonacci' within 0.1 s: {reason}"
+            tree.until(lambda tree: tree.feedback == wanted)  # discovery may take longer
+            server.destroy()
+
     def test_a_reflex_cancels_it_and_afterwards_it_is_sent_again(self, servers, at_work):
         tree = at_work(action('cancel_on_reflex="true"'), n=12)
         tree.until(lambda tree: tree.has("part"))
@@ -137,6 +203,14 @@ class TestAction:
 
 
 class TestService:
+    def test_a_server_of_another_type(self, ros_environment, at_work):
+        with plain_node("odd", "r1") as node:
+            node.create_service(Trigger, "lamp", lambda request, response: response)
+            tree = at_work(service("lamp").replace("30 s", "0.1 s"), on=True)
+            odd = "the server in the node '/r1/odd' has another type, std_srvs/srv/Trigger"
+            wanted = f"UNHEARD: no server of the service 'lamp' within 0.1 s: {odd}"
+            tree.until(lambda tree: tree.feedback == wanted)
+
     @pytest.mark.parametrize(("on", "text"), [(True, "on"), (False, "no bulb")])
     def test_a_call(self, servers, at_work, on, text):
         tree = at_work(service("lamp"), on=on)
