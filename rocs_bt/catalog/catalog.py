@@ -144,13 +144,17 @@ class Catalog:
         file = self.find("robot", name).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
-    def load_scenario(self, name: str) -> ScenarioSpec:
+    def load_scenario(self, name: str, *, missions: bool = True) -> ScenarioSpec:
         """Load a scenario by name or path, and check that its content exists and that its rates and robots fit.
+
+        Args:
+            name: Name or path.
+            missions: Whether each agent must have a mission.
 
         Raises:
             InputError: The scenario has faults; contains all of them, each with its line.
         """
-        scenario = self.read_scenario(name)
+        scenario = self.read_scenario(name, missions=missions)
         self.check_robots(scenario)
         self._allow(*(entry.path for entry in self.content_of(scenario)))
         return scenario
@@ -175,8 +179,8 @@ class Catalog:
         if faults:
             raise InputError(*faults)
 
-    def read_scenario(self, name: str) -> ScenarioSpec:
-        """Read a scenario by name or path without checking its robots.
+    def read_scenario(self, name: str, *, missions: bool = True) -> ScenarioSpec:
+        """Read a scenario by name or path without checking its robots; see `load_scenario`.
 
         Raises:
             InputError: The file or its bases have faults; contains all of them, each with its line.
@@ -185,7 +189,7 @@ class Catalog:
         file = entry.path
         own = read_toml(file) if entry.text is None else Table(file, self._made_scenario, (), {})
         table = merged_with_base(own, lambda base: self.find("scenario", base, named_in=file).path)
-        return read_scenario(table, partial(self._missing, file))
+        return read_scenario(table, partial(self._missing, file), missions=missions)
 
     def content_of(self, scenario: ScenarioSpec) -> tuple[Entry, ...]:
         """Catalog entries of all files that a scenario uses, including the scenario, for `content_hash`.

@@ -203,13 +203,14 @@ class ScenarioSpec:
 Missing = Callable[[str, str], Fault | None]
 
 
-def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> ScenarioSpec:
+def read_scenario(root: Table, missing: Missing = lambda kind, name: None, *, missions: bool = True) -> ScenarioSpec:
     """Read a scenario from a TOML document.
 
     Args:
         root: Root table of the document.
         missing: Returns the fault of referenced content that cannot be used, by kind and name, or None; faults are
             reported at the position of the name.
+        missions: Whether each agent must have a mission; else that of an agent without one is an empty text.
 
     Raises:
         InputError: The document has faults; contains all of them, each with its line.
@@ -218,7 +219,9 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None) -> Sc
     agent_tables, actor_tables, place_tables = (root.tables(key) for key in ("agent", "actor", "place"))
     _unique([*agent_tables, *actor_tables, *place_tables])
     nodes = dialect_in(root, "rocs")
-    agents = tuple(replace(_agent(t, missing), nodes=dialect_in(t, nodes).removeprefix("rocs")) for t in agent_tables)
+    agents = tuple(
+        replace(_agent(t, missing, missions), nodes=dialect_in(t, nodes).removeprefix("rocs")) for t in agent_tables
+    )
     names = tuple(a.name for a in agents)
     if not agents:
         root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
@@ -276,14 +279,14 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
     )
 
 
-def _agent(table: Table, missing: Missing) -> AgentSpec:
+def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
     success = table.table("success")
     goal = success.text("goal") if "success" in table else None
     parameters = table.table("parameters")
     return AgentSpec(
         name=_name(table),
         robot=_content(table, "robot", missing),
-        mission=_content(table, "mission", missing),
+        mission=_content(table, "mission", missing) if missions or "mission" in table else "",
         rules=_rules(table, missing),
         pose=_pose(table),
         jitter=_jitter(table),

@@ -81,6 +81,8 @@ def command(
 ) -> int:
     """Simulate the world of SCENARIO without its missions and rules: other programs drive the robots.
 
+    Agents may be without a mission. Nodes whose type or quality of service does not match are named.
+
     Runs until Ctrl-C, SIGTERM or SIGHUP, and then stops the robots. Exits with 0 after --for, 2 if the input is
     invalid, 3 if the engine failed, 128 + signal if a signal ended it. The ROS domain is that of ROS_DOMAIN_ID.
     """
@@ -100,7 +102,7 @@ def command(
         raise InputError(Fault(f"--rate must be 0 or more and finite, found {rate:g}."))
     settings = Ros2Settings(transport=transport, distro=distro, network=network, namespace=namespace)
     catalog = catalog_for(scenario, code=not no_code)
-    spec = catalog.load_scenario(scenario)
+    spec = catalog.load_scenario(scenario, missions=False)
     with StopSignals(_NOTICE) as signals, closing(open_transport(settings, "rocs_bt_sim")) as opened:
         simulation = Ros2Simulation(
             spec,
@@ -112,6 +114,7 @@ def command(
             namespace=namespace,
             command_type=COMMAND_TYPES[cmd_vel],
             timeout=timeout,
+            notice=lambda text: echo(text, err=True),
         )
         with _viewer(simulation) if view else nullcontext() as screen:
             _announce(simulation, f"{spec.name}, ROS domain {settings.domain_id}, {network}, {opened.name}", cmd_vel)

@@ -28,6 +28,7 @@ class Publisher:
         self.topic = topic
         self.hz = hz
         self.type = type
+        self.qos = qos
         self._types = transport.types
         self._writer = transport.writer(topic, type, qos)
 

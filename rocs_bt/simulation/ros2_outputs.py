@@ -37,6 +37,9 @@ T = TypeVar("T")
 STATE = QoS("reliable", "volatile", 10)
 """Quality of service of odometry, joint states and transforms, as robots offer it."""
 
+SENSORS = QoS("reliable", "volatile", 5)
+"""Quality of service of scans and other readings, which reliable and best-effort subscriptions can receive."""
+
 TRANSFORMS = QoS("reliable", "volatile", 100)
 """Quality of service of `/tf`, as tf2 offers it."""
 
@@ -68,7 +71,7 @@ class _Scan(Output):
     def __init__(self, sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor, self._frame = sensor, names.frame(sensor.name)
-        self._publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", QoS.SENSOR, rate)
+        self._publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", SENSORS, rate)
         names.fix(names.frame(BASE), self._frame, _site_pose(sensor.mount.world, names.robot, sensor.parameters.site))
 
     def publish(self) -> None:
@@ -96,7 +99,7 @@ class _Ranges(Output):
         self._sensor = sensor
         self._beams = []
         for site in sensor.parameters.sites:
-            publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", QoS.SENSOR, rate)
+            publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", SENSORS, rate)
             names.fix(names.frame(BASE), names.frame(site), _beam_pose(sensor.mount.world, names.robot, site))
             self._beams.append((publisher, names.frame(site)))
 
@@ -113,7 +116,7 @@ class _Imu(Output):
     def __init__(self, sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor, self._frame = sensor, names.frame(BASE)
-        self._publisher = names.publisher(topic, "sensor_msgs/msg/Imu", QoS.SENSOR, rate)
+        self._publisher = names.publisher(topic, "sensor_msgs/msg/Imu", SENSORS, rate)
 
     def publish(self) -> None:
         reading = self._sensor.read()
@@ -179,7 +182,7 @@ class _Values(Output):
     def __init__(self, sensor: Sensor, rate: Rate, names: RobotPublishers) -> None:
         super().__init__(sensor.name, rate)
         self._sensor = sensor
-        self._publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", QoS.SENSOR, rate)
+        self._publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", SENSORS, rate)
 
     def publish(self) -> None:
         self._publisher.send({"data": np.asarray(self._sensor.read().values, np.float64)})

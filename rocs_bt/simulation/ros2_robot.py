@@ -19,7 +19,8 @@ COMMAND_TYPES = {"TwistStamped": "geometry_msgs/msg/TwistStamped", "Twist": "geo
 COMMAND_TIMEOUT = 0.5
 """Time without a command after which a robot stops [s], as by default in ros2_control."""
 
-_LATEST = QoS("best_effort", "volatile", 1)  # matches every publisher
+LATEST = QoS("best_effort", "volatile", 1)
+"""Quality of service of velocity commands, which matches every publisher."""
 
 
 class Ros2Robot:
@@ -62,7 +63,7 @@ class Ros2Robot:
         self.faults: dict[str, str] = {}
         self._gate = devices.actuators[devices.robot.locomotion.actuator]
         self._types = names.transport.types
-        self._reader = names.transport.reader(self.command_topic, command_type, _LATEST)
+        self._reader = names.transport.reader(self.command_topic, command_type, LATEST)
         self._sink = sink
         self._timeout = timeout
         self._values: list[float] | None = None  # None while there is no valid command

@@ -15,9 +15,10 @@ from ..drivers.ros2.transport import Transport
 from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
 from .judge_panel import wait_until
+from .network_watch import NetworkWatch
 from .robot_publishers import Publisher, RobotPublishers
 from .ros2_outputs import TRANSFORMS
-from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, Ros2Robot
+from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, LATEST, Ros2Robot
 from .ros_names import robot_namespace
 from .simulated_world import SimulatedWorld, build_world
 
@@ -71,6 +72,7 @@ class Ros2Simulation:
         namespace: Namespace of the robot. Several robots get the agents' names in lower case, within this namespace.
         command_type: Message type of velocity commands.
         timeout: Time without a command after which a robot stops [s].
+        notice: Function that is called with each notice about nodes that do not match; None for none.
 
     Attributes:
         simulated: The world.
@@ -95,6 +97,7 @@ class Ros2Simulation:
         namespace: str = "",
         command_type: str = COMMAND_TYPES["TwistStamped"],
         timeout: float = COMMAND_TIMEOUT,
+        notice: Callable[[str], None] | None = None,
     ) -> None:
         spaces = _namespaces([agent.name for agent in scenario.agents], namespace)
         self._clock = SimulatedClock(scenario.rate.physics)
@@ -119,6 +122,13 @@ class Ros2Simulation:
             )
             for name, space in spaces.items()
         ]
+        published = [*self.shared, *(each for robot in self.robots for each in robot.names.publishers)]
+        self._watch = NetworkWatch(
+            transport,
+            [(each.topic, each.type, each.qos) for each in published],
+            [(robot.command_topic, command_type, LATEST) for robot in self.robots],
+            notice or (lambda text: None),
+        )
         control = scenario.rate.control_rate
         self._every = control.every
         divisors = [n for n in range(1, control.every + 1) if control.every % n == 0]
@@ -161,6 +171,7 @@ class Ros2Simulation:
             robot.publish(count)
         for actor in self.simulated.actors:
             actor.step(t)
+        self._watch.look()
         return screen is None or screen.show()
 
 

@@ -40,6 +40,14 @@ class SimulatorProcess:
             self.text += line
         guard.cancel()
 
+    def until_said(self, text: str) -> None:
+        """Wait until it prints a line with a text on stderr."""
+        assert self.process.stderr is not None
+        guard = threading.Timer(PATIENCE, self.process.kill)
+        guard.start()
+        assert any(text in line for line in iter(self.process.stderr.readline, "")), f"it never said {text!r}"
+        guard.cancel()
+
     def end(self, number: int = signal.SIGTERM) -> int:
         """End the process by a signal, and return its exit code."""
         self.process.send_signal(number)

@@ -146,6 +146,17 @@ def test_two_robots_by_namespace_at_twice_real_time(simulator, tmp_path):
     assert "R2: 0 commands." in process.text
 
 
+def test_a_scenario_without_a_mission_and_a_publisher_of_another_type(simulator, tmp_path):
+    (tmp_path / "scenarios").mkdir()
+    agent = AGENT.format(name="R1", robot="jackal", x=0.0, y=0.0, yaw=0.0).replace('mission = "go_to"', "")
+    (tmp_path / "scenarios/bare.toml").write_text(SCENARIO.format(world="arena_box") + agent)
+    process = simulator("bare")
+    with closing(Client("odom", robots=())) as client:
+        client.transport.writer("/cmd_vel", "geometry_msgs/msg/Twist", QoS.COMMAND)
+        process.until_said("Write --cmd-vel Twist.")
+    process.end()
+
+
 def test_it_ends_by_itself_after_its_time(simulator):
     process = simulator("exp1", "--for", "0.5", "--rate", "0")
     assert process.wait() == 0

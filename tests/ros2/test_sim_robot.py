@@ -13,6 +13,7 @@ from rocs_bt.drivers.ros2.transport import Sample
 from rocs_bt.errors import InputError
 from rocs_bt.event import CommandExpired, ContactBegan, ListSink
 from rocs_bt.geometry import Pose3
+from rocs_bt.simulation.ros2_outputs import SENSORS
 from rocs_bt.simulation.ros2_simulation import Ros2Simulation
 
 TYPES = MessageTypes()
@@ -45,6 +46,7 @@ class Wire:
 
     def __init__(self):
         self.written, self.qos, self.waiting = defaultdict(list), {}, defaultdict(deque)
+        self.others = []
 
     def writer(self, topic, type, qos):
         assert topic not in self.qos, "two publishers"
@@ -53,6 +55,9 @@ class Wire:
 
     def reader(self, topic, type, qos):
         return _Reader(self.waiting[topic], type)
+
+    def endpoints(self):
+        return self.others
 
     def command(self, topic, forward, turn=0.0, left=0.0):
         twist = {"linear": {"x": forward, "y": left}, "angular": {"z": turn}}
@@ -283,7 +288,7 @@ def test_the_quality_of_service_is_what_subscriptions_expect(project):
     stage = Stage(project, {"R2": ("summit_xl_localised", 0.0, 0.0, 0.0)})
     offered = stage.wire.qos
     assert offered["/tf_static"] == QoS.LATCHED
-    assert offered["/imu"] == offered["/range/" + next(t for t in offered if "range" in t)[7:]] == QoS.SENSOR
+    assert offered["/imu"] == offered["/range/" + next(t for t in offered if "range" in t)[7:]] == SENSORS
     assert {offered[topic].reliability for topic in ("/clock", "/tf", "/odom", "/joint_states")} == {"reliable"}
 
 

@@ -1,4 +1,4 @@
-"""Servers of services and actions on the network: who they are, and why one of them does not match a client."""
+"""Servers of services and actions on the network: their identities, and why one of them does not match a client."""
 
 from __future__ import annotations
 
