@@ -62,6 +62,12 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
     help="auto: rclpy where it can be imported, else DDS without ROS.",
 )
 @click.option("--distro", default="jazzy", show_default=True, help="Distribution of ROS 2 on the network.")
+@click.option(
+    "--map-to-odom/--no-map-to-odom",
+    default=True,
+    show_default=True,
+    help="Publish the transform from map to odom of robots with ground-truth odometry.",
+)
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @click.option("--no-code", is_flag=True, help="Refuse Python content.")
 def command(
@@ -76,6 +82,7 @@ def command(
     network: str,
     transport: str,
     distro: str,
+    map_to_odom: bool,
     view: bool,
     no_code: bool,
 ) -> int:
@@ -114,6 +121,7 @@ def command(
             namespace=namespace,
             command_type=COMMAND_TYPES[cmd_vel],
             timeout=timeout,
+            map_to_odom=map_to_odom,
             notice=lambda text: echo(text, err=True),
         )
         with _viewer(simulation) if view else nullcontext() as screen:

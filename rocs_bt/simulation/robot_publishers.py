@@ -45,17 +45,21 @@ class RobotPublishers(RosNames):
         namespace: Namespace of its topics, and prefix of its frames; empty for none.
         transport: Network.
         tf: Publisher of transforms, which all robots share; None without one.
+        map_to_odom: Whether ground-truth odometry has a constant transform from the map; else a localiser publishes it.
 
     Attributes:
         statics: Constant transforms, which the outputs add.
         publishers: Publishers of the robot.
     """
 
-    def __init__(self, robot: str, namespace: str, transport: Transport, tf: Publisher | None) -> None:
+    def __init__(
+        self, robot: str, namespace: str, transport: Transport, tf: Publisher | None, *, map_to_odom: bool = True
+    ) -> None:
         super().__init__(namespace)
         self.robot = robot
         self.transport = transport
         self.tf = tf
+        self.map_to_odom = map_to_odom
         self.statics: list[messages.Fields] = []
         self.publishers: list[Publisher] = []
 

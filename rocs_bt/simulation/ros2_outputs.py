@@ -207,7 +207,8 @@ def _pose_outputs(devices: RobotDevices, locomotion: Locomotion, names: RobotPub
         rate = rates[position[0].name]
         if position[0].mount.noise == orientation[0].mount.noise == 0.0:
             world = position[0].mount.world
-            names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
+            if names.map_to_odom:
+                names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
             yield _Odometry(partial(_truth, world, names.robot), rate, names)
         else:
             yield _PoseFix(position[0], orientation[0], rate, names)

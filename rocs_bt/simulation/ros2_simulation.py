@@ -72,6 +72,7 @@ class Ros2Simulation:
         namespace: Namespace of the robot. Several robots get the agents' names in lower case, within this namespace.
         command_type: Message type of velocity commands.
         timeout: Time without a command after which a robot stops [s].
+        map_to_odom: Whether ground-truth odometry has a constant transform from the map.
         notice: Function that is called with each notice about nodes that do not match; None for none.
 
     Attributes:
@@ -97,6 +98,7 @@ class Ros2Simulation:
         namespace: str = "",
         command_type: str = COMMAND_TYPES["TwistStamped"],
         timeout: float = COMMAND_TIMEOUT,
+        map_to_odom: bool = True,
         notice: Callable[[str], None] | None = None,
     ) -> None:
         spaces = _namespaces([agent.name for agent in scenario.agents], namespace)
@@ -115,7 +117,7 @@ class Ros2Simulation:
         self.robots = [
             Ros2Robot(
                 self.simulated.devices(name),
-                RobotPublishers(name, space, transport, tf),
+                RobotPublishers(name, space, transport, tf, map_to_odom=map_to_odom),
                 sink,
                 command_type=command_type,
                 timeout=timeout,

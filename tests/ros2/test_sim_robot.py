@@ -311,3 +311,12 @@ def test_a_sensor_that_raises_falls_silent_and_the_others_go_on(project):
     assert not stage.wire.written["/scan"]
     assert len(stage.wire.written["/odom"]) == 4
     assert "no light" in stage.simulation.robots[0].faults["lidar"]
+
+
+@pytest.mark.parametrize("on", [True, False])
+def test_the_transform_from_map_to_odom_can_be_left_to_a_localiser(project, on):
+    stage = Stage(project, {"R1": ("jackal", 0.0, 0.0, 0.0)}, map_to_odom=on)
+    stage.run(0.1)
+    frames = {each.child_frame_id: each.header.frame_id for each in stage.last("/tf_static").transforms}
+    assert frames.get("odom") == ("map" if on else None)
+    assert stage.last("/odom").header.frame_id == "odom"
