@@ -120,7 +120,7 @@ class _Imu(Output):
 
     def publish(self) -> None:
         reading = self._sensor.read()
-        self._publisher.send(messages.imu(reading.stamp, self._frame, reading.values[0]))
+        self._publisher.send(messages.imu(reading.stamp, self._frame, reading.values[0], self._sensor.mount.noise))
 
 
 class _Joints(Output):

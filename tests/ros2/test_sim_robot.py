@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.catalog import Catalog
+from rocs_bt.drivers.mujoco.sensors import Gyro
 from rocs_bt.drivers.ros2.message_types import MessageTypes
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.transport import Sample
@@ -211,6 +212,9 @@ def test_encoders_of_a_robot_without_ground_truth_are_odometry_that_begins_at_ze
     assert now.distance(stage.world.pose("R2")) < 0.02
     assert start.distance(now) > 0.05
     assert stage.last("/imu").angular_velocity.z == pytest.approx(0.3, abs=0.15)
+    gyro = next(each for each in stage.simulation.simulated.sensors["R2"].values() if isinstance(each, Gyro))
+    assert gyro.mount.noise > 0.0
+    assert list(stage.last("/imu").angular_velocity_covariance) == [0.0] * 8 + [gyro.mount.noise**2]
     assert stage.last("/imu").orientation_covariance[0] == -1.0
     fix = stage.last("/pose")  # 2 Hz, with noise
     assert len(stage.wire.written["/pose"]) == 2

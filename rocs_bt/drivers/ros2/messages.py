@@ -123,13 +123,21 @@ def twist_stamped(stamp: float, frame: str, twist: Twist3) -> Fields:
     return {"header": header(stamp, frame), "twist": twist_fields(twist)}
 
 
-def imu(stamp: float, frame: str, turn_rate: float) -> Fields:
-    """Fields of a sensor_msgs/msg/Imu of a gyro about z [rad/s], marked as without orientation and acceleration."""
+def imu(stamp: float, frame: str, turn_rate: float, noise: float = 0.0) -> Fields:
+    """Fields of a sensor_msgs/msg/Imu of a gyro about z, marked as without orientation and acceleration.
+
+    Args:
+        stamp: Time of the measurement [s].
+        frame: Frame of the gyro.
+        turn_rate: Turn rate about z [rad/s].
+        noise: Standard deviation of the turn rate [rad/s]; 0 if unknown.
+    """
     unknown = [-1.0, *[0.0] * 8]
     return {
         "header": header(stamp, frame),
         "orientation_covariance": unknown,
         "angular_velocity": vector(0.0, 0.0, turn_rate),
+        "angular_velocity_covariance": [0.0] * 8 + [noise**2],
         "linear_acceleration_covariance": unknown,
     }
 
