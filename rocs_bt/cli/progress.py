@@ -1,4 +1,4 @@
-"""Progress bar for commands that take longer than a second; only on a terminal."""
+"""Progress of commands that take long: a bar on a terminal, elsewhere a line now and then."""
 
 from __future__ import annotations
 
@@ -7,13 +7,16 @@ from types import TracebackType
 from typing import Any
 
 from ..clock import WallClock
-from .terminal import discard_if_closed, safe
+from .terminal import discard_if_closed, echo, safe
 
 _PATIENCE = 1.0  # [s] before the bar is shown
+_INTERVAL = 60.0  # [s] between two lines where there is no terminal
 
 
 class Progress:
-    """Progress bar on stderr, shown after one second. The commands call it with the amount of work done so far.
+    """Progress on stderr: a bar after one second on a terminal, else a line a minute.
+
+    The commands call it with the amount of work done so far:
 
         with Progress("exp1", total=60.0) as progress:
             run(..., progress=progress)
@@ -29,7 +32,8 @@ class Progress:
         self._total = total
         self._unit = unit
         self._clock = WallClock()
-        self._shown = sys.stderr.isatty()
+        self._terminal = sys.stderr.isatty()
+        self._next_line = _INTERVAL
         self._bar: Any = None
         self._task: Any = None
 
@@ -38,7 +42,8 @@ class Progress:
 
     def __call__(self, done: float) -> None:
         """Show that the amount `done` of the total is finished."""
-        if not self._shown:
+        if not self._terminal:
+            self._print_line(done)
             return
         if self._bar is None and self._clock.now() < _PATIENCE:
             return
@@ -53,6 +58,13 @@ class Progress:
         if self._bar is not None:
             with discard_if_closed():
                 self._bar.stop()
+
+    def _print_line(self, done: float) -> None:
+        if (now := self._clock.now()) < self._next_line:
+            return
+        self._next_line = now + _INTERVAL
+        share = f"{min(done, self._total):.0f} of at most {self._total:.0f} {self._unit}"
+        echo(f"{self._what}: {share} after {now:.0f} s", err=True)
 
     def _start(self) -> None:
         from rich.console import Console

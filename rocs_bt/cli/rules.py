@@ -34,15 +34,20 @@ def command() -> None:
 def test(files: tuple[str, ...], robot: str | None) -> int:
     """Run the tests in rule files and in rules/tests; by default those of all rule files of the project.
 
-    Exits with 0 if all tests pass, with 1 if one fails.
+    Exits with 0 if all tests pass, with 1 if one fails, with 2 if a file is wrong.
     """
     from ..check import fitted_rules, inactive_rules
     from ..reactive import run_tests
 
-    done = failed = 0
+    done = failed = wrong = 0
     for entry, catalog in _entries(files):
         count = 0
-        fitted = fitted_rules(entry, catalog, robot)
+        try:
+            fitted = fitted_rules(entry, catalog, robot)
+        except InputError as error:  # the other files are tested nevertheless
+            wrong += 1
+            echo(str(error), err=True)
+            continue
         skipped = inactive_rules([(name, rule) for name, rules in fitted for rule in rules.inactive])
         for sentence, _ in skipped:
             echo(f"{entry.path}: {sentence}")
@@ -58,8 +63,9 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
         if not count and not skipped:
             separate = entry.path.parent / "tests" / entry.path.name
             echo(f"{entry.path}: has no test. Add one as [[rule.NAME.test]], here or in {separate}.", err=True)
-    echo(f"{counted(done, 'test')}: {done - failed} passed, {failed} failed.")
-    return 1 if failed else 0
+    unread = f" {counted(wrong, 'file')} could not be read." if wrong else ""
+    echo(f"{counted(done, 'test')}: {done - failed} passed, {failed} failed.{unread}")
+    return 2 if wrong else 1 if failed else 0
 
 
 @command.command()

@@ -34,6 +34,7 @@ _ARITHMETIC = {ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/"}
 _WORD = re.compile(r"[A-Za-z_]\w*")
 _KEYWORDS = frozenset({"and", "or", "not", "if", "else", "True", "False"})
 _SIGNS = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
+_AHEAD = "A requirement may begin with 'always', and contain 'implies' and 'within 0.2 s'. "
 _HELP = "Allowed: numbers with units, signals, + - * /, comparisons, and, or, not, a if b else c, functions."
 
 
@@ -57,7 +58,8 @@ def parse(text: str, environment: Environment, ahead: bool = False) -> Node:
     if folded.always and not ahead:
         raise InputError(Fault("'always' is allowed only in requirements.", column=1 + text.index("always")))
     indent = len(text) - len(folded.text.lstrip())
-    node = _Reader(text, indent, folded, environment, ahead).read(_syntax(folded.text[indent:], indent))
+    help_text = (_AHEAD if ahead else "") + _HELP
+    node = _Reader(text, indent, folded, environment, ahead).read(_syntax(folded.text[indent:], indent, help_text))
     _bounded(node)
     return node
 
@@ -72,7 +74,7 @@ def _bounded(node: Node) -> None:
         raise InputError(Fault(message))
 
 
-def _syntax(folded: str, indent: int) -> ast.expr:
+def _syntax(folded: str, indent: int, hint: str) -> ast.expr:
     deep = max(_depths(folded), default=0)
     if deep > MAX_DEPTH:
         raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep, found {deep} open brackets."))
@@ -83,7 +85,7 @@ def _syntax(folded: str, indent: int) -> ast.expr:
     except SyntaxError as error:
         column = indent + max(1, error.offset or 1)
         message = f"not an expression: {error.msg.rstrip('.')}."
-        raise InputError(Fault(message, column=column, hint=_HELP)) from error
+        raise InputError(Fault(message, column=column, hint=hint)) from error
     except (ValueError, RecursionError, MemoryError) as error:
         raise InputError(Fault(f"an expression is at most {MAX_DEPTH} deep.")) from error
 
@@ -118,8 +120,14 @@ class _Reader:
         words = {*_WORD.findall(self._folded.text)}
         if self._names.forms is not None or all(self._known(word) or word in _KEYWORDS for word in words):
             return self._node(tree)
+        called = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
         faults = [
-            self._fault(node, unknown("signal or alias", node.id, self._names.names))
+            self._fault(
+                node,
+                unknown("function", node.id, FUNCTIONS, "The language")
+                if id(node) in called
+                else unknown("signal or alias", node.id, self._names.names),
+            )
             for node in ast.walk(tree)
             if isinstance(node, ast.Name) and not self._known(node.id)
         ]

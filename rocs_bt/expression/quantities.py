@@ -21,11 +21,12 @@ _WORD = re.compile(r"(\s*)([A-Za-z_]\w*)")
 # `min` before a bracket is the function, not the unit, as in `1 m/min(front)`.
 _NAME = r"(?!min\s*\()([A-Za-z]+)(?:\^-?\d|\d)?(?!\w)"
 _UNIT = re.compile(_NAME)
+_PERCENT = re.compile(r"\s*%")
 _UNIT_PART = re.compile(rf"[*/]{_NAME}")
 _ALWAYS = re.compile(r"\s*always\b")
 _IMPLIES = re.compile(r"\bimplies\b")
 _WITHIN = re.compile(r"\bwithin\s+((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|[A-Za-z_]\w*)(?=\s)")
-_ALLOWED = re.compile(r"[^A-Za-z0-9_ .,+\-*/<>=!()\[\]:^]")
+_ALLOWED = re.compile(r"[^A-Za-z0-9_ .,+\-*/<>=!()\[\]:^%]")
 _QUOTED = re.compile(r"""(["'])(.*?)\1""", re.DOTALL)
 
 
@@ -80,8 +81,9 @@ def fold_quantities(text: str, texts: bool = False) -> Folded:
         ends[number.end()] = end
         units[number.start()] = parse_unit(text[number.end() : end])
         text = text[: number.end()] + " " * (end - number.end()) + text[end:]
-    if "^" in text:
-        raise InputError(Fault("invalid character '^' in an expression.", column=text.index("^") + 1))
+    for mark in "^%":
+        if mark in text:
+            raise InputError(Fault(f"invalid character {mark!r} in an expression.", column=text.index(mark) + 1))
     always = False
     if word := _ALWAYS.match(text):
         text, always = " " * word.end() + text[word.end() :], True
@@ -107,6 +109,8 @@ def _unit_end(text: str, at: int) -> int | None:
         text: Text.
         at: Column at which the number ends.
     """
+    if percent := _PERCENT.match(text, at):
+        return percent.end()
     word = _WORD.match(text, at)
     if word is None:
         return None

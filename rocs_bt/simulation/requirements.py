@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ..catalog import ScenarioSpec
@@ -97,7 +98,7 @@ class RequirementWatch:
             own = [r for r in wanted if r.agent == agent.name]
             if own:
                 environment = environment_of(agent, truth=True)
-                checks = [_Check(r, parse_requirement(r.text, environment)) for r in own]
+                checks = [_Check(r, _parsed(r.text, environment)) for r in own]
                 self._agents[agent.name] = Snapshots(agent), checks
 
     def emit(self, event: Event) -> None:
@@ -193,6 +194,15 @@ def requirement_faults(scenario: ScenarioSpec, agent: str, environment: Environm
                 at = start + max(fault.column, 1) - 1 if start else column
                 faults.append(Fault(fault.message, scenario.file, line, at, fault.hint))
     return faults
+
+
+def _parsed(text: str, environment: Environment) -> Requirement:
+    """Parse a requirement that has no file; its faults name its text and the column in it."""
+    try:
+        return parse_requirement(text, environment)
+    except InputError as error:
+        faults = (replace(f, message=f"in '{text}', column {max(f.column, 1)}: {f.message}") for f in error.faults)
+        raise InputError(*faults) from error
 
 
 def _column(file: Path, line: int, column: int, text: str) -> int:

@@ -503,3 +503,19 @@ class TestWatching:
 def test_help_tells_of_all_three():
     for command in ("test", "replay", "tune"):
         assert call(["rules", command, "--help"]) == 0
+
+
+def test_a_wrong_file_is_reported_and_the_others_are_tested(project, rocs_bt):
+    (project / "rules" / "wrong.toml").write_text('format = "reflex/1"\n[rule.A]\nwhen = "frnt < 1 m"\npriority = 1\n')
+    told = rocs_bt("rules", "test")
+    assert told.code == 2
+    assert told.out == "1 test: 1 passed, 0 failed. 1 file could not be read.\n"
+    assert "wrong.toml:3:" in told.err
+
+
+def test_a_requirement_that_cannot_be_read_says_where_and_what_it_may_have(project, rocs_bt):
+    assert rocs_bt("run", "first", "--for", "1").code in (0, 1)
+    told = rocs_bt("requirements", "runs/first-1", "--require", "allways min(front) > 0.1 m")
+    assert told.code == 2
+    assert "in 'allways min(front) > 0.1 m', column 9: not an expression" in told.err
+    assert "may begin with 'always'" in told.err

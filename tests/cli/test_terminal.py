@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 import rocs_bt as package
 from rocs_bt.cli import main, terminal
 from rocs_bt.cli.terminal import echo, guard_streams, safe, show_table, styled
+from rocs_bt.clock import SimulatedClock
 
 ROOT = Path(package.__file__).parent
 SOURCES = sorted(p for p in ROOT.rglob("*.py") if "_content" not in p.parts and "project" not in p.parts)
@@ -209,10 +210,23 @@ def test_a_bar_has_a_plain_name(monkeypatch):
     from rocs_bt.cli.progress import Progress
 
     with Progress(f"{EVIL}[red]", 10.0) as progress:
-        progress._shown = True
         progress._start()
         assert progress._bar.tasks[0].description == safe(f"{EVIL}[red]")
         assert "[red]" in progress._bar.columns[0].render(progress._bar.tasks[0]).plain
+
+
+def test_without_a_terminal_a_line_a_minute_says_how_far_it_is(monkeypatch, capsys):
+    from rocs_bt.cli import progress
+
+    now = SimulatedClock(25.0)
+    monkeypatch.setattr(progress, "WallClock", lambda: now)
+    with progress.Progress(f"{EVIL}office", 40.0, "episodes") as shown:
+        for done in range(8):
+            shown(done)
+            now.advance()
+    lines = capsys.readouterr().err.splitlines()
+    name = safe(f"{EVIL}office")
+    assert lines == [f"{name}: {done} of at most 40 episodes after {25 * done} s" for done in (3, 6)]
 
 
 def test_terminal_is_what_the_commands_use():

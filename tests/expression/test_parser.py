@@ -66,6 +66,8 @@ X = [0.5, 0.6, 0.7, 0.2, 3.0, 4.0, 0.5, 0.4, 1.0]
         ("any(front > 0.65 m) or False", True),
         ("all(0.1 m < front < 0.65 m)", False),
         ("min(front) <\n 0.6 m", True),
+        ("20 % + 5%", 0.25),
+        ("0.3 > 20 %", True),
     ],
 )
 def test_values(text, expected):
@@ -100,7 +102,9 @@ def test_values(text, expected):
         ("wrap_angle(speed)", 1, "needs an angle"),
         ("min_valid(front, 4)", 1, "a whole number from 1 to 3"),
         ("hypot(front, front)", 1, "it takes single values"),
-        ("open(front)", 1, "no signal or alias is named 'open'"),
+        ("rising(speed > 0 m/s)", 1, "no function is named 'rising'. Did you mean 'sign'? The language has: abs, all,"),
+        ("20 % 3", 6, "not an expression"),
+        ("open(front)", 1, "no function is named 'open'"),
         ("front(1)", 1, "no function is named 'front'"),
         ("min(a=1)", 1, "takes plain values"),
         ("min < 1", 1, "'min' is a function"),
