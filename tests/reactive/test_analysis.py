@@ -186,6 +186,13 @@ CASES = [
         file_of((A, NEAR, 'for = "0.5 s"', 'cooldown = "0.7 s"')),
     ),
     (
+        "trips at every start",
+        file_of((A, 'when = "speed > 1.2 m/s or rate(speed, 0.5 s) < -3 m/s2"', 'on_invalid = "trip"')),
+        "3:28",
+        r"'rate\(speed, 0.5 s\)' in the when of A is invalid for the first 0.5 s .* latches the rule at 0 s",
+        file_of((A, 'when = "speed > 1.2 m/s or rate(speed, 0.5 s) < -3 m/s2"', 'on_invalid = "clear"')),
+    ),
+    (
         "chatter",
         file_of((A, NEAR, 'trigger = "level"')),
         "3:9",

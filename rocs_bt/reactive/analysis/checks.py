@@ -34,6 +34,26 @@ def check_times(case: Case, rule: Rule) -> None:
         )
 
 
+def check_first_window(case: Case, rule: Rule) -> None:
+    """Report a rule that an invalid guard trips, and with a guard that is invalid at every start.
+
+    `rate` has no value until its window has passed: after the start of a run, and after the rule file was reloaded.
+    """
+    if rule.on_invalid is not OnInvalid.TRIP:
+        return
+    rates = [(node, column) for node, column in nodes_with_columns(rule.when.node) if node.op == "rate"]
+    for node, column in rates[:1]:
+        case.warn(
+            rule,
+            "when",
+            f"'{node.text}' in the when of {short(rule)} is invalid for the first {node.value:g} s of a run and after "
+            "each reload of the file, so on_invalid = 'trip' latches the rule at 0 s.",
+            "Use on_invalid = 'hold' or 'clear' here, and another rule with 'trip' on the signals themselves.",
+            node,
+            column,
+        )
+
+
 def check_period(case: Case, rule: Rule, period: float) -> None:
     """Report signals with a maximum age, and time windows with a length, below one control period.
 

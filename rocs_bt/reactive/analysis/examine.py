@@ -16,7 +16,7 @@ from ..rule import Rule
 from ..rule_file import read_rules
 from ..threshold import Override
 from .case import Case
-from .checks import check_guards, check_modes, check_parameters, check_period, check_times
+from .checks import check_first_window, check_guards, check_modes, check_parameters, check_period, check_times
 from .pairs import check_pairs
 
 _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require", "waits_for"})
@@ -69,6 +69,7 @@ def analyse_rules(rules: Sequence[Rule], environment: Environment, actions: Mapp
     for rule in rules:
         check_guards(case, rule, actions.get(rule.action))
         check_times(case, rule)
+        check_first_window(case, rule)
         if rule.action in actions:
             check_parameters(case, rule, actions[rule.action])
     check_pairs(case)
