@@ -88,7 +88,7 @@ def command(
 ) -> int:
     """Simulate the world of SCENARIO without its missions and rules: other programs drive the robots.
 
-    Agents may be without a mission. Nodes whose type or quality of service does not match are named.
+    Agents may be without a mission. Nodes with a type or quality of service that does not match are named.
 
     Runs until Ctrl-C, SIGTERM or SIGHUP, and then stops the robots. Exits with 0 after --for, 2 if the input is
     invalid, 3 if the engine failed, 128 + signal if a signal ended it. The ROS domain is that of ROS_DOMAIN_ID.

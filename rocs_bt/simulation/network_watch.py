@@ -13,7 +13,7 @@ LOOK_AGAIN = 1.0
 
 
 class NetworkWatch:
-    """Looks for nodes whose type or quality of service does not match a topic; each is noticed once.
+    """Looks for nodes with a type or quality of service that does not match a topic; each is noticed once.
 
     Args:
         transport: Network.
