@@ -53,9 +53,15 @@ def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behavio
 class Printer:
     """Event sink that prints status changes and replanning of the tree's nodes."""
 
+    def __init__(self) -> None:
+        self.status: dict[str, str] = {}
+
     def emit(self, event: Event) -> None:
         """Print an event if it concerns the tree."""
         if isinstance(event, NodeTicked):
+            if self.status.get(event.node) == event.status:  # only its feedback has changed
+                return
+            self.status[event.node] = event.status
             print(f"{event.t:5.1f} s  {event.status:8} {event.node}")
         elif isinstance(event, Replanned):
             print(f"{event.t:5.1f} s  again    {event.node}, after a reflex")

@@ -48,7 +48,7 @@ from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.event import Event, RuleChanged, TicketChanged
 from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel
 from rocs_bt.reactive import Reflex
-from rocs_bt.units import LENGTH, MetresPerSecond, Radians
+from rocs_bt.units import LENGTH, Metres, MetresPerSecond, Radians
 
 PERIOD = 0.05  # [s]
 
@@ -201,7 +201,7 @@ class Senses(rocs_bt.Monitor):
 class Walls(rocs_bt.Analyze):
     """Detects near walls."""
 
-    def __init__(self, *args, near: float) -> None:
+    def __init__(self, *args, near: Metres) -> None:
         super().__init__(*args)
         self.near = near
         self.close = False

@@ -27,6 +27,8 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
             yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
             return
         yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+        if not catalog.code:
+            return
     if users := [] if options.given else list(_users(entry, catalog)):
         for scenario, agent in users:
             judged = catalog.code and scenario.file.resolve() in options.scenarios  # by the check of the scenario
@@ -40,7 +42,7 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):
             yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))
-    elif catalog.code:
+    else:
         build = catalog.load_mission(str(entry.path))
         if not any(p.required for p in mission_parameters(build).values()):
             yield from _alone(build, catalog, {})

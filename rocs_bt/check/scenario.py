@@ -63,12 +63,14 @@ def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
         if wrong:
             raise InputError(*dict.fromkeys(wrong))
         warnings += found
-    with suppress(InputError):  # raised again with better positions when the world is built
+    try:
         robots = [catalog.load_robot(name) for name in scenario.robots]
         for robot in robots:
             warnings += identified_faults(robot, catalog)
         if not any(on_hardware(catalog, robot) for robot in robots):
             warnings += check_feasible(scenario, catalog)
+    except Exception:  # noqa: BLE001 - raised again by the run, with its files and a better position
+        pass
     return [fault for fault in dict.fromkeys(warnings) if fault.warning and not fault.note]
 
 

@@ -177,7 +177,10 @@ def test_a_missed_deadline_is_a_timeout(tmp_path: Path) -> None:
 class Asked:
     """A mind that says what a test wants."""
 
-    status, reason, failure, reflex, held = "RUNNING", "", None, "", False
+    status, reason, failure, reflex, held, waiting = "RUNNING", "", None, "", False, ""
+
+    def reading(self, rule):
+        return ""
 
 
 def test_success_only_after_the_goals_before_it() -> None:

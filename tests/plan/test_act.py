@@ -7,7 +7,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
 from rocs_bt.action import Reason
-from rocs_bt.actions import Flinch
+from rocs_bt.actions import Flinch, SetWheelSpeed
 from rocs_bt.errors import InputError
 from rocs_bt.event import Replanned, TicketChanged
 from rocs_bt.geometry import Pose2
@@ -131,7 +131,7 @@ def test_progress_of_the_mission_is_kept_through_a_reflex(mind, goal):
 def test_a_halted_leaf_cancels_its_own_ticket_and_only_that(mind, goal):
     stop = mind.mission.when("front < 0.5 m")
     leaf = mind.mission.act("GoTo", goal=goal)
-    other = mind.rig.submit(Flinch(speed=0.1, distance=50.0, timeout=500.0))
+    other = mind.rig.submit(SetWheelSpeed(speeds=[0.1, 0.1], duration=500.0))
     mind.start(Selector("go", memory=False, children=[stop, leaf]))
     mind.run(5)
     assert leaf.ticket.state is TicketState.QUEUED
