@@ -162,7 +162,7 @@ MISTAKES = [
     ("angle = \"60 deg *", "angel = \"60 deg *", 20, 1, "no parameter of Turn is named 'angel'. Did you mean 'angle'?"),
     ("angle = \"60 deg *", "angel = \"60 deg *", 19, 1, "Turn needs angle. It takes: angle, wheels"),
     ("60 deg * side", "0.6 m * side", 20, 10, "'angle' must be one number in rad, but 0.6 m * side"),
-    ("60 deg * side(gap", "60 deg * site(gap", 20, 19, "no signal or alias is named 'site'"),
+    ("60 deg * side(gap", "60 deg * site(gap", 20, 19, "no function is named 'site'"),
     ('["speed", "0.1 m/s"]', '["speed", "0.1 m"]', 21, 21, "'wheels' must be one number in m/s, but 0.1 m is in m"),
     ('["speed", "0.1 m/s"]', '"speed"', 21, 1, "'wheels' must be a list of numbers in m/s, found 'speed'"),
     ('["speed", "0.1 m/s"]', "[0.1]", 21, 1, "'wheels' needs a unit, found the bare number 0.1"),
@@ -333,7 +333,7 @@ when = "speed > 1 m/s"
 priority = 1
 action = { name = "Turn", angle = "1 rad * sied(speed)" }
 """
-    with pytest.raises(InputError, match=r"turn.toml:5:44: no signal or alias is named 'sied'"):
+    with pytest.raises(InputError, match=r"turn.toml:5:44: no function is named 'sied'"):
         load_rules(write(tmp_path, text), ENVIRONMENT, ACTIONS)
 
 

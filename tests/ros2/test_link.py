@@ -74,7 +74,7 @@ class TestPlain:
 
 
 def test_a_dry_run_receives_and_sends_nothing():
-    client = SimpleNamespace(ready=lambda: True, close=lambda: None)
+    client = SimpleNamespace(ready=lambda: True, close=lambda: None, mismatch=str, servers=list)
     link = SimpleNamespace(
         types=TYPES, subscription=lambda *of: of, service=lambda *of: client, action=lambda *of: client
     )
