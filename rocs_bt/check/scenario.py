@@ -69,7 +69,7 @@ def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
             warnings += identified_faults(robot, catalog)
         if not any(on_hardware(catalog, robot) for robot in robots):
             warnings += check_feasible(scenario, catalog)
-    except Exception:  # noqa: BLE001 - raised again by the run, with its files and a better position
+    except Exception:  # noqa: BLE001 - a warning never prevents a run; `check` reports what is broken here
         pass
     return [fault for fault in dict.fromkeys(warnings) if fault.warning and not fault.note]
 
