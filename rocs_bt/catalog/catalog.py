@@ -278,7 +278,7 @@ class Catalog:
 
         Args:
             name: Name or path; or `file.py:Class` for a PythonPlanner, a path or relative to `planners`.
-            dialect: Dialect of the nodes in XML: empty for rocs_bt's, else `nav2` or `nav2_servers`.
+            dialect: Dialect of the nodes in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
 
         Raises:
             InputError: The mission does not exist, does not load, has no `build`, or `--no-code` forbids it.
@@ -323,7 +323,8 @@ class Catalog:
             return self.load_mission(name) if self.is_python_mission(name) else None
 
         within = self.root_of(file)
-        return xml_mission(file, within=within, nodes=self.load_nodes, missions=other, dialect=dialect)
+        known = self.defined_nodes
+        return xml_mission(file, within=within, nodes=self.load_nodes, defined=known, missions=other, dialect=dialect)
 
     def root_of(self, file: Path) -> Path:
         """Project root or shipped root that contains a file; else the file's folder."""
@@ -372,6 +373,10 @@ class Catalog:
         entries = [e for e in self.list("node") if e.path.suffix == ".py"]
         return tuple(e for e in entries if names is None or set(names) & set(classes_in(e.path)))
 
+    def defined_nodes(self, names: Collection[str]) -> set[str]:
+        """Those of these names of node classes that files of `planners/nodes` define; no file is run."""
+        return {name for entry in self._node_files(names) for name in classes_in(entry.path)} & set(names)
+
     def is_python_mission(self, name: str) -> bool:
         """Whether the mission of this name is written in Python."""
         entry = self._entries("mission").get(name)
@@ -383,15 +388,16 @@ class Catalog:
         Args:
             mission: Entry of the mission.
             values: Values of its parameters, which may also name a route planner.
-            dialect: Dialect of the nodes in XML.
+            dialect: Dialect of the nodes in XML; empty to recognise it.
         """
         missions: set[str] = set()
         if mission.path.suffix in TREES:
             from ..plan.nav2 import ROUTES
-            from ..plan.xml_mission import shipped_nodes, tags_of, values_of
+            from ..plan.xml_mission import dialect_in, shipped_nodes, tags_of, values_of
             from ..trees.xml import outer_trees, read_document
 
             document = read_document(mission.path, within=self.root_of(mission.path))
+            dialect = dialect_in(document, dialect, self.defined_nodes)
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
             texts |= set(ROUTES if parts_of(dialect)[0] == "nav2" else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}

@@ -28,7 +28,7 @@ class PlannerSpec:
         rules: Names of the rule files; empty for a planner without reflexes.
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
-        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, else `nav2` or `nav2_servers`.
+        nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
         robot: Robot that the planner controls; empty for the robot of the scenario.
         oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
         doc: One-sentence description.
@@ -104,7 +104,7 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
         rules=rules,
         parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
         latency=latency_of(root),
-        nodes=dialect_in(root, "rocs").removeprefix("rocs"),
+        nodes=dialect_in(root),
         oracle=root.flag("oracle", False),
         doc=doc,
         source=source,

@@ -60,7 +60,7 @@ class AgentSpec:
         name: Agent's name, and prefix of its body in the world.
         robot: Robot's name.
         mission: Mission's name.
-        nodes: Dialect of a mission in XML: empty for rocs_bt's nodes, else `nav2` or `nav2_servers`.
+        nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
         rules: Names of the rule files.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.
@@ -218,10 +218,8 @@ def read_scenario(root: Table, missing: Missing = lambda kind, name: None, *, mi
     root.choice("format", (FORMAT,))
     agent_tables, actor_tables, place_tables = (root.tables(key) for key in ("agent", "actor", "place"))
     _unique([*agent_tables, *actor_tables, *place_tables])
-    nodes = dialect_in(root, "rocs")
-    agents = tuple(
-        replace(_agent(t, missing, missions), nodes=dialect_in(t, nodes).removeprefix("rocs")) for t in agent_tables
-    )
+    nodes = dialect_in(root)
+    agents = tuple(replace(_agent(t, missing, missions), nodes=dialect_in(t, nodes)) for t in agent_tables)
     names = tuple(a.name for a in agents)
     if not agents:
         root.fault(None, "the scenario has no agent.", "Add an [[agent]] table.")
@@ -301,8 +299,8 @@ def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
     )
 
 
-def dialect_in(table: Table, default: str) -> str:
-    """Dialect of XML missions: the key `nodes` of a table, or the default."""
+def dialect_in(table: Table, default: str = "") -> str:
+    """Dialect of XML missions: the key `nodes` of a table, or the default; empty if it is to be recognised."""
     return table.choice("nodes", DIALECTS, default)
 
 

@@ -68,7 +68,7 @@ def check_content(
     *,
     code: bool = True,
     progress: Callable[[float], None] = lambda done: None,
-    dialect: str | None = None,
+    dialect: str = "",
     palettes: Sequence[Path] = (),
     stub_unknown: bool = False,
 ) -> Findings:
@@ -78,7 +78,8 @@ def check_content(
         paths: Files and folders; by default the project that contains the current folder.
         code: Whether missions may be loaded; if False, Python content is only parsed.
         progress: Called with the number of finished files.
-        dialect: Dialect of missions in XML: `nav2`, or empty for rocs_bt's; that of the scenarios by default.
+        dialect: Dialect of missions in XML, one of `rocs_bt.dialect.DIALECTS`; by default that of the scenarios, or as
+            recognised.
         palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
         stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.
 

@@ -13,7 +13,7 @@ from ..plan import mission_parameters
 from ..trees.examine import blocking_faults
 from .mission_use import built_faults, idle_controller, mission_faults
 from .stub_agent import idle, stub_agent
-from .xml_mission import MissionOptions, check_xml, dialect_of
+from .xml_mission import MissionOptions, check_xml, declared_dialect
 
 DEFAULT = MissionOptions()
 
@@ -35,10 +35,7 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
             if not judged:
                 yield from _in_use(scenario, agent, catalog)
     elif not python:
-        dialect, recognised = (options.dialect, False) if options.dialect is not None else dialect_of(entry, catalog)
-        if recognised:
-            hint = f'A scenario that uses it needs nodes = "{dialect}".'
-            yield Fault("this is a mission of Nav2.", entry.path, hint=hint, warning=True, note=True)
+        dialect = options.dialect or declared_dialect(entry, catalog)
         options = replace(options, dialect=dialect)
         if catalog.code or not catalog.python_of(entry, dialect=dialect):
             yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))

@@ -13,7 +13,7 @@ from typing import Any
 from ..actions import ACTIONS, action_table
 from ..actions.heading import looked_at
 from ..agent import Agent, Controller
-from ..catalog import AgentSpec, Catalog, RobotSpec, ScenarioSpec
+from ..catalog import TREES, AgentSpec, Catalog, RobotSpec, ScenarioSpec
 from ..drivers.ros2.known_types import installed_types
 from ..drivers.ros2.settings import Ros2Settings
 from ..errors import Fault, InputError
@@ -60,6 +60,16 @@ def mission_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, b
         yield fault.at(scenario.file, line)
 
 
+def mission_notes(agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
+    """Notes about the file of an agent's mission, such as that it was recognised as one of Nav2.
+
+    Raises:
+        InputError: The mission does not load.
+    """
+    trees = agent.mission and catalog.find("mission", agent.mission).path.suffix in TREES
+    return getattr(catalog.load_mission(agent.mission, agent.nodes), "notes", ()) if trees else ()
+
+
 def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: Catalog) -> set[str] | None:
     """Names of nodes that may be added to an agent's Knowledge during the run; None if they cannot be determined.
 
@@ -68,7 +78,7 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: 
     if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
         return None
     mission = catalog.find("mission", agent.mission)
-    python = catalog.python_of(mission, agent.parameters.values())
+    python = catalog.python_of(mission, agent.parameters.values(), agent.nodes)
     declared = {fact.node for fact in scenario.facts_of(agent.name)}
     return declared | nodes_in([mission.path, *(entry.path for entry in python)])
 

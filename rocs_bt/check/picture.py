@@ -13,14 +13,14 @@ from ..errors import Fault, InputError
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
 from ..plan.nav2 import ELSEWHERE
-from ..plan.xml_mission import mission_nodes, shipped_nodes, tags_of
+from ..plan.xml_mission import dialect_in, mission_nodes, recognised, shipped_nodes, tags_of
 from ..record.page import render_page
 from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
 from .stub_agent import stub_agent
-from .xml_mission import dialect_of
+from .xml_mission import declared_dialect
 
 FORMATS = ("text", "svg", "html", "xml")
 
@@ -33,8 +33,8 @@ def draw_mission(
     form: str = "text",
     main: str = "",
     stub_unknown: bool = False,
-    dialect: str | None = None,
-) -> str:
+    dialect: str = "",
+) -> tuple[str, Sequence[Fault]]:
     """Draw a mission's tree.
 
     Args:
@@ -43,32 +43,38 @@ def draw_mission(
         robot: Name of the robot that the tree is built for.
         form: Format: text, svg, html or xml.
         main: ID of a tree in an XML file; the main tree by default.
-        dialect: Dialect of an XML file: `nav2`, or empty for rocs_bt's own; by default the dialect in scenarios that
-            use the mission.
+        dialect: Dialect of an XML file, one of `rocs_bt.dialect.DIALECTS`; by default the dialect in scenarios that use
+            the mission, or as recognised.
         stub_unknown: Whether unknown or invalid nodes of an XML file are replaced by stubs.
+
+    Returns:
+        The drawing, and notes about the mission.
 
     Raises:
         InputError: The mission or the robot is invalid.
     """
-    dialect = dialect_of(entry, catalog)[0] if dialect is None else dialect
-    if entry.path.suffix in TREES and (stub_unknown or main):
+    declared = dialect or declared_dialect(entry, catalog)
+    document, notes = None, list[Fault]()
+    if entry.path.suffix in TREES:
         document = read_document(entry.path, within=catalog.root_of(entry.path))
+        dialect = dialect_in(document, declared, catalog.defined_nodes)
+        notes = recognised(entry.path, declared, dialect)
+    if document is not None and (stub_unknown or main):
         tree, faults = _read(document, catalog, main, stub_unknown, dialect)
-        return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document)
+        return _drawn(picture_of(tree, main or entry.name, entry.doc, faults=faults), tree, form, document), notes
     build = catalog.load_mission(str(entry.path), dialect)
-    declared = mission_parameters(build)
-    given = {name: _any_value(p) for name, p in declared.items() if p.required}
+    parameters = mission_parameters(build)
+    given = {name: _any_value(p) for name, p in parameters.items() if p.required}
     controller = Controller(
         build=build, mission=entry.name, parameters=given, actions=mission_actions(build), schema=catalog.load_schema()
     )
     plan = stub_agent(catalog.load_robot(robot), catalog.load_class, controller).plan
-    shown = {name: _shown(p) for name, p in declared.items()}
+    shown = {name: _shown(p) for name, p in parameters.items()}
     if not isinstance(plan, TreePlan):
         lines = [f"{entry.name}: {entry.doc}", *(f"  {name} = {value}" for name, value in shown.items())]
-        return "\n".join([*lines, f"planned by {type(plan).__name__}, which has no tree."])
-    read = read_document(entry.path, within=catalog.root_of(entry.path)) if entry.path.suffix in TREES else None
+        return "\n".join([*lines, f"planned by {type(plan).__name__}, which has no tree."]), notes
     picture = picture_of(plan.tree, entry.name, entry.doc, shown, mission_faults(plan.tree, plan.knowledge))
-    return _drawn(picture, plan.tree, form, read)
+    return _drawn(picture, plan.tree, form, document), notes
 
 
 def _read(document: Document, catalog: Catalog, main: str, lenient: bool, dialect: str) -> tuple[Tree, Sequence[Fault]]:

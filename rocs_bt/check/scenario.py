@@ -22,7 +22,7 @@ from ..simulation import (
 from ..simulation.share import share_faults
 from .feasible import check_feasible
 from .identified import identified_faults
-from .mission_use import idle_controller, mission_faults, words_in
+from .mission_use import idle_controller, mission_faults, mission_notes, words_in
 from .protection import unprotected
 from .rules import inactive_faults
 from .stub_agent import stub_agent
@@ -49,12 +49,15 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
     """Warnings of `check_scenario_file` and about the identification of its robots, for a run that begins.
 
+    Notes about the files of missions come first.
+
     Raises:
         InputError: An agent can be built but has faults, such as a goal that is no place of the scenario.
     """
-    warnings = [*_late_pushes(scenario), *_slow_sensors(scenario, catalog)]
+    warnings, notes = [*_late_pushes(scenario), *_slow_sensors(scenario, catalog)], list[Fault]()
     for agent in scenario.agents:
         try:
+            notes += mission_notes(agent, catalog)
             found = list(_agent_faults(scenario, agent, catalog))
             if wrong := [fault for fault in found if not fault.warning]:
                 _build(scenario, agent, catalog)
@@ -71,7 +74,8 @@ def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
             warnings += check_feasible(scenario, catalog)
     except Exception:  # noqa: BLE001 - a warning never prevents a run; `check` reports what is broken here
         pass
-    return [fault for fault in dict.fromkeys(warnings) if fault.warning and not fault.note]
+    shown = [fault for fault in warnings if fault.warning and not fault.note]
+    return [*dict.fromkeys([*notes, *shown])]
 
 
 _SLOW = 0.2  # [s] interval of readings above which reflexes and path following are late: that of the watchdog

@@ -12,7 +12,7 @@ from ..catalog import TREES, Catalog, Entry, kind_of
 from ..errors import Fault, InputError
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.nav2 import ELSEWHERE
-from ..plan.xml_mission import tags_of
+from ..plan.xml_mission import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
 from ..trees.xml import (
     Document,
@@ -33,8 +33,7 @@ class MissionOptions:
     """Options of a check of XML missions.
 
     Attributes:
-        dialect: `nav2`, `nav2_servers`, or empty for rocs_bt's nodes; None for the dialect of the scenarios that use a
-            mission.
+        dialect: One of `rocs_bt.dialect.DIALECTS`; empty for that of the scenarios, or to recognise it.
         models: Node models declared by palettes and by the files that are checked together, by ID.
         palettes: Whether the user named palettes; the models of the checked files are then used as well.
         stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
@@ -42,7 +41,7 @@ class MissionOptions:
         scenarios: Files of the scenarios that are checked together, which judge their missions themselves.
     """
 
-    dialect: str | None = None
+    dialect: str = ""
     models: Mapping[str, Model] = field(default_factory=dict)
     palettes: bool = False
     stub_unknown: bool = False
@@ -52,7 +51,7 @@ class MissionOptions:
     @property
     def given(self) -> bool:
         """Whether the user chose a dialect, palettes or stubs, for files that need not run here."""
-        return self.dialect is not None or self.palettes or self.stub_unknown
+        return bool(self.dialect) or self.palettes or self.stub_unknown
 
 
 def read_palettes(files: Iterable[Path]) -> dict[str, Model]:
@@ -86,7 +85,6 @@ def check_xml(
         build_faults: Returns the faults of a `build` function with values of its required parameters. These are empty
             texts, which no check judges.
     """
-    dialect = options.dialect or ""
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
     beside = options.together.trees if foreign else {}
     document = read_document(file, within=within)
@@ -96,6 +94,8 @@ def check_xml(
         if not document.models:
             yield document.root.fault("the document contains no tree.", 'Write <BehaviorTree ID="Main">.')
         return
+    dialect = dialect_in(document, options.dialect, catalog.defined_nodes)
+    yield from recognised(file, options.dialect, dialect)
     own = list(catalog.load_nodes(tags_of(document) - set(shipped_nodes(dialect))))
     known = mission_nodes(action_table(), own, dialect)
     stubs: list[type[Node]] = []
@@ -159,28 +159,14 @@ def _stub(mission: Mission) -> Stub:
     return Stub("a tree that is not here")
 
 
-def dialect_of(mission: Entry, catalog: Catalog) -> tuple[str, bool]:
-    """Dialect of a mission, and whether it was recognised by its nodes because no scenario and no planner uses it.
-
-    Args:
-        mission: Entry of the mission.
-        catalog: Catalog of the scenarios and planners.
-    """
-    if mission.path.suffix not in TREES:
-        return "", False
-    declared = _declared(mission, catalog)
-    recognised = declared is None and _is_nav2(mission.path, catalog)
-    return "nav2" if recognised else declared or "", recognised
-
-
-def _declared(mission: Entry, catalog: Catalog) -> str | None:
-    """Dialect that a scenario or planner declares for a mission that it uses; None if none uses it.
+def declared_dialect(mission: Entry, catalog: Catalog) -> str:
+    """Dialect that a scenario or planner declares for a mission that it uses; empty if none does.
 
     Files without the mission's name are not read.
     """
-    name, used = mission.name.encode(), False
+    name = mission.name.encode()
     entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if name in e.path.read_bytes()]
-    for entry in entries:
+    for entry in entries if mission.path.suffix in TREES else ():
         try:
             path = str(entry.path)
             scenario = entry.kind == "scenario"
@@ -188,18 +174,6 @@ def _declared(mission: Entry, catalog: Catalog) -> str | None:
         except InputError:
             continue  # reported where the scenario or the planner is checked
         for agent in users:
-            if catalog.find("mission", agent.mission).path.samefile(mission.path):
-                used = True
-                if agent.nodes:
-                    return agent.nodes
-    return "" if used else None
-
-
-def _is_nav2(file: Path, catalog: Catalog) -> bool:
-    """Whether a file is a mission of Nav2: it uses nodes that only Nav2 has."""
-    try:
-        tags = tags_of(read_document(file, within=catalog.root_of(file)))
-    except InputError:
-        return False  # reported where the file is checked
-    ours = {"".join(word.title() for word in node.name.split("_")) for node in catalog.list("node")}
-    return bool(tags & ELSEWHERE.keys() - ours)
+            if agent.nodes and catalog.find("mission", agent.mission).path.samefile(mission.path):
+                return agent.nodes
+    return ""

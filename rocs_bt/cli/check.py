@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     "--nodes",
     "dialect",
     type=click.Choice(DIALECTS),
-    help="XML missions: dialect of the nodes; by default that of the scenarios that use them.",
+    help="XML missions: dialect of the nodes; by default that of the scenarios that use them, or as recognised.",
 )
 @click.option(
     "--palette",
@@ -61,7 +61,7 @@ def command(
     findings = check_content(
         paths,
         code=not no_code,
-        dialect=None if dialect is None else dialect.removeprefix("rocs"),
+        dialect=dialect or "",
         palettes=palettes,
         stub_unknown=stub_unknown,
     )

@@ -32,9 +32,9 @@ def command(out: Path | None, dialect: str, no_code: bool) -> None:
     from ..trees.xml import palette
 
     catalog = Catalog.here(code=not no_code)
-    shipped = shipped_nodes(dialect.removeprefix("rocs"))
+    shipped = shipped_nodes(dialect)
     own = [node for node in catalog.load_nodes() if node.tag not in shipped] if catalog.code else []
-    text = palette(mission_nodes(action_table(), own, dialect.removeprefix("rocs")).values())
+    text = palette(mission_nodes(action_table(), own, dialect).values())
     if out is None:
         echo(text.rstrip("\n"))
     else:

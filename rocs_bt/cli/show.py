@@ -53,15 +53,17 @@ def command(
         echo(_rules(catalog, name, robot, compiled))
         return
     entry = catalog.find("mission", name)
-    drawn = draw_mission(
+    drawn, notes = draw_mission(
         catalog,
         entry,
         robot,
         form=form,
         main=main,
         stub_unknown=stub_unknown,
-        dialect=None if dialect is None else dialect.removeprefix("rocs"),
+        dialect=dialect or "",
     )
+    for note in notes:
+        echo(str(note), err=True)
     if out is None:
         echo(drawn.rstrip("\n"))
     else:

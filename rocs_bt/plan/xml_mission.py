@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
@@ -12,8 +12,8 @@ from typing import Annotated, Any
 from py_trees.behaviour import Behaviour
 
 from ..action import Parameter
-from ..dialect import parts_of
-from ..errors import Fault, InputError
+from ..dialect import DISTRIBUTIONS, parts_of
+from ..errors import Fault, InputError, unknown
 from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
@@ -26,13 +26,17 @@ from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
 from .goal_keys import main_keys
-from .nav2 import ELSEWHERE, GOAL_KEYS, nav2_nodes
+from .nav2 import ELSEWHERE, GOAL_KEYS, ONLY_NAV2, nav2_nodes
 from .parameters import mission_arguments, mission_parameters
 from .ros2 import NAV2_SERVERS, ROS_NODES
 
 Build = Callable[..., Any]
+Defined = Callable[[set[str]], Collection[str]]
 
 _OWN = BUILTIN.with_(ROS_NODES)
+
+_NAMED = "nav2_distribution"
+"""Attribute of a `<Metadata>` element that names the distribution of ROS 2 for which a mission of Nav2 is written."""
 
 
 def tags_of(document: Document) -> set[str]:
@@ -45,12 +49,54 @@ def values_of(document: Document) -> set[str]:
     return {v for tree in document.trees.values() for e in below(tree.body) for v in e.attributes.values()}
 
 
+def dialect_in(document: Document, declared: str = "", defined: Defined = lambda names: ()) -> str:
+    """Dialect of a document's nodes.
+
+    It is the declared dialect; else `nav2` if a node exists only in Nav2, and otherwise `rocs`. A dialect of Nav2
+    without a distribution gets the one that a model of the document names, if any.
+
+    Args:
+        document: The document.
+        declared: Dialect that a scenario, a planner or the user names; empty for none.
+        defined: Function from names of node classes to those that the project defines.
+
+    Raises:
+        InputError: The document names an unknown distribution.
+    """
+    nav2 = set() if declared else tags_of(document) & ONLY_NAV2
+    dialect = declared or ("nav2" if nav2 - set(defined(nav2)) else "rocs")
+    for element in (e for model in document.models.values() for e in model.metadata()):
+        if named := element.attributes.get(_NAMED, ""):
+            if named not in DISTRIBUTIONS:
+                fault = unknown("distribution", named, DISTRIBUTIONS)
+                raise InputError(element.fault(fault.message, fault.hint, attribute=_NAMED))
+            return f"{dialect}:{named}" if dialect in ("nav2", "nav2_servers") else dialect
+    return dialect
+
+
+def recognised(file: Path | None, declared: str, dialect: str) -> list[Fault]:
+    """Note that a mission was recognised as one of Nav2; empty if its dialect was declared or is not Nav2's.
+
+    Args:
+        file: File of the mission; None for a text.
+        declared: Dialect that the user named; empty for none.
+        dialect: Dialect of the mission.
+    """
+    family, distribution = parts_of(dialect)
+    if declared or family != "nav2":
+        return []
+    message = f"this is a mission of Nav2, read as one of {distribution.title()}; its nodes do not need ROS."
+    hint = 'Write nodes = "nav2:jazzy" in the scenario for another distribution, "nav2_servers" for a running Nav2.'
+    return [Fault(message, file, hint=hint, warning=True, note=True)]
+
+
 def xml_mission(
     file: Path | str,
     *,
     main: str = "",
     within: Path | None = None,
     nodes: Callable[[set[str]], Sequence[type[Node]]] = lambda tags: (),
+    defined: Defined | None = None,
     missions: Callable[[str], Build | None] = lambda name: None,
     beside: Mapping[str, Path] = MappingProxyType({}),
     dialect: str = "",
@@ -68,10 +114,11 @@ def xml_mission(
         main: ID of the tree to tick; by default the document's main tree.
         within: Folder in which included files must lie; by default the folder of the file.
         nodes: Function from names of node classes to those of these classes that the project defines.
+        defined: Function from names of node classes to those that the project defines; by default it asks `nodes`.
         missions: Function from the ID in a SubTree to the `build` function of the mission with this name, or None.
         beside: Other files with trees that a SubTree may use, by the IDs of these trees.
         dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2, each
-            possibly with a distribution, as in `nav2:jazzy`; empty for rocs_bt's own.
+            possibly with a distribution, as in `nav2:jazzy`; `rocs` for rocs_bt's own; empty to recognise it.
         stubs: Node classes that replace those of the same name, for a check.
 
     Raises:
@@ -80,15 +127,18 @@ def xml_mission(
     document = read_document(file, within=within)
     add_siblings(document, beside)
     document.library = len(document.entries()) > 1 if main else False
-    own = list(nodes(tags_of(document) - set(shipped_nodes(dialect))))
     path = file if isinstance(file, Path) else None
+    defined = defined or (lambda tags: {node.tag for node in nodes(tags)})
+    declared, dialect = dialect, dialect_in(document, dialect, defined)
+    own, notes = list(nodes(tags_of(document) - set(shipped_nodes(dialect)))), recognised(path, declared, dialect)
 
     def make(mission: MissionContext) -> Behaviour:
+        mission.report(*notes)
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
-    used = main_keys(document, main, shipped_nodes(dialect)) if dialect else {}
+    used = main_keys(document, main, shipped_nodes(dialect)) if dialect != "rocs" else {}
     keys: dict[str, bool] = {key: used[key] for key in GOAL_KEYS if key in used}
-    return _Build(path, document, main, make, keys)
+    return _Build(path, document, main, make, keys, notes)
 
 
 class _Build:
@@ -100,6 +150,7 @@ class _Build:
         main: ID of the main tree; empty for the document's main tree.
         make: Function that creates the tree.
         keys: Keys that are parameters, and whether each is required.
+        notes: Notes about the document for the user.
     """
 
     def __init__(
@@ -109,6 +160,7 @@ class _Build:
         main: str,
         make: Callable[[MissionContext], Behaviour],
         keys: Mapping[str, bool] = MappingProxyType({}),
+        notes: Sequence[Fault] = (),
     ) -> None:
         main = document.main(main).name
         parameters = _parameters(document, main)
@@ -123,7 +175,7 @@ class _Build:
         self.__annotations__ = {p.name: p.annotation for p in parameters}
         first = inspect.Parameter("mission", inspect.Parameter.POSITIONAL_OR_KEYWORD)
         self.__signature__ = inspect.Signature([first, *parameters])
-        self.file = file
+        self.file, self.notes = file, notes
         self._make = make
 
     def __call__(self, mission: MissionContext, **values: Any) -> Behaviour:
@@ -150,6 +202,7 @@ def mission_tree(
     Raises:
         InputError: The tree has errors; the exception lists all of them.
     """
+    dialect = dialect_in(document, dialect, lambda names: {node.tag for node in nodes} & names)
     registry = mission_nodes(mission.actions, nodes, dialect).replaced(stubs)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
     faults = [*document.faults, *verify(document, registry, main=main, outside=outside, elsewhere=ELSEWHERE)]
@@ -168,7 +221,7 @@ def mission_nodes(actions: Mapping[str, Any], nodes: Sequence[type[Node]] = (), 
         actions: Actions of the robot, keyed by name.
         nodes: Node classes of the project.
         dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2, each
-            possibly with a distribution, as in `nav2:jazzy`; empty for rocs_bt's own.
+            possibly with a distribution, as in `nav2:jazzy`; else rocs_bt's own.
     """
     shipped = shipped_nodes(dialect)
     return shipped.with_([*(node for node in action_nodes(actions) if node.tag not in shipped), *nodes])

@@ -242,13 +242,66 @@ def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
     assert "RateController" in rocs_bt("show", folder / "elsewhere.xml", "--nodes", "nav2").out
 
 
-def test_a_file_of_nav2_is_recognised(rocs_bt, tmp_path):
+NAMED = '<TreeNodesModel><SubTree ID="MainTree"><MetadataFields><Metadata nav2_distribution="{}"/></MetadataFields>'
+NAMED += "</SubTree></TreeNodesModel></root>"
+MODEL_OF_GROOT = '<TreeNodesModel><Action ID="FollowPath"><input_port name="path"/></Action></TreeNodesModel></root>'
+
+
+@pytest.mark.parametrize(
+    ("end", "distribution"), [("</root>", "Lyrical"), (NAMED.format("humble"), "Humble"), (MODEL_OF_GROOT, "Lyrical")]
+)
+def test_every_command_recognises_a_mission_of_nav2_and_says_so_once(rocs_bt, project, end, distribution):
+    folder = project()
+    mission, scenario = folder / "planners/missions/navigation.xml", folder / "scenarios/drive.toml"
+    mission.write_text(mission.read_text().replace("</root>", end))
+    scenario.write_text(scenario.read_text().replace('nodes = "nav2"\n', ""))
+    (folder / "elsewhere.xml").write_text(mission.read_text())
+    commands = (
+        ("check", folder / "elsewhere.xml"),
+        ("check", mission),
+        ("check", folder),
+        ("show", folder / "elsewhere.xml"),
+        ("show", mission),
+        ("run", "drive", "--for", "0.5", "--no-report", "--out", folder / "out"),
+    )
+    for command in commands:
+        done = rocs_bt(*command)
+        assert done.code == (1 if command[0] == "run" else 0), done.text
+        assert done.text.count(f".xml: note: this is a mission of Nav2, read as one of {distribution};") == 1, command
+        assert "warning" not in done.text.replace("0 warnings", ""), command
+    scenario.write_text(scenario.read_text().replace("duration", 'nodes = "nav2"\nduration'))
+    for command in (("check", folder), ("run", "drive", "--for", "0.5", "--no-report", "--out", folder / "out")):
+        assert "mission of Nav2" not in rocs_bt(*command).text, "the scenario names it"
+
+
+def test_an_unknown_distribution_is_refused_at_its_element(rocs_bt, tmp_path):
     file = tmp_path / "elsewhere.xml"
-    file.write_text(MISSION.format(retries=1))
-    checked = rocs_bt("check", file)
-    assert checked.code == 0, checked.text
-    assert checked.out.count("this is a mission of Nav2") == 1
-    assert "RateController" in rocs_bt("show", file).out
+    file.write_text(MISSION.format(retries=1).replace("</root>", NAMED.format("humbel")))
+    for command in ("check", "show"):
+        done = rocs_bt(command, file)
+        assert done.code == 2
+        line = 1 + file.read_text().split("<Metadata ")[0].count("\n")
+        assert f"elsewhere.xml:{line}:" in done.text
+        assert "no distribution is named 'humbel'. Did you mean 'humble'?" in done.text
+
+
+def test_own_nodes_and_actions_with_names_of_nav2_stay_what_they_are(rocs_bt, project):
+    folder = project(nodes="rocs", parameters="")
+    (folder / "planners/nodes").mkdir()
+    (folder / "planners/nodes/spin.py").write_text(
+        "from rocs_bt.trees.nodes import SUCCESS, Input, Instant\n\n\nclass Spin(Instant):\n"
+        '    """Own node."""\n\n    turns = Input(int, 1, "turns")\n\n    def update(self):\n        return SUCCESS\n'
+    )
+    mission = folder / "planners/missions/navigation.xml"
+    mission.write_text(
+        '<root BTCPP_format="4"><BehaviorTree ID="Main"><Sequence><Spin turns="2"/></Sequence></BehaviorTree></root>'
+    )
+    scenario = folder / "scenarios/drive.toml"
+    scenario.write_text(scenario.read_text().replace('nodes = "rocs"\n', ""))
+    for command in (("check", folder), ("show", mission)):
+        done = rocs_bt(*command)
+        assert (done.code, "of Nav2" in done.text) == (0, False), done.text
+    assert "of Nav2" not in rocs_bt("run", "drive", "--for", "0.5", "--no-report", "--out", folder / "out").text
 
 
 @pytest.mark.parametrize(
@@ -295,7 +348,7 @@ def test_a_mission_of_nav2_is_a_planner_to_compare(rocs_bt, project):
         )
     ]
     assert record.outcome == "success", record
-    planner.write_text(text.replace('nodes = "nav2"\n', ""))
+    planner.write_text(text.replace('"nav2"\n', '"rocs"\n'))
     checked = rocs_bt("check", folder)
     assert checked.code == 2
     assert "'RateController' is a node of Nav2" in checked.text

@@ -287,7 +287,7 @@ class TestDialect:
 
     def test_elsewhere_the_nodes_are_named_with_the_dialect(self, mind):
         with pytest.raises(InputError, match=r'is a node of Nav2. Write nodes = "nav2"'):
-            xml_mission(self.MISSION)(mind.mission)
+            xml_mission(self.MISSION, dialect="rocs")(mind.mission)
 
     def test_a_python_mission_makes_them_from_their_classes(self, mind, link):
         root = nav2_servers.NavigateToPose("go", goal="dock", cancel_on_reflex=False)

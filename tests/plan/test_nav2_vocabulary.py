@@ -6,11 +6,12 @@ import math
 
 import pytest
 
+from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.dialect import DIALECTS, DISTRIBUTIONS
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan import check_mission, xml_mission
-from rocs_bt.plan.nav2 import NAV2, OWN, nav2_nodes
+from rocs_bt.plan.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes
 from rocs_bt.plan.xml_mission import shipped_nodes
 from rocs_bt.trees.nodes import Tree
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS
@@ -254,3 +255,7 @@ def test_a_mission_with_every_leaf_loads(mind, dialect):
         build, actions=mind.rig.actions, knowledge=mind.rig.knowledge, clock=mind.rig.clock, parameters={}
     )
     assert not [str(fault) for fault in found if not fault.warning]
+
+
+def test_a_mission_is_recognised_by_nodes_that_only_nav2_has():
+    assert ELSEWHERE.keys() - ACTIONS.keys() == ONLY_NAV2

@@ -34,7 +34,10 @@ ELSEWHERE: Final = {
     for tag in NAV2
     if tag not in BUILTIN
 }
-"""Message and hint for each of Nav2's nodes, if a mission of another dialect uses it or rocs_bt does not have it."""
+"""Message and hint for each of Nav2's nodes, if a mission with `nodes = "rocs"` uses it."""
+
+ONLY_NAV2: Final = ELSEWHERE.keys() - {"FollowPath"}
+"""Nodes by which a mission of Nav2 is recognised; FollowPath is an action of rocs_bt too."""
 
 GOAL_KEYS: Final = ("goal", "goals")
 """Blackboard keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""
@@ -42,4 +45,4 @@ GOAL_KEYS: Final = ("goal", "goals")
 ROUTES: Final = ("grid_astar", "visibility", "dijkstra")
 """Names of the route planners that the nodes use by default."""
 
-__all__ = ["ELSEWHERE", "GOAL_KEYS", "NAV2", "OWN", "ROUTES", "nav2_nodes"]
+__all__ = ["ELSEWHERE", "GOAL_KEYS", "NAV2", "ONLY_NAV2", "OWN", "ROUTES", "nav2_nodes"]

@@ -56,6 +56,11 @@ class Model:
     ports: dict[str, ModelPort]
     element: Element
 
+    def metadata(self) -> Iterator[Element]:
+        """Elements `<Metadata key="value"/>` of the declaration, which Groot2 keeps."""
+        for fields in self.element.children:
+            yield from fields.children if fields.tag == "MetadataFields" else ()
+
 
 def read_models(element: Element, faults: list[Fault]) -> Iterator[Model]:
     """Read the models in a TreeNodesModel.
