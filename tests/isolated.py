@@ -207,13 +207,14 @@ import json, time
 from pathlib import Path
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RocsError
-from rocs_bt.event import BlockFailed, CommandExpired
+from rocs_bt.event import BlockFailed, CommandExpired, MotionHeld, MotionReleased
 from rocs_bt import drive
 
 class Tell:
     def emit(self, event):
-        if isinstance(event, (BlockFailed, CommandExpired)):
-            print(json.dumps([time.monotonic(), type(event).__name__, event.t]), flush=True)
+        if isinstance(event, (BlockFailed, CommandExpired, MotionHeld, MotionReleased)):
+            reason = getattr(event, "reason", "")
+            print(json.dumps([time.monotonic(), type(event).__name__, event.t, reason]), flush=True)
 
 try:
     result = drive("real", Catalog(Path({project!r})), duration={duration}, sinks=[Tell()], out={out!r})
@@ -377,15 +378,18 @@ def driven(
     real_time: bool = False,
     isolated: bool = True,
     out: str | None = None,
+    first: str = "",
 ) -> Iterator[Robot]:
     """A robot that drives; afterwards no process of it is left.
 
     With `isolated` false its wheels live in the main process. Files of the run go to the folder `out` of the project.
+    The main process runs the code `first` at its start.
 
     Its main process runs on the time of tests/awake.py, so that a machine which is held up is no hanging block; its
     wheels always run on real time.
     """
     write_project(project, plan, hold, isolated=isolated, out=out)
+    (project / "main.py").write_text(first + (project / "main.py").read_text())
     log = Log(project / "log")
     command = [sys.executable, *([] if real_time else [AWAKE]), "main.py"]
     with subprocess.Popen(command, cwd=project, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as main:
@@ -408,6 +412,13 @@ class Robot:
 
     main: subprocess.Popen[str]
     wheels: Log
+
+    def tells(self, event: str) -> Any:
+        """Wait until the main process prints an event of a kind: its line."""
+        assert self.main.stdout is not None
+        while (line := json.loads(self.main.stdout.readline()))[1] != event:
+            pass
+        return line
 
     def told(self) -> list[Any]:
         """Wait until the main process has ended: what it has printed."""

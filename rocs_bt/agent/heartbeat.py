@@ -86,7 +86,7 @@ class Heartbeat:
         """Check one worker: whether its thread lives, and whether its cycle ends in time."""
         block, agent = worker.late(), self._agent
         ended = block is None and not worker.thread.is_alive() and not self._stop.is_set() and agent.going
-        why = "its thread has ended" if ended else f"{worker.overdue}{_load()}" if block is not None else ""
+        why = "its thread has ended" if ended else f"{worker.overdue}{load()}" if block is not None else ""
         if worker.optional and block in (None, worker.name):
             if why and worker.name not in self._reported:
                 agent.report_missing(worker.name, why)
@@ -107,8 +107,4 @@ class Heartbeat:
 
 def _notice(block: str) -> str:
     """Reason of a hold."""
-    return f"{block} is late{_load()}"
-
-
-def _load() -> str:
-    return f" ({found})" if (found := load()) else ""
+    return f"{block} is late{load()}"

@@ -59,7 +59,7 @@ class Lateness:
 
 
 def load() -> str:
-    """Load of the machine in words, such as `load 5.2 on 2 processors`; empty where the system does not tell."""
+    """Load of the machine in words, such as ` (load 5.2 on 2 processors)`; empty where the system does not tell."""
     with suppress(OSError, AttributeError):
-        return f"load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors"
+        return f" (load {os.getloadavg()[0]:.1f} on {os.cpu_count()} processors)"
     return ""

@@ -16,8 +16,10 @@ from functools import partial
 import msgspec
 
 from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
+from ..agent.lateness import load
 from ..catalog import Catalog, RobotSpec, ScenarioSpec
 from ..clock import WallClock
+from ..drivers.isolated import IsolatedActuator
 from ..drivers.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
@@ -205,6 +207,7 @@ class HardwareEpisode:
         self._gates = devices.gates
         self._motion = devices.motion
         self._links = devices.links
+        self._late: set[tuple[str, str]] = set()  # agents, and their actuators whose processes are late
         self._clock = clock
         self._end = start + duration
         self._period = period
@@ -258,7 +261,19 @@ class HardwareEpisode:
             for link in self._links[agent.name]:
                 if (error := link.check()) is not None:
                     agent.fail(link.name, error.kind, str(error), error, owner="content")
+                else:
+                    self._watch(agent, link)
             self._judge(agent)
+
+    def _watch(self, agent: Agent, link: IsolatedActuator) -> None:
+        """Hold an agent while the process of its actuator waits for a processor."""
+        key, source = (agent.name, link.name), f"late process of {link.name}"
+        if link.late and key not in self._late:
+            self._late.add(key)
+            agent.hold(f"the process of actuator {link.name} is late: it waits for a processor{load()}", source)
+        elif not link.late and key in self._late:
+            self._late.remove(key)
+            agent.resume(source, f"{link.name}, on time again")
 
     def _judge(self, agent: Agent) -> None:
         name, judge, pose = agent.name, self._judges[agent.name], agent.knowledge.robot.pose()

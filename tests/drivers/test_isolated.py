@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import os
 import signal
 import subprocess
@@ -10,8 +9,6 @@ import time
 
 import psutil
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator
 from rocs_bt.errors import ActuatorError, DeviceError, InputError
@@ -158,40 +155,6 @@ def test_a_device_that_cannot_be_opened_again_is_reported(tmp_path):
         kind, why = failure(link)
     assert kind == "ended"
     assert "was ended by SIGKILL; the main process cannot send neutral: " in why
-
-
-@given(
-    max_age=st.floats(0.1, 2.0),
-    pauses=st.lists(st.floats(0.2 * actuator.TICK, actuator.TICK), min_size=1, max_size=50),
-    answers=st.integers(0, 100),
-)
-def test_silence_is_found_in_time_and_never_before(max_age, pauses, answers):
-    """The process answers for a while, then never again; requests come all the time."""
-    silence, t, last = actuator.Silence(max_age), 0.0, 0.0
-    for count in itertools.count():
-        pause = pauses[count % len(pauses)]
-        t, progress = t + pause, count < answers
-        last = t if progress else last
-        if silence.after(pause, progress=progress, waiting=not progress):
-            break
-        assert t - last <= max_age + actuator.GRACE + 1e-9
-    assert count >= answers
-    assert t - last > max_age + actuator.GRACE - 1e-9
-    assert t - last <= max_age + 0.1
-
-
-def test_a_main_process_that_is_held_up_finds_no_silence():
-    silence = actuator.Silence(0.2)
-    assert not silence.after(60.0, progress=False, waiting=True)
-    assert not silence.after(60.0, progress=True, waiting=False)
-
-
-def test_a_device_at_rest_has_time_for_its_next_request():
-    silence = actuator.Silence(0.2)
-    for _ in range(1000):
-        assert not silence.after(actuator.TICK, progress=False, waiting=False)
-    for _ in range(10):
-        assert not silence.after(actuator.TICK, progress=False, waiting=True)
 
 
 def test_a_command_that_was_held_up_on_its_way_does_not_move_the_robot(tmp_path, monkeypatch):

@@ -26,7 +26,8 @@ MAIN = """
 from pathlib import Path
 from rocs_bt import drive
 from rocs_bt.catalog import Catalog
-drive("real", Catalog(Path({project!r})), duration=100.0)
+found = drive("real", Catalog(Path({project!r})), duration=100.0)
+Path({project!r}, "outcome.txt").write_text(repr(found.summary.agents))
 """
 
 
@@ -38,17 +39,24 @@ class DrivenRobot:
         robot: The robot.
         main: Process of the agent.
         publisher: Process of the isolated actuator.
+        folder: Project of the agent, which writes its outcome there.
     """
 
     robot: RobotProcess
     main: subprocess.Popen[bytes]
     publisher: psutil.Process
+    folder: Path
 
     def drive(self, duration: float) -> None:
         """Wait until the robot is commanded to move, and then for a time [s]."""
         begun = time.time()
-        self.robot.follow(lambda lines: sum(line.moves and line.t > begun for line in lines) >= 5)
+        self.robot.follow(lambda lines: self._goes_on() and sum(line.moves and line.t > begun for line in lines) >= 5)
         time.sleep(duration)
+
+    def _goes_on(self) -> bool:
+        outcome = self.folder / "outcome.txt"
+        assert not outcome.exists(), outcome.read_text()
+        return True
 
     def stopped(self, since: float) -> tuple[float, float]:
         """Wait for the robot's standstill, by commands of zero.
@@ -85,7 +93,7 @@ def driven(
     try:
         robot.follow(lambda lines: any(line.moves for line in lines))
         (publisher,) = psutil.Process(main.pid).children(recursive=True)
-        yield DrivenRobot(robot, main, publisher)
+        yield DrivenRobot(robot, main, publisher, folder)
     finally:
         main.kill()
         main.wait()

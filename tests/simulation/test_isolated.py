@@ -95,6 +95,27 @@ def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
     assert "actuator 'R2/wheels' ended: its process was ended by SIGKILL" in end[1]
 
 
+# For the link all time is time in which the process waits for a processor.
+STARVED = """
+import time
+from rocs_bt.drivers.isolated import silence
+silence.waited_for_processor = lambda process: time.monotonic()
+silence.HUNG = 1e9
+"""
+
+
+def test_a_process_that_waits_for_a_processor_holds_the_robot_until_it_answers(robots, tmp_path):
+    with robots(tmp_path, first=STARVED) as robot:
+        robot.wheels.drive()
+        os.kill(robot.wheels.process, signal.SIGSTOP)
+        held = robot.tells("MotionHeld")
+        os.kill(robot.wheels.process, signal.SIGCONT)
+        robot.tells("MotionReleased")
+        robot.wheels.until(lambda line: line.what == "neutral")
+        robot.wheels.drive()
+    assert "the process of actuator wheels is late: it waits for a processor (load " in held[-1]
+
+
 def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):
     with robots(tmp_path, "raises") as robot:
         robot.wheels.drive(20)

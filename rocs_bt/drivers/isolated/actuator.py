@@ -19,16 +19,8 @@ from ...errors import ActuatorError, DeviceError, Fault, InputError
 from ..host import Host
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 from .maker import ActuatorMaker
+from .silence import TICK, Silence
 from .standby import Standby
-
-TICK = 0.02
-"""Interval at which the process is supervised [s]."""
-
-GRACE = 2 * TICK
-"""Time after `max_age` within which the process's own watchdog must have acted [s]."""
-
-HUNG = 1.0
-"""Time without a command performed, although the device is in neutral, after which the driver counts as hung [s]."""
 
 EXIT_TIMEOUT = 3.0
 """Timeout for an orderly exit of the process [s], after which the process is killed."""
@@ -45,7 +37,8 @@ class IsolatedActuator(Actuator):
     Ctrl-Z and the end of the terminal do not affect it.
 
     A thread supervises the process. If the process ends or answers nothing for `max_age`, the thread kills it, and
-    opens the device in the main process (see `Standby`) to send it to neutral.
+    opens the device in the main process (see `Standby`) to send it to neutral. A process that only waits for a
+    processor is not killed at once: the actuator is `late` then, and its caller holds the robot.
 
     Args:
         maker: Function that constructs the driver, called in the process.
@@ -69,7 +62,7 @@ class IsolatedActuator(Actuator):
         self._number = self._answered = 0  # numbers of the newest request and of the newest answered one
         self._failure: ActuatorError | None = None
         self._closed = False
-        self._silence = Silence(max_age)
+        self._silence = Silence(max_age, self._process.pid)
         self._thread = threading.Thread(target=self._supervise, name=f"{maker.name}/supervisor", daemon=True)
         self._standby: Standby | None = None
         try:
@@ -93,7 +86,12 @@ class IsolatedActuator(Actuator):
             self._number += 1
             self._channel.send(Neutral(self._number))
         if self._standby is not None:
-            self._standby.neutral()
+            self._standby.neutral(now=self.late)
+
+    @property
+    def late(self) -> bool:
+        """Whether the process answers late because it waits for a processor."""
+        return self._silence.late
 
     def check(self) -> ActuatorError | None:
         """Failure of the driver or of its process; None without a failure."""
@@ -174,45 +172,6 @@ class IsolatedActuator(Actuator):
         except subprocess.TimeoutExpired:
             return "closed its link"
         return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
-
-
-class Silence:
-    """Supervision of the answers of a process, counted in ticks.
-
-    Of a pause between two ticks only a little counts, so that a machine or a main process that is held up does not make
-    the process look hung.
-
-    Args:
-        max_age: Age of the last command at which the process sends the device to neutral [s].
-    """
-
-    def __init__(self, max_age: float) -> None:
-        self._max_age = max_age
-        self._silent = 0.0  # [s] since the last answer, or since the first request after a rest
-        self._rest = 0.0  # [s] since no request waits
-        self._waiting = 0.0  # [s] since requests wait without a pause
-
-    def after(self, pause: float, *, progress: bool, waiting: bool) -> str:
-        """Count a tick.
-
-        Args:
-            pause: Time since the last tick [s].
-            progress: Whether the process has answered in it.
-            waiting: Whether it has not yet answered the newest request.
-
-        Returns:
-            Reason why the process counts as hung; empty if it does not.
-        """
-        counted = min(pause, 2 * TICK)
-        self._waiting = self._waiting + counted if waiting else 0.0
-        self._silent = 0.0 if progress else self._silent + counted
-        self._rest = 0.0 if waiting else self._rest + counted
-        if self._rest > 0.5 * self._max_age:  # commands have paused: the next one has the whole time
-            self._silent = 0.0
-        if self._silent > self._max_age + GRACE:
-            return f"has not answered for {self._max_age + GRACE:.3g} s"
-        most = max(HUNG, self._max_age + GRACE)
-        return f"has not taken a command for {most:.3g} s" if self._waiting > most else ""
 
 
 def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:

@@ -44,9 +44,9 @@ class Standby:
         self._thread.join(SOON)
         return self._problem
 
-    def neutral(self) -> None:
-        """Send the device to neutral, if the standby has taken over and opened it."""
-        if self._active and self._device is not None:
+    def neutral(self, *, now: bool = False) -> None:
+        """Send the device to neutral, if it is open, and the standby has taken over or shall act now."""
+        if (self._active or now) and self._device is not None:
             self._device.neutral()
 
     def close(self) -> None:
