@@ -7,6 +7,9 @@ KILTED := .venv-ros-kilted
 IN_ROS = if [ -e $(1)/unavailable ]; then cat $(1)/unavailable; else set -x; \
     $(1)/bin/python -m pytest -n 2 --dist loadfile tests/ros2/on_rclpy $(2); fi
 
+# Tests start hundreds of processes; without compiled files each compiles all that it imports.
+unexport PYTHONDONTWRITEBYTECODE
+
 .PHONY: run test docs lint bench soak wheel clean setup help
 
 help:

@@ -244,6 +244,18 @@ def test_line_ends_stay() -> None:
     assert upgrade(crlf).text == NEW_SCENARIO.replace("\n", "\r\n")
 
 
+@pytest.mark.parametrize("last", ["locomotion", "monitor"])
+def test_a_file_may_end_without_a_line_end(last: str) -> None:
+    """A key that moves to the last table of the file gets a line of its own."""
+    drive = '[drive]\nkind = "differential"\nwheel_separation = "0.3 m"\n'
+    monitor = '[[monitor]]\nname = "wheels"\nclass = "WheelMonitor"\nlatency = "0.05 s"\n'
+    tables = (monitor, drive) if last == "locomotion" else (drive, monitor)
+    text = 'format = "robot/1"\n' + "".join(tables)
+    whole, cut = upgrade(text).text, upgrade(text.removesuffix("\n")).text
+    assert 'wheel_separation = "0.3 m"\nlatency = "0.05 s"\n' in whole
+    assert cut.removesuffix("\n") == whole.removesuffix("\n")
+
+
 def test_a_new_format_with_an_old_key_is_upgraded_too() -> None:
     mixed = OLD_SCENARIO.replace("scenario/1", "scenario/2")
     assert upgrade(mixed).text == NEW_SCENARIO

@@ -104,6 +104,20 @@ def test_too_many_bytes_are_refused(tmp_path, monkeypatch):
         examine_model(file, ())
 
 
+@pytest.mark.parametrize("files", [5, 6])
+def test_a_model_may_consist_of_so_many_files(tmp_path, monkeypatch, files):
+    """The model's own file counts."""
+    monkeypatch.setattr(mjcf, "MOST_FILES", 5)
+    for i in range(files - 1):
+        (tmp_path / f"part{i}.xml").write_text(f"<mujoco><worldbody>{BALL}</worldbody></mujoco>")
+    file = write(tmp_path, "".join(f'<include file="part{i}.xml"/>' for i in range(files - 1)))
+    if files == 5:
+        examine_model(file, ())
+    else:
+        with pytest.raises(InputError, match="the model consists of more than 5 files"):
+            examine_model(file, ())
+
+
 FINE = {
     "copies": world(f'<replicate count="200" offset="1 0 0">{BALL}</replicate>'),
     "balls": world(BALL * 2000),

@@ -106,7 +106,11 @@ def test_a_contact_of_any_single_step_is_found(make_world: MakeWorld, p3dx: Robo
 @pytest.mark.parametrize("seed", range(6))
 def test_the_nearest_of_many_things_is_that_of_all_distances(make_world: MakeWorld, seed: int) -> None:
     rng = np.random.default_rng(seed)
-    posts = [(*rng.uniform(0.8, 4.0, 2) * rng.choice([-1.0, 1.0], 2), rng.uniform(0.05, 0.5)) for _ in range(14)]
+    around = zip(
+        np.linspace(0.0, 2.0 * math.pi, 14), rng.uniform(0.05, 2.5, 14), rng.uniform(0.9, 1.3, 14), strict=True
+    )
+    # All within reach and of all sizes, so that the nearest centre is seldom that of the nearest surface.
+    posts = [((gap + r) * math.cos(a), (gap + r) * math.sin(a), r) for a, r, gap in around]
     geom = '<geom name="post{}" type="cylinder" size="{} 0.2" pos="{} {} 0.2"/>'
     world = make_world("".join(geom.format(i, r, x, y) for i, (x, y, r) in enumerate(posts)))
     world.place("R2", Pose2(*rng.uniform(-0.3, 0.3, 3)))

@@ -17,8 +17,10 @@ from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
+from rocs_bt.knowledge.share.messenger import ReceivedMessage, packed
 from rocs_bt.monitor import (
     FixMonitor,
+    MessageMonitor,
     Monitor,
     MonitoredSensor,
     OdometryMonitor,
@@ -405,3 +407,25 @@ def test_a_peer_that_cannot_be_is_nan_and_told(robot, peers):
 def test_a_robot_sensor_needs_a_slot(robot):
     with pytest.raises(InputError, match="max_peers of monitor 'robots monitor' must be at least 1"):
         robot.watch(PeerMonitor, robot.sensor("robots", 6), max_peers=0)
+
+
+@pytest.mark.parametrize("kept", [1, 3])
+def test_the_newest_messages_are_nodes_and_all_are_counted(robot, kept):
+    inbox = robot.sensor("inbox", 0)
+    robot.watch(MessageMonitor, inbox, max_messages=kept)
+    robot.begin()
+    graph = robot.knowledge.graph
+    for numbers in ([1, 2], [3], [], [4, 5]):
+        inbox.values = packed(ReceivedMessage("R1", f"text {n}") for n in numbers)
+        robot.step()
+    assert robot.read("messages") == [5.0]
+    newest = [5, 4, 3][:kept]
+    assert sorted(graph.nodes("message"), reverse=True) == [f"message {n}" for n in newest]
+    for n in newest:
+        node = graph.attributes(f"message {n}")
+        assert (node["sender"], node["text"], node["number"]) == ("R1", f"text {n}", n)
+
+
+def test_a_message_monitor_that_keeps_nothing_is_refused(robot):
+    with pytest.raises(InputError, match="must be at least 1, found 0"):
+        robot.watch(MessageMonitor, robot.sensor("inbox", 0), max_messages=0)

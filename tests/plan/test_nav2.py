@@ -10,7 +10,7 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import NAV2, OWN
-from rocs_bt.plan.nav2.motion import TrackingFeedback, track
+from rocs_bt.plan.nav2.motion import PATH_END, TrackingFeedback, track
 from rocs_bt.plan.nav2.path import length
 from rocs_bt.trees.nodes import Input, Instant, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
@@ -407,6 +407,15 @@ class TestMotion:
         mind.until_done()
         assert (mind.plan.status, mind.mission.board["code"]) == ("FAILURE", 1)
         assert "the path is empty" in mind.mission.board["why"]
+
+    @pytest.mark.parametrize(("end", "goal"), [((2.0, 0.0), "goal"), ((2.0, 1.0), PATH_END), ((1.0, 0.0), PATH_END)])
+    def test_the_end_of_a_path_is_the_place_that_lies_there(self, mind, tree, end, goal):
+        root = tree("<FollowPath path='{path}'/>").root
+        mind.mission.board["path"] = [(0.0, 0.0), end]
+        mind.start(root)
+        mind.run(2)
+        assert root.ticket.action.parameters["goal"] == goal
+        assert mind.mission.knowledge.world.pose_of(goal)[:2] == end
 
     @pytest.mark.parametrize("far", ["9e9", "1e300"])
     def test_a_path_that_is_too_long_is_an_error_code(self, mind, tree, far):

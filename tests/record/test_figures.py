@@ -14,6 +14,7 @@ from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMo
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
+from rocs_bt.record.figures.rules import Compared, RuleTrace, draw_rules
 from rocs_bt.record.header import Outline, Place, RunHeader
 from rocs_bt.record.history import History
 from rocs_bt.record.recorder import Recorder
@@ -149,6 +150,35 @@ def test_commands_of_wheels_are_shown_with_the_true_speeds(run):
         (true,) = artists(canvas, f"commands-0-R2-{wheel}-true")
         np.testing.assert_array_equal(commanded.get_ydata()[:-1], command.values[:, wheel])
         np.testing.assert_array_equal(true.get_ydata(), run.bodies["R2"].wheels[:, wheel])
+
+
+@pytest.mark.parametrize(
+    ("count", "labels"),
+    [
+        (1, ["wheel 1"]),
+        (2, ["left", "right"]),
+        (3, ["front left", "rear", "front right"]),
+        (4, ["front left", "front right", "rear left", "rear right"]),
+        (6, [f"wheel {n}" for n in range(1, 7)]),
+    ],
+)
+def test_each_wheel_has_its_label(tmp_path, count, labels):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for k in range(3):
+        data = pack([0.1 * k] * count)
+        recorder.emit(ActuatorCommanded(t=0.05 * k, agent="R2", actuator="wheels", route="deliberative", data=data))
+    recorder.close()
+    canvas = named("commands").make([History(Recording.open(recorder.path))])
+    assert [axes.get_ylabel() for axes in canvas.axes] == [f"{label} [m/s]" for label in labels]
+
+
+def test_all_panels_of_rules_show_the_same_time():
+    t, on = np.arange(5) * 0.5, np.array([False, True, True, False, False])
+    sides = Compared("d", "1 m", np.linspace(0.0, 2.0, 5), np.ones(5))
+    traces = [RuleTrace(name, on, on, {"m": [sides], "m/s": [sides]}) for name in ("A", "B", "C")]
+    canvas = draw_rules(t, traces, ("A", "C"), "title")
+    assert len(canvas.axes) == 5
+    assert {axes.get_xlim() for axes in canvas.axes} == {(0.0, 2.0)}
 
 
 def test_commands_of_twists_are_shown_with_the_true_speeds_of_the_axes(tmp_path):

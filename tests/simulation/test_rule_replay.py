@@ -4,10 +4,18 @@ import numpy as np
 import pytest
 
 from rocs_bt.catalog import Catalog
+from rocs_bt.event import RuleChanged
 from rocs_bt.reactive import RuleModel
-from rocs_bt.record import AgentInfo, SignalInfo
+from rocs_bt.record import AgentInfo, Recorder, Recording, RunHeader, SignalInfo
 from rocs_bt.signal import Signal
-from rocs_bt.simulation.rule_replay import ReflexInput, replay_rules, rules_for, sweep_threshold, threshold_dimension
+from rocs_bt.simulation.rule_replay import (
+    ReflexInput,
+    reflex_input,
+    replay_rules,
+    rules_for,
+    sweep_threshold,
+    threshold_dimension,
+)
 from rocs_bt.units import LENGTH, SPEED
 
 R1 = AgentInfo(
@@ -76,6 +84,19 @@ def test_what_a_firing_says(file):
     assert (firing.rule, firing.begin, firing.end) == ("mine/Near", 0.1, 0.3)
     assert firing.won == pytest.approx(0.2)
     assert firing.reading == "min(front) = 0.4 m, speed = 0.6 m/s"
+
+
+def test_the_runs_own_latches_are_those_of_the_agent(tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", RunHeader(scenario="x", seed=1, agents=(R1,)))
+    for k, phase in enumerate(("latched", "fired", "fired again", "released", "latched")):
+        for agent, rule in (("R1", "mine/Near"), ("R1", "mine/Fast"), ("R2", "mine/Near")):
+            recorder.emit(
+                RuleChanged(t=k + 0.5 * (rule == "mine/Fast"), agent=agent, rule=rule, phase=phase, priority=1)
+            )
+    recorder.close()
+    found = reflex_input(Recording.open(recorder.path), R1)
+    assert found.latched == {"mine/Near": (0.0, 4.0), "mine/Fast": (0.5, 4.5)}
+    assert (found.t.shape, found.x.shape) == ((0,), (0, 3))
 
 
 def test_a_recording_without_a_sample(file):
