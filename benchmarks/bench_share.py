@@ -17,7 +17,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
-from row import Row, size, with_script_folder
+from row import Row, size
 
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
@@ -162,7 +162,6 @@ def _travel(count: int) -> list[Row]:
     workers = [
         subprocess.Popen(
             [sys.executable, __file__, f"R{i}", address, *addresses[:1]],
-            env=with_script_folder(),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             text=True,

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from bench_reflex import measure
 from bench_share import _addresses
-from row import Row, size, with_script_folder
+from row import Row, size
 
 from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
@@ -129,7 +129,7 @@ def _other(what: str | None, listen: str, peer: str) -> Iterator[None]:
     if what is None:
         yield
         return
-    other = subprocess.Popen([sys.executable, __file__, what, listen, peer], env=with_script_folder())
+    other = subprocess.Popen([sys.executable, __file__, what, listen, peer])
     try:
         yield
     finally:

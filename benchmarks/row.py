@@ -49,8 +49,3 @@ class Row:
         holds = "" if self.holds is None else ("yes" if self.holds else "NO")
         measured = f"{self.value:.4g} {self.unit}"
         return f"{self.name:<76}  {measured:<28}  {ratio:<40}  {self.budget:<20}  {holds}".rstrip()
-
-
-def with_script_folder() -> dict[str, str]:
-    """Environment of a process that runs a benchmark: its modules are found beside it, which rocs_bt switches off."""
-    return {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}

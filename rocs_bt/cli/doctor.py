@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import click
 
 from ..catalog import Catalog
+from ..current_folder import safe_path
 from ..errors import Fault, InputError, RocsError
 from ..reactive import kernel_missing
 from .docs import find_manual
@@ -156,9 +157,9 @@ def _extra(name: str) -> str:
 
 
 def _renders(kind: str) -> bool:
-    environment = {**os.environ, "MUJOCO_GL": kind}
+    environment = {**os.environ, **safe_path(), "MUJOCO_GL": kind}
     try:
-        done = subprocess.run([sys.executable, "-P", "-c", _RENDER], env=environment, capture_output=True, timeout=60)
+        done = subprocess.run([sys.executable, "-c", _RENDER], env=environment, capture_output=True, timeout=60)
     except (OSError, subprocess.TimeoutExpired):
         return False
     return done.returncode == 0

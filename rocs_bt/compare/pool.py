@@ -9,13 +9,13 @@ import pickle
 import queue
 import tempfile
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from concurrent.futures import Executor, Future
-from contextlib import contextmanager
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, ParamSpec, TypeVar
 
+from ..current_folder import environment, safe_path
 from ..errors import RocsError
 
 P = ParamSpec("P")
@@ -128,7 +128,7 @@ class _Slot:
     def __init__(self, name: str, scratch: str) -> None:
         self._name = name
         # One numerics thread per process, since there is one process per core.
-        self._environment = {**_THREADS, "TMPDIR": scratch}
+        self._environment = {**os.environ, **_THREADS, "TMPDIR": scratch}
         self._process: BaseProcess | None = None
         self._killed = False
         self._connection: Connection | None = None
@@ -168,9 +168,9 @@ class _Slot:
     def _started(self) -> tuple[BaseProcess, Connection]:
         if self._process is None or self._connection is None:
             self._connection, theirs = multiprocessing.Pipe()
-            environment = {**os.environ, **self._environment}
-            process = _context().Process(target=_worker_loop, args=(theirs, environment), name=self._name, daemon=True)
-            with _starting, _environment(_THREADS):
+            arguments = (theirs, self._environment)
+            process = _context().Process(target=_worker_loop, args=arguments, name=self._name, daemon=True)
+            with _starting, environment({**_THREADS, **safe_path()}):
                 process.start()
                 self._process = process
                 if self._killed:
@@ -218,18 +218,3 @@ def _end_with_parent() -> None:
     if (parent := multiprocessing.parent_process()) is not None:
         wait([parent.sentinel])
         os._exit(0)  # no parent reads the exit code
-
-
-@contextmanager
-def _environment(values: Mapping[str, str]) -> Iterator[None]:
-    """Set environment variables inside the `with` block, for processes that are started there."""
-    before = {name: os.environ.get(name) for name in values}
-    os.environ.update(values)
-    try:
-        yield
-    finally:
-        for name, value in before.items():
-            if value is None:
-                del os.environ[name]
-            else:
-                os.environ[name] = value

@@ -258,7 +258,7 @@ def _all(devices: RobotDevices, cls: type[T]) -> list[T]:
 
 def _site_pose(world: DriverWorld, robot: str, site: str) -> Pose3:
     """Pose of a site in the frame of its robot's base."""
-    import mujoco
+    from ..drivers.mujoco.library import mujoco
 
     with world.lock:
         world.update_poses()

@@ -131,7 +131,7 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
     """Joints by motor, from the robot's model."""
     if robot.model is None:
         return {}
-    import mujoco
+    from ..drivers.mujoco.library import mujoco
 
     try:
         model = mujoco.MjSpec.from_file(str(robot.model))

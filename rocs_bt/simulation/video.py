@@ -103,7 +103,7 @@ class _Camera:
     """MuJoCo's classic renderer with a separate OpenGL context; the camera shows the whole world from above."""
 
     def __init__(self, world: MujocoWorld, size: tuple[int, int]) -> None:
-        import mujoco
+        from ..drivers.mujoco.library import mujoco
 
         self._mj, self._world, self._size = mujoco, world, size
         self._gl = _context(size)

@@ -5,29 +5,67 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.metadata import packages_distributions
 from pathlib import Path
 
+import click
 import pytest
 
-COMMANDS = """
-list | show go_to | palette --no-code | check {exp1} --no-code | run exp1 --for 0.2 --no-code --no-report --out run
-replay run | rules test | doctor
+from rocs_bt.cli.main import group
+
+SCENARIOS = Path(__file__).parents[2] / "scenarios"
+DOCK = SCENARIOS / "dock.toml"  # its mission is no Python
+COMMANDS = f"""
+list
+new project
+show go_to
+show dock
+palette
+check {DOCK}
+run {DOCK} --for 0.2 --out run --knowledge known
+drive {SCENARIOS}/exp1_ros2.toml --wait 0.1 --for 0.1
+sim {DOCK} --ros2 --for 0.2 --rate 0
+replay run
+replay run --why 0.1
+report run
+export run --rosbag bag
+plot run
+episode go_to_origin exp1
+compare go_to_origin --scenario exp1 --seeds 1 --wall-limit 20
+search go_to_origin --family barn_like --budget 1 --set goal=1
+scene barn_like 1 --dry-run
+import mrpb maps
+upgrade {DOCK}
+rules replay avoid_collision run
+rules test avoid_collision
+rules tune avoid_collision run --rule Flinch --threshold flinch_near --steps 2
+knowledge export known --out exported.json
+knowledge import exported.json known
+knowledge query known robot
+knowledge show known
+knowledge why known
+share keys A B
+requirements run
+diff {DOCK} {DOCK}
+identify pioneer_p3dx
+docs --path
+doctor
+doctor --ros2 jackal_ros2
 """
 RUN_ALL = """
 import os, sys
 from rocs_bt.cli.main import main
-commands = sys.argv[1:]
-for command in commands:
+os.environ["PYTHONPATH"] = os.pathsep  # empty entries are the current folder; PYTHONPATH=$PYTHONPATH:/lib makes one
+for command in sys.argv[1:]:
     sys.argv[1:] = command.split()
     try:
         main()
     except SystemExit as end:
         if end.code == 3: raise
-    assert "PYTHONSAFEPATH" in os.environ
+    assert "PYTHONSAFEPATH" not in os.environ, "scripts that a user's code starts do not see their folder"
 """
 TRAP = "open({mark!r}, 'w').close()\n"
-EXP1 = Path(__file__).parents[2] / "scenarios/exp1.toml"
 
 
 @pytest.fixture
@@ -39,6 +77,9 @@ def folder(tmp_path: Path) -> Path:
     for name in modules:
         if name.isidentifier():
             (tmp_path / "here" / f"{name}.py").write_text(TRAP.format(mark=str(tmp_path / "marks" / name)))
+    (tmp_path / "here/maps").mkdir()
+    (tmp_path / "here/maps/room.pgm").write_bytes(b"P5 90 90 255 " + bytes([254] * 8100))
+    (tmp_path / "here/maps/room.yaml").write_text("image: room.pgm\nresolution: 0.1\norigin: [0, 0, 0]\n")
     return tmp_path / "here"
 
 
@@ -46,34 +87,48 @@ def marks(folder: Path) -> list[str]:
     return sorted(each.name for each in (folder.parent / "marks").iterdir())
 
 
+def python(folder: Path, *arguments: str) -> None:
+    """Run Python in a folder, as a user does whose environment says nothing of its path."""
+    shell = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
+    command = [sys.executable, *arguments]
+    done = subprocess.run(command, cwd=folder, env=shell, capture_output=True, text=True, timeout=240)
+    assert done.returncode == 0, done.stderr
+
+
+def leaves(command: click.Command, path: tuple[str, ...] = ()) -> Iterator[tuple[str, click.Command]]:
+    if isinstance(command, click.Group):
+        for name in command.list_commands(click.Context(command)):
+            found = command.get_command(click.Context(command), name)
+            assert found is not None
+            yield from leaves(found, (*path, name))
+    else:
+        yield " ".join(path), command
+
+
+def lines() -> list[tuple[str, bool]]:
+    """Each command line, and whether its command has --no-code."""
+    table = [each for each in COMMANDS.splitlines() if each]
+    found = []
+    for name, command in leaves(group):
+        own = [each for each in table if f"{each} ".startswith(f"{name} ")]
+        assert own, f"the table above has no line for the command '{name}'"
+        found += [(each, any("--no-code" in parameter.opts for parameter in command.params)) for each in own]
+    return sorted(found, key=lambda each: table.index(each[0]))
+
+
 def test_the_trap_works(folder: Path) -> None:
-    unsafe = {name: value for name, value in os.environ.items() if name != "PYTHONSAFEPATH"}
-    command = [sys.executable, "-c", "import struct"]
-    subprocess.run(command, cwd=folder, env=unsafe, capture_output=True, timeout=60)
+    python(folder, "-c", "import struct")
     assert "struct" in marks(folder)
 
 
 def test_no_command_imports_a_file_of_the_current_folder(folder: Path) -> None:
-    commands = [each.strip().format(exp1=EXP1) for each in COMMANDS.replace("\n", "|").split("|") if each.strip()]
-    done = subprocess.run(
-        [sys.executable, "-P", "-c", RUN_ALL, *commands], cwd=folder, capture_output=True, text=True, timeout=120
-    )
-    assert done.returncode == 0, done.stderr
+    table = lines()
+    python(folder, "-P", "-c", RUN_ALL, *dict(table), *(f"{each} --no-code" for each, has in table if has))
     assert marks(folder) == []
 
 
 def test_python_m_imports_no_dependency_from_the_current_folder(folder: Path) -> None:
     for name in sys.stdlib_module_names:  # Python itself imports some of them before any line of rocs_bt
         (folder / f"{name}.py").unlink(missing_ok=True)
-    command = [sys.executable, "-m", "rocs_bt", "--version"]
-    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
-    assert "rocs-bt" in done.stdout
-    assert marks(folder) == []
-
-
-def test_the_simulator_imports_nothing_of_the_current_folder(folder: Path) -> None:
-    code = "import rocs_bt.drivers.mujoco; import mujoco"
-    done = subprocess.run([sys.executable, "-P", "-c", code], cwd=folder, capture_output=True, text=True, timeout=60)
-    assert done.returncode == 0, done.stderr
+    python(folder, "-m", "rocs_bt", "--version")
     assert marks(folder) == []

@@ -26,6 +26,10 @@ def where():
     return os.getpid(), os.environ["OMP_NUM_THREADS"], os.environ["TMPDIR"]
 
 
+def environment():
+    return dict(os.environ)
+
+
 def fail():
     raise InputError("this is wrong.")
 
@@ -52,6 +56,10 @@ def test_results_come_back_and_exceptions_are_the_tasks_own(pool):
     assert list(pool.map(square, range(20))) == [x * x for x in range(20)]
     with pytest.raises(InputError, match="this is wrong"):
         pool.submit(fail).result()
+
+
+def test_scripts_that_a_task_starts_see_their_own_folder(pool):
+    assert pool.submit(environment).result().get("PYTHONSAFEPATH") == os.environ.get("PYTHONSAFEPATH")
 
 
 def test_processes_are_other_ones_kept_and_single_threaded(pool):

@@ -84,7 +84,6 @@ class RobotProcess:
 
     def __init__(self, options: list[str], distribution: str, environment: dict[str, str], log: Path) -> None:
         python, self.log, self.ended = ros_python(distribution), log, {}
-        environment = {k: v for k, v in environment.items() if k != "PYTHONSAFEPATH"}  # it imports files beside it
         if BOOTSTRAPPED in environment:
             environment = {k: v for k, v in environment.items() if k not in (BOOTSTRAPPED, "LD_LIBRARY_PATH")}
         command = [python, Path(__file__).with_name("counterpart.py"), "--log", log, *options]

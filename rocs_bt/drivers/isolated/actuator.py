@@ -14,6 +14,7 @@ import time
 from collections.abc import Sequence
 
 from ...clock import WallClock
+from ...current_folder import safe_path
 from ...device import Actuator
 from ...errors import ActuatorError, DeviceError, Fault, InputError
 from ..host import Host
@@ -175,7 +176,7 @@ class IsolatedActuator(Actuator):
 
 
 def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:
-    paths = [_PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])]
+    paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
     return subprocess.Popen(
         [
             sys.executable,

@@ -3,7 +3,6 @@
 MuJoCo itself is imported only when a world is constructed.
 """
 
-from ...current_folder import start_safe_interpreters
 from .actuators import ACTUATORS, MujocoActuator, Velocity, make_actuator
 from .body import Controls, Motors
 from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
@@ -34,5 +33,3 @@ __all__ = [
     "make_actuator",
     "make_sensor",
 ]
-
-start_safe_interpreters()  # MuJoCo imports glfw, which starts an interpreter to test its library

@@ -145,7 +145,7 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
 
     Ground that a scenario adds does not count.
     """
-    import mujoco
+    from .library import mujoco
 
     corners = []
     for geom in range(model.ngeom):
@@ -167,7 +167,7 @@ def bounds(model: Any) -> tuple[float, float, float, float]:
 
 def hull_outline(model: Any, geoms: Sequence[int]) -> tuple[Point, ...]:
     """Convex outline of geoms of one body, seen from above: corners, body frame [m], anticlockwise."""
-    import mujoco
+    from .library import mujoco
 
     corners: list[tuple[float, float]] = []
     for geom in geoms:

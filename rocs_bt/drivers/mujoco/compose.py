@@ -126,7 +126,7 @@ def compile_model(
         InputError: A file is missing or is not valid MJCF, a model lacks an element that a driver needs, or the mass of
             a free object cannot be set.
     """
-    import mujoco
+    from .library import mujoco
 
     sparse = int(mujoco.mjtJacobian.mjJAC_SPARSE)
     spec = read_model(arena, within, text)
@@ -169,7 +169,7 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
         InputError: The file cannot be read, is not valid MJCF, references a file in another folder, or exceeds a limit;
             with the line.
     """
-    import mujoco
+    from .library import mujoco
 
     if text is not None:
         with _compiling(file, "not a valid MJCF model"):
@@ -222,7 +222,7 @@ def _set_free(spec: Any, name: str) -> None:
 
 def _set_masses(model: Any, free: Sequence[FreeObject]) -> None:
     """Scale masses and inertias of free objects in a compiled model."""
-    import mujoco
+    from .library import mujoco
 
     for each in free:
         root = model.body(each.name).id

@@ -42,7 +42,7 @@ def _limb(model: Any, root: int, body: int) -> int:
 
 def _lowest(model: Any, data: Any, geom: int) -> float:
     """Height of the lowest point of a geom [m]."""
-    import mujoco
+    from .library import mujoco
 
     down, (a, b, c) = -data.geom_xmat[geom].reshape(3, 3)[2], model.geom_size[geom].tolist()
     kinds, kind = mujoco.mjtGeom, int(model.geom_type[geom])

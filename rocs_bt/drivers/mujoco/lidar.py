@@ -114,7 +114,7 @@ class Rays:
     """
 
     def __init__(self, model: Any, excluded: int) -> None:
-        import mujoco
+        from .library import mujoco
 
         self._cast = mujoco.mj_multiRay
         self._model, self._excluded = model, excluded
@@ -194,7 +194,7 @@ class _Tiled:
 @lru_cache(maxsize=4)
 def _tiled(model: Any) -> _Tiled | None:
     """Create a copy of a model with tiles; None if the model has other geoms than primitive shapes."""
-    import mujoco
+    from .library import mujoco
 
     kinds = mujoco.mjtGeom
     plain = {"SPHERE", "CAPSULE", "ELLIPSOID", "CYLINDER", "BOX", "PLANE"}

@@ -29,7 +29,7 @@ class ClearanceQuery:
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
-        import mujoco
+        from .library import mujoco
 
         self._distance = mujoco.mj_geomDistance
         self._model = model

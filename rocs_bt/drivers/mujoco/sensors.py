@@ -166,7 +166,7 @@ class RangeCone(MujocoSensor):
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
-        import mujoco
+        from .library import mujoco
 
         wanted = _cones(parameters, name, among="declares" not in vars(cls))
         _require_sites(model, wanted.sites, name)
@@ -298,7 +298,7 @@ def _cones(parameters: Mapping[str, Any], name: str, *, among: bool = False) -> 
 
 
 def _axis(quat: Any) -> list[float]:
-    import mujoco
+    from .library import mujoco
 
     matrix = np.zeros(9)
     mujoco.mju_quat2Mat(matrix, quat)

@@ -25,7 +25,7 @@ class LineOfSight:
     """
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
-        import mujoco
+        from .library import mujoco
 
         self._ray = mujoco.mj_ray
         self._model = model

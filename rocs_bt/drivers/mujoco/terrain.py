@@ -47,7 +47,7 @@ def add_ground(spec: Any, pieces: Iterable[GroundPiece]) -> None:
 
     Ground is part of the floor: clearances ignore it, and only contacts of hulls with its side faces are collisions.
     """
-    import mujoco
+    from .library import mujoco
 
     floor = spec.geom("floor")
     for piece in pieces:
@@ -75,7 +75,7 @@ class GroundHeight:
     """
 
     def __init__(self, model: Any, data: Any) -> None:
-        import mujoco
+        from .library import mujoco
 
         self._mj, self._model, self._data = mujoco, model, data
         self._geoms = [g for g in range(model.ngeom) if model.geom(g).name.startswith(GROUND)]

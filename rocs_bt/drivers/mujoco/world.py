@@ -52,7 +52,7 @@ class MujocoWorld:
     """
 
     def __init__(self, model: Any, robots: Sequence[str], clock: Clock) -> None:
-        import mujoco
+        from .library import mujoco
 
         self.model = model
         self.data = mujoco.MjData(model)
@@ -587,7 +587,7 @@ class MujocoWorld:
 
 def _sensor_stages(model: Any) -> npt.NDArray[np.intp]:
     """Stage of each value in `sensordata`. Rangefinders need less than MuJoCo's position stage: the poses only."""
-    import mujoco
+    from .library import mujoco
 
     rays = model.sensor_type == int(mujoco.mjtSensor.mjSENS_RANGEFINDER)
     return np.repeat(np.where(rays, _RAYS, model.sensor_needstage), model.sensor_dim)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 
+from ...current_folder import safe_path
 from ...errors import InputError
 from ...event import Event
 from ..header import RunHeader
@@ -64,7 +65,7 @@ class LivePage:
         self._process: subprocess.Popen[bytes] | None = None
 
     def __enter__(self) -> LivePage:
-        paths = [_PACKAGES, *filter(None, [os.environ.get("PYTHONPATH")])]
+        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", __package__],  # -P: import nothing from the current folder
             stdin=subprocess.PIPE,
