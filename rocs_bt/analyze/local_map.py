@@ -15,7 +15,7 @@ from ..control.locomotion import Array
 from ..errors import Fault, InputError
 from ..event import Change
 from ..geometry import Pose2, wrap_angle
-from ..knowledge import OccupancyGrid
+from ..knowledge import OccupancyGrid, View
 from ..signal import Signal
 from ..units import TIME, Metres, Seconds
 from .analyze import Analyze
@@ -169,7 +169,9 @@ class LocalMap(Analyze):
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
         dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
         passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc
-        return grid.add_scan(hits, np.stack([rows[passed] + row, columns[passed] + column]).T)
+        step = self._scanner.span / (len(ranges) - 1)
+        cells = np.stack([rows[passed] + row, columns[passed] + column]).T
+        return grid.add_scan(hits, cells, View(eye, self._scanner.span + step))
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
         """Indices of those cells around the scanner (`self._disc`) that the beams cross.

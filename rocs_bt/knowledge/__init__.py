@@ -8,7 +8,7 @@ from .declaration import Kind, Relation
 from .graph import KnowledgeGraph
 from .knowledge import Knowledge
 from .model import Model
-from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, Window
+from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View, Window
 from .query import Answers, Find, Query, QueryContext, compile_query, find
 from .readable import NoPast, Past, Readable, Stamp
 from .roadmap import Roadmap, Route, add_lattice_roads, segment_distance
@@ -52,6 +52,7 @@ __all__ = [
     "StrategyModel",
     "SubscriberFailure",
     "Subscription",
+    "View",
     "Window",
     "WorldModel",
     "add_lattice_roads",

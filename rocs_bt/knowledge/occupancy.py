@@ -15,6 +15,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import KnowledgeError
+from ..geometry import Pose2
 from .signals import Array
 
 MAX_ECHOES = 20
@@ -68,6 +69,25 @@ class Window:
         return points
 
 
+@dataclass(frozen=True)
+class View:
+    """Field of view of a scanner.
+
+    Attributes:
+        eye: Pose of the scanner, world frame.
+        span: Angle of the field of view, half of it to each side [rad].
+    """
+
+    eye: Pose2
+    span: float
+
+    def contains(self, x: Array, y: Array) -> npt.NDArray[np.bool_]:
+        """Whether points [m] are in directions in which the scanner looks."""
+        turn = np.arctan2(y - self.eye.y, x - self.eye.x) - self.eye.yaw
+        inside: npt.NDArray[np.bool_] = np.abs(np.mod(turn + math.pi, math.tau) - math.pi) <= 0.5 * self.span
+        return inside
+
+
 class OccupancyGrid:
     """Square grid of cells that moves with the robot; cells that leave the square are forgotten.
 
@@ -101,6 +121,8 @@ class OccupancyGrid:
         self._echoes = np.zeros((self._count, self._count, 2), np.float32)  # from the cell's centre [m]
         self._echo_counts = np.zeros((self._count, self._count), np.float32)  # at most MAX_ECHOES
         self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
+        self._latest: tuple[Array, Cells] = np.zeros((0, 2)), np.zeros((0, 2), np.intp)  # scan that was added last
+        self._view: View | None = None
 
     def cells(self, points: Array) -> Cells:
         """Rows and columns of the cells at points [m], both of shape (k, 2), counted from the world origin."""
@@ -127,7 +149,7 @@ class OccupancyGrid:
             self._corner = np.array(wanted)
             self.revision += 1
 
-    def add_scan(self, hits: Array, passed: Cells) -> int:
+    def add_scan(self, hits: Array, passed: Cells, view: View | None = None) -> int:
         """Add one scan: positions of echoes, and cells that a beam passed through.
 
         A cell that is in both counts as an echo. Points outside the grid are ignored.
@@ -135,28 +157,33 @@ class OccupancyGrid:
         Args:
             hits: Positions of the echoes, world frame [m], shape (k, 2).
             passed: Cells that a beam passed through, shape (m, 2).
+            view: Field of view of the scanner; None if it looks in all directions.
 
         Returns:
             Number of cells that became occupied or ceased to be.
         """
-        cells = self.cells(hits)
-        offsets = (hits - self.centres(cells)).astype(np.float32)
         with self._lock:
-            (at, inside), (through, _) = self._flat(cells), self._flat(passed)
-            hit, which, count = np.unique(at, return_inverse=True, return_counts=True)
-            evidence = self._evidence.reshape(-1)
-            old, sure = evidence[hit], evidence[through]
-            less = np.maximum(sure + MISS, -EVIDENCE_LIMIT)
-            evidence[through] = less
-            # Once per cell and scan, so that a near obstacle with many echoes gains no more evidence than a far one.
-            new = np.minimum(old + HIT, EVIDENCE_LIMIT)
-            evidence[hit] = new
-            self._locate(hit, which, count, offsets[inside])
-            gone = through[(sure > OCCUPIED_ABOVE) & (less <= OCCUPIED_ABOVE)]
-            gone = np.unique(gone[evidence[gone] <= OCCUPIED_ABOVE])
-            changed = len(gone) + int(np.count_nonzero((old > OCCUPIED_ABOVE) != (new > OCCUPIED_ABOVE)))
+            changed = self._add(hits, passed)
+            self._latest, self._view = (hits, passed), view
             self.revision += changed > 0
         return changed
+
+    def _add(self, hits: Array, passed: Cells) -> int:
+        cells = self.cells(hits)
+        offsets = (hits - self.centres(cells)).astype(np.float32)
+        (at, inside), (through, _) = self._flat(cells), self._flat(passed)
+        hit, which, count = np.unique(at, return_inverse=True, return_counts=True)
+        evidence = self._evidence.reshape(-1)
+        old, sure = evidence[hit], evidence[through]
+        less = np.maximum(sure + MISS, -EVIDENCE_LIMIT)
+        evidence[through] = less
+        # Once per cell and scan, so that a near obstacle with many echoes gains no more evidence than a far one.
+        new = np.minimum(old + HIT, EVIDENCE_LIMIT)
+        evidence[hit] = new
+        self._locate(hit, which, count, offsets[inside])
+        gone = through[(sure > OCCUPIED_ABOVE) & (less <= OCCUPIED_ABOVE)]
+        gone = np.unique(gone[evidence[gone] <= OCCUPIED_ABOVE])
+        return len(gone) + int(np.count_nonzero((old > OCCUPIED_ABOVE) != (new > OCCUPIED_ABOVE)))
 
     def _locate(self, hit: Indices, which: Indices, count: Indices, offsets: npt.NDArray[np.float32]) -> None:
         """Update the mean echo positions of the cells with new echoes."""
@@ -168,7 +195,10 @@ class OccupancyGrid:
         counts[hit] = np.minimum(total, MAX_ECHOES)
 
     def clear(self, x: float, y: float, radius: float, *, outside: bool = False) -> None:
-        """Reset all cells around a point [m] to unknown.
+        """Reset all cells around a point [m] to unknown, and enter what the latest scan saw in them.
+
+        The reflexes read this grid, so the robot keeps what it sees, and all cells at which it cannot look at present,
+        such as those behind it.
 
         Args:
             x: Point, world frame [m].
@@ -180,7 +210,11 @@ class OccupancyGrid:
             rows, columns = np.indices(self._evidence.shape) + self._corner[:, None, None]
             away = np.hypot((columns + 0.5) * self.cell - x, (rows + 0.5) * self.cell - y)
             chosen = (away <= radius) != outside
+            if self._view is not None:
+                chosen &= self._view.contains((columns + 0.5) * self.cell, (rows + 0.5) * self.cell)
             self._evidence[chosen] = self._echo_counts[chosen] = 0.0
+            hits, passed = self._latest
+            self._add(hits[self._among(chosen, self.cells(hits))], passed[self._among(chosen, passed)])
             self.revision += 1
 
     def occupied(self) -> Cells:
@@ -235,6 +269,12 @@ class OccupancyGrid:
             slice(*(min(max(at - first, 0), self._count) for at in (start, last + 1))) for start, last, first in bounds
         )
         return rows, columns
+
+    def _among(self, chosen: npt.NDArray[np.bool_], cells: Cells) -> npt.NDArray[np.bool_]:
+        """Which cells are in the grid and chosen, shape (k,)."""
+        flat, inside = self._flat(cells)
+        inside[inside] = chosen.reshape(-1)[flat]
+        return inside
 
     def _flat(self, cells: Cells) -> tuple[Indices, npt.NDArray[np.bool_]]:
         """Flat indices of those cells that are in the grid, and a mask of these cells."""

@@ -1,12 +1,15 @@
 """OccupancyGrid: evidence by cell, a mean echo in each, and a square that rolls along."""
 
+import math
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.errors import KnowledgeError
-from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, OccupancyGrid
+from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View
 
 NONE = np.empty((0, 2))
 NO_CELLS = np.empty((0, 2), dtype=np.intp)
@@ -88,9 +91,34 @@ def test_a_window_reaches_beyond_the_grid_and_knows_nothing_there():
 def test_a_place_is_forgotten_on_request():
     grid = OccupancyGrid(0.1, 4.0)
     seen(grid, (0.5, 0.5), (-1.0, -1.0))
+    seen(grid, (1.5, 1.5))
     grid.clear(0.5, 0.5, 0.3)
     assert grid.state(0.5, 0.5) == UNKNOWN
     assert grid.state(-1.0, -1.0) == OCCUPIED
+
+
+@pytest.mark.parametrize("outside", [False, True])
+@pytest.mark.parametrize("span", [None, 4.7])
+def test_a_cleared_map_has_what_the_scanner_sees_and_what_it_cannot_look_at(span, outside):
+    random = np.random.default_rng(7)
+    for _ in range(20):
+        grid, eye = OccupancyGrid(0.1, 8.0), Pose2(*random.uniform(-1, 1, 2), random.uniform(-3, 3))
+        view = None if span is None else View(eye, span)
+        old, now = (random.uniform(-3.9, 3.9, (60, 2)) for _ in "ab")
+        grid.add_scan(old, NO_CELLS, view)
+        bearing = np.arctan2(*(now - eye[:2]).T[::-1]) - eye.yaw
+        now = now[np.abs(np.mod(bearing + math.pi, math.tau) - math.pi) < (span or math.tau) / 2 - 0.2]
+        grid.add_scan(now, NO_CELLS, view)
+        before = set(map(tuple, grid.occupied().tolist()))
+        x, y, radius = *random.uniform(-2, 2, 2), random.choice([0.5, 2.0, math.inf])
+        grid.clear(x, y, radius, outside=outside)
+        after, seen_now = set(map(tuple, grid.occupied().tolist())), set(map(tuple, grid.cells(now).tolist()))
+        for cell in before:
+            (centre,) = grid.centres(np.array([cell]))
+            near = (math.dist(centre, (x, y)) <= radius) != outside
+            turn = math.atan2(centre[1] - eye.y, centre[0] - eye.x) - eye.yaw
+            blind = span is not None and abs(wrap_angle(turn)) > span / 2
+            assert (cell in after) == (cell in seen_now or blind or not near), "a clear never blinds the robot"
 
 
 places = st.tuples(st.floats(-3.0, 3.0), st.floats(-3.0, 3.0))

@@ -44,7 +44,10 @@ class _WouldHelp(Lenient, Instant):
 
 
 class _Clear(Serviced, Instant):
-    """Base of nodes that forget obstacles of the robot's map, and the paths of the route planners."""
+    """Base of nodes that forget obstacles of the robot's map, and the paths of the route planners.
+
+    What the scanner sees, and what is outside of its field of view, stays: the robot's rules read the same map.
+    """
 
     around_pose: ClassVar[bool] = False
     outside: ClassVar[bool] = False
@@ -100,7 +103,10 @@ _HELPED: Final[Mapping[str, tuple[str, tuple[int, ...]]]] = {
     "Route": ("ComputeRoute", (400, 404, 405)),
 }
 _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
-    "ClearEntireCostmap": ("Forgets all obstacles of the robot's map.", {}),
+    "ClearEntireCostmap": (
+        "Forgets all obstacles of the robot's map, except those in sight.",
+        {},
+    ),
     "ClearCostmapExceptRegion": ("Forgets obstacles of the robot's map outside a region.", {**_RESET, "outside": True}),
     "ClearCostmapAroundRobot": ("Forgets obstacles of the robot's map around the robot.", _RESET),
     "ClearCostmapAroundPose": (
