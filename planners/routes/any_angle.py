@@ -9,27 +9,24 @@ from heapq import heappop, heappush
 from math import dist
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, label
 
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
-from rocs_bt.plan import NoRoute, Point, RoutePlanner
+from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point
 
 MARGIN = 8.0  # [m] Margin of the map section around start and goal.
 STEPS = [(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1) if i or j]
 
 
-class AnyAngle(RoutePlanner):
+class AnyAngle(MapRoutePlanner):
     """Shortest path with legs in any direction through the robot's own map.
 
     It requires the analyser LocalMap and the robot's length and width. The hull is assumed to be aligned with the
     path; `clearance` is kept on both sides of the hull.
     """
 
-    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
-        grid = self.knowledge.world.occupancy
-        if grid is None:
-            raise NoRoute("the robot builds no map; add the analyser LocalMap")
+    def search(self, grid, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         room = 0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance  # inner radius of the hull
         low = tuple(min(a, b) - MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
@@ -40,9 +37,10 @@ class AnyAngle(RoutePlanner):
         if not free[there]:
             raise NoRoute("the goal is too near to an obstacle on the map")
         free[here] = True  # a robot that is too near to an obstacle may still drive off
-        cells = _search(free, here, there)
+        parts, _ = label(free)  # a step to a corner needs both cells beside it, so that parts meet at edges only
+        cells = _search(free, here, there) if parts[here] == parts[there] else None
         if cells is None:
-            raise NoRoute("the map contains no path to the goal")
+            raise NoRoute(NO_PATH)
         inner = [(window.x + (c + 0.5) * window.cell, window.y + (r + 0.5) * window.cell) for r, c in cells[1:-1]]
         return [start[:2], *inner, goal[:2]]
 

@@ -10,12 +10,12 @@ A path is kept while no new obstacle comes near it, and otherwise bent around th
 begins with the part of the old one that the robot drives before it can turn off.
 """
 
-from functools import lru_cache
+from functools import cache, lru_cache
 from math import cos, hypot, inf, isnan, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import distance_transform_edt
+from scipy.ndimage import distance_transform_edt, label
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
@@ -23,7 +23,7 @@ from rocs_bt.control.elastic_band import STEP, DistanceField, headings, relaxed
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
-from rocs_bt.plan import NoRoute, Point, RoutePlanner
+from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point
 
 WINDOWS = (2.5, 8.0)  # [m] Margins of the map section around start and goal; the next one if there is no path.
 REACH = 8.0  # [m] Maximum range of the map section around the robot; everything beyond counts as free.
@@ -36,7 +36,6 @@ TIGHT = 100.0  # Cost of a metre (1 if free) where the grid cannot decide whethe
 BACK, NEAR = 3.0, 1.0  # Additional cost of a metre straight back, within NEAR [m] of the robot, for the turn.
 FIRST = 0.8  # Cost bound of the first search, relative to a free straight line; the next one is 4 times larger,
 WIDER = 3.0  # and above this one the last search has no bound.
-NO_PATH = "the map contains no path to the goal"
 
 MAX_CANDIDATES = 6  # Maximum number of candidate paths per search until the hull fits everywhere.
 CLOSED_RADIUS = 0.15  # [m] Radius of the cells that are closed around a point where the hull does not fit.
@@ -56,7 +55,7 @@ NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 
 LEGS = [hypot(*step) for step in NEIGHBOURS]
 
 
-class GridAstar(RoutePlanner):
+class GridAstar(MapRoutePlanner):
     """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
 
     `clearance` is kept from the hull at the headings along the path. Planners among known obstacles keep it at every
@@ -71,36 +70,26 @@ class GridAstar(RoutePlanner):
         self._planned = None
         self._checked = -inf
         self._closed = []
-        self._failed = None  # revision, start and goal of the last search, if it found no path
 
-    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
-        grid = self.knowledge.world.occupancy
-        if grid is None:
-            raise NoRoute("the robot builds no map; add the analyser LocalMap")
+    def search(self, grid, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         kept = self._planned if self._planned is not None and self._planned.serves(start, goal) else None
         now = self.knowledge.clock.now()
         if kept is not None and (kept.revision == grid.revision or now - self._checked < CHECK_INTERVAL - 1e-6):
             return kept.path
         self._checked = now
         self._planned = None
-        if self._failed is not None:
-            revision, here, there = self._failed
-            if revision == grid.revision and there == goal[:2] and start.distance(here) < grid.cell:
-                raise NoRoute(NO_PATH)
-            self._failed = None
         if kept is not None:
             beside = self._section_beside(grid, kept.points[kept.nearest(start) :])
             self._planned = kept.bent(beside, self._footprint, start, self._ahead(), clearance)
             if self._planned is not None:
                 return self._planned.path
-        for around in WINDOWS:
-            field = self._field(grid, start, goal, around)
-            self._planned = self._plan(field, start, goal, clearance, kept)
-            if self._planned is not None:
-                return self._planned.path
-        if not self._closed:
-            self._failed = grid.revision, start, goal[:2]
-        self._closed.clear()  # the next call searches without closed cells
+        sections = cache(lambda around: self._field(grid, start, goal, around))
+        for _ in range(2 if self._closed else 1):  # the second search without the cells that earlier searches closed
+            for around in WINDOWS:
+                self._planned = self._plan(sections(around), start, goal, clearance, kept)
+                if self._planned is not None:
+                    return self._planned.path
+            self._closed.clear()
         raise NoRoute(NO_PATH)
 
     def _field(self, grid, start, goal, around):
@@ -261,14 +250,15 @@ def _search(field, cost, start, goal):
     up, aside = np.abs(row - aim[0]), np.abs(column - aim[1])
     guess = np.maximum(up, aside) + (sqrt(2.0) - 1.0) * np.minimum(up, aside)
     ends = np.array([there[0] * columns + there[1]]) if there is not None else _edge(rows, columns, aim)
+    parts, _ = label(np.isfinite(cost), structure=np.ones((3, 3)))  # much faster than a search that finds no path
+    if not (parts.reshape(-1)[ends] == parts[here]).any():
+        return None
     graph, first, limit = _reduced(cost, guess), here[0] * columns + here[1], FIRST * guess[here]
     while True:
         distance, before = dijkstra(graph, indices=first, return_predecessors=True, limit=limit)
         best = ends[distance[ends].argmin()]
         if distance[best] < inf:
             break
-        if limit == inf:
-            return None
         limit = inf if limit > WIDER * guess[here] else 4.0 * limit
     nodes = [best]
     while nodes[-1] != first:

@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OCCUPIED
-from rocs_bt.plan import NoRoute, Point, RoutePlanner, distance_to_path
+from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point, distance_to_path
 
 SPACING = 0.2  # [m] Spacing of the lattice.
 MARGIN = 3.0  # [m] Margin of the map section around start and goal.
@@ -29,7 +29,7 @@ STEPS = ((0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1))  
 HEADINGS = len(STEPS)
 
 
-class Lattice(RoutePlanner):
+class Lattice(MapRoutePlanner):
     """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width."""
 
     def __init__(self, knowledge):
@@ -38,10 +38,7 @@ class Lattice(RoutePlanner):
         self._length, self._width = body.get("length", 0.4), body.get("width", 0.4)
         self._kept = None
 
-    def route(self, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
-        grid = self.knowledge.world.occupancy
-        if grid is None:
-            raise NoRoute("the robot builds no map; add the analyser LocalMap")
+    def search(self, grid, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         if self._kept is not None:
             path, towards, revision = self._kept
             if towards == goal[:2] and distance_to_path(start[:2], path) < MAX_PATH_DISTANCE:
@@ -53,7 +50,7 @@ class Lattice(RoutePlanner):
         revision, field = grid.revision, _Field(grid, start, goal, self._length, self._width, clearance)
         cells = field.search(start, goal)
         if cells is None:
-            raise NoRoute("the map contains no path to the goal")
+            raise NoRoute(NO_PATH)
         end = [goal[:2]] if field.contains(goal) else []
         path = [start[:2], *cells[1:], *end]
         self._kept = path, goal[:2], revision

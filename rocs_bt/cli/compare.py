@@ -71,7 +71,7 @@ _WIDE = 1000  # characters, wider than any table
 @click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
 @click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
 @click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
-@click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error.")
+@click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error or at the limit.")
 @click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write a report as one HTML page.")
 @click.option(
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables of the report in Markdown."
@@ -298,4 +298,4 @@ def _print_errors(records: Sequence[EpisodeRecord]) -> None:
 
 def _is_broken(record: EpisodeRecord) -> bool:
     """Whether an episode ended in an error, or content raised an exception in it."""
-    return record.outcome == "error" or bool(record.metrics.get("exceptions"))
+    return record.outcome in ("error", "limit") or bool(record.metrics.get("exceptions"))

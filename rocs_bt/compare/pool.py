@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import pickle
 import queue
+import signal
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
@@ -21,15 +22,15 @@ from ..errors import RocsError
 P = ParamSpec("P")
 T = TypeVar("T")
 
-EXIT_TIMEOUT = 1
-"""Exit code of a process that faulthandler ended because it exceeded its wall limit."""
+EXIT_TIMEOUT = -signal.SIGALRM
+"""Exit code of a process that ended because its task exceeded the wall limit; the task is not tried again."""
 
 _THREADS = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 _starting = threading.Lock()
 
 
 class WorkerDied(RocsError):
-    """Every attempt at a task ended with the death of the worker process.
+    """Every attempt at a task ended with the death of the worker process, or one attempt exceeded the wall limit.
 
     Attributes:
         exit_code: Exit code of the last process; negative for a signal.
@@ -50,6 +51,8 @@ class WorkerDied(RocsError):
 
 class WorkerPool(Executor):
     """Pool of worker processes. A process that dies is replaced, and its task is tried again in a new process.
+
+    A task that exceeds its wall limit would do so again, and is not tried again.
 
     The standard `ProcessPoolExecutor`, in contrast, becomes unusable when one process dies, and cannot end a process
     that hangs.
@@ -116,8 +119,8 @@ class WorkerPool(Executor):
         for left in reversed(range(1 + self._retries)):
             try:
                 return slot.do(payload)
-            except WorkerDied:
-                if not left or self._cancelled.is_set():
+            except WorkerDied as error:
+                if not left or error.exit_code == EXIT_TIMEOUT or self._cancelled.is_set():
                     raise
         raise WorkerDied(None)
 

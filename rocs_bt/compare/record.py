@@ -8,9 +8,12 @@ import msgspec
 import numpy as np
 import numpy.typing as npt
 
-from ..simulation.outcome import OUTCOMES
+from ..simulation import outcome
 
 __all__ = ["OUTCOMES", "EpisodeRecord", "decode_record", "encode_record"]
+
+OUTCOMES = (*outcome.OUTCOMES, "limit")
+"""Outcomes of episodes: those of a run, and `limit` for an episode that the wall limit ended."""
 
 
 class EpisodeRecord(msgspec.Struct, frozen=True, kw_only=True):

@@ -15,7 +15,7 @@ from .episode import Episode, ScenarioScene, SceneRef
 from .key import Keys
 from .pool import EXIT_TIMEOUT, WorkerDied, WorkerPool
 from .record import EpisodeRecord
-from .runner import error_record, run_episode
+from .runner import failure_record, run_episode
 from .store import Cost, Store
 
 WALL_LIMIT = 300.0
@@ -30,9 +30,9 @@ class SweepOptions:
 
     Attributes:
         workers: Number of local processes; None for one per core.
-        wall_limit: Maximum wall-clock time of an episode [s]. A process that exceeds it is ended, and the episode tried
-            once more.
-        retry_errors: Whether to play episodes again that ended in `error` in an earlier sweep.
+        wall_limit: Maximum wall-clock time of an episode [s]. A process that exceeds it is ended, and the episode has
+            the outcome `limit`, which is a failure.
+        retry_errors: Whether to play episodes again that ended in `error` or `limit` in an earlier sweep.
         require: Additional requirement on the agents, such as `always min(front) > 0.05 m`; it changes the keys of the
             episodes.
         stop_when: Function called after each scene, in scene order, with all episodes so far; the sweep ends if it
@@ -99,7 +99,7 @@ def sweep(
     catalog, options = catalog or Catalog.here(), options or SweepOptions()
     store = Store() if store is None else store
     by_scene = _by_scene(planners, scenes, tuple(seeds), catalog, options)
-    again = ("", "error") if options.retry_errors else ("",)
+    again = ("", "error", "limit") if options.retry_errors else ("",)
     done = {episode.key for episodes in by_scene for episode in episodes if store.outcome(episode.key) not in again}
     scene_progress = _Progress(by_scene, store, options.stop_when)
     found = len(done)
@@ -194,30 +194,41 @@ def cores() -> int:
 
 
 def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
-    """Play episodes with a bounded queue; yields record and cost of each in the order of completion."""
+    """Play episodes with a bounded queue; yields record and cost of each in the order of completion.
+
+    The time limit of an episode whose process died is known only from a finished one of its family. Its record
+    therefore follows that one, or is the last.
+    """
     ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
     waiting: dict[Future[tuple[EpisodeRecord, Cost]], Episode] = {}
     limits: dict[str, float] = {}  # time limits by family, from finished episodes
+    died: list[tuple[Episode, Exception]] = []
     try:
         while True:
             while len(waiting) < ahead and (episode := next(episodes, None)) is not None:
                 waiting[executor.submit(run_episode, episode)] = episode
             if not waiting:
-                return
+                break
             for future in wait(waiting, return_when=FIRST_COMPLETED).done:
                 episode = waiting.pop(future)
-                record, cost = _result(future, episode, limits.get(episode.scene.group, 0.0))
-                limits.setdefault(record.family, record.time_limit)
-                yield record, cost
+                played = _result(future)
+                if isinstance(played, Exception):
+                    died.append((episode, played))
+                else:
+                    limits.setdefault(played[0].family, played[0].time_limit)
+                    yield played
+            for each in [each for each in died if each[0].scene.group in limits]:
+                died.remove(each)
+                yield _died(*each, limits[each[0].scene.group]), Cost(0.0, 0.0)
+        for episode, error in died:
+            yield _died(episode, error, 0.0), Cost(0.0, 0.0)
     finally:
         for future in waiting:
             future.cancel()
 
 
-def _result(
-    future: Future[tuple[EpisodeRecord, Cost]], episode: Episode, time_limit: float
-) -> tuple[EpisodeRecord, Cost]:
-    """Record and cost of a played episode; a record with the outcome `error` if its process died in every attempt.
+def _result(future: Future[tuple[EpisodeRecord, Cost]]) -> tuple[EpisodeRecord, Cost] | Exception:
+    """Record and cost of a played episode, or the exception that reports the death of its process.
 
     Raises:
         InputError: Content is invalid.
@@ -230,9 +241,15 @@ def _result(
     except (BrokenExecutor, CancelledError) as error:
         raise RocsError(f"the executor failed: {type(error).__name__}: {error}") from error
     except Exception as error:  # noqa: BLE001 - executors report a dead worker with different exceptions
-        late = isinstance(error, WorkerDied) and error.exit_code == EXIT_TIMEOUT
-        reason = f"it took longer than the wall limit of {episode.wall_limit:g} s" if late else _reason(error)
-        return error_record(episode, reason, time_limit, reproducible=False), Cost(0.0, 0.0)
+        return error
+
+
+def _died(episode: Episode, error: Exception, time_limit: float) -> EpisodeRecord:
+    """Record of an episode whose process died: with the outcome `limit` if it exceeded its wall limit, else `error`."""
+    if isinstance(error, WorkerDied) and error.exit_code == EXIT_TIMEOUT:
+        reason = f"it took longer than the wall limit of {episode.wall_limit:g} s"
+        return failure_record(episode, "limit", reason, time_limit, reproducible=False)
+    return failure_record(episode, "error", _reason(error), time_limit, reproducible=False)
 
 
 def _reason(error: Exception) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import faulthandler
 import math
 import multiprocessing
+import signal
 import threading
 import time
 from collections import OrderedDict
@@ -254,7 +254,7 @@ def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
     """Play an episode in a worker process. An exception becomes a record with the outcome `error`.
 
     If the episode exceeds its wall limit, the worker process ends, even if C code holds the interpreter lock. The
-    caller then tries again or records the failure.
+    caller then records the failure.
 
     Raises:
         InputError: Content is invalid, so every other episode would fail too.
@@ -268,16 +268,19 @@ def run_episode(episode: Episode) -> tuple[EpisodeRecord, Cost]:
         except InputError:
             raise
         except Exception as error:  # noqa: BLE001 - process boundary: one failed episode must not end a sweep
-            record = error_record(episode, f"{type(error).__name__}: {error}", limit, reproducible=True)
+            record = failure_record(episode, "error", f"{type(error).__name__}: {error}", limit, reproducible=True)
         return record, Cost(time.perf_counter() - wall, time.process_time() - cpu)
 
 
-def error_record(episode: Episode, reason: str, time_limit: float, *, reproducible: bool) -> EpisodeRecord:
-    """Record of an episode that ended in an error; it counts as a failure and contains no other measurements.
+def failure_record(
+    episode: Episode, outcome: str, reason: str, time_limit: float, *, reproducible: bool
+) -> EpisodeRecord:
+    """Record of an episode that was not played to its end; it counts as a failure and contains no other measurements.
 
     Args:
         episode: The episode.
-        reason: Reason of the error.
+        outcome: `error` or `limit`.
+        reason: Reason of the failure.
         time_limit: Time limit of the episode [s]; 0 if unknown.
         reproducible: Whether a repetition would fail too.
     """
@@ -288,7 +291,7 @@ def error_record(episode: Episode, reason: str, time_limit: float, *, reproducib
         family=episode.scene.group,
         scene=episode.scene.name,
         seed=episode.seed,
-        outcome="error",
+        outcome=outcome,
         reason=reason,
         metrics={**dict.fromkeys(METRICS), **dict.fromkeys(ZERO_ON_FAILURE, 0.0), "time": time},
         time_limit=time_limit,
@@ -308,9 +311,9 @@ def _limited(seconds: float) -> Iterator[None]:
     if multiprocessing.parent_process() is None:
         yield
         return
-    # faulthandler's timer is a C thread without the interpreter lock; it prints the stack traces to stderr.
-    faulthandler.dump_traceback_later(seconds, exit=True)
+    # The default action for this signal ends the process at once and in silence, whatever holds the interpreter.
+    signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
     finally:
-        faulthandler.cancel_dump_traceback_later()
+        signal.setitimer(signal.ITIMER_REAL, 0.0)

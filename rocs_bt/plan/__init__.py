@@ -13,16 +13,18 @@ from .mission_check import check_mission
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
-from .route import NoRoute, Point, RoadRoutePlanner, RoutePlanner, distance_to_path
+from .route import NO_PATH, MapRoutePlanner, NoRoute, Point, RoadRoutePlanner, RoutePlanner, distance_to_path
 from .tree import NodeOutline, TreePlan
 from .vehicle import Vehicle
 from .xml_mission import mission_nodes, shipped_nodes, xml_mission
 
 __all__ = [
+    "NO_PATH",
     "Act",
     "ActionNode",
     "Condition",
     "Content",
+    "MapRoutePlanner",
     "Mission",
     "MissionContext",
     "NoRoute",

@@ -9,14 +9,21 @@ from itertools import pairwise
 from typing import Any
 
 from ..errors import KnowledgeError
-from ..geometry import Pose2
-from ..knowledge import Knowledge, Roadmap, Route, segment_distance
+from ..geometry import Pose2, wrap_angle
+from ..knowledge import Knowledge, OccupancyGrid, Roadmap, Route, segment_distance
 
 Point = tuple[float, float]
 """x and y in the world frame [m]."""
 
 MAX_PATH_DISTANCE = 0.5
 """Distance between a robot and its path from which on a new path is planned [m]."""
+
+
+NO_PATH = "the map contains no path to the goal"
+"""Reason of a search that found no path in the robot's own map."""
+
+SAME_YAW = 0.3
+"""Turn of the robot from which on a search that failed is repeated [rad]."""
 
 
 class NoRoute(Exception):
@@ -51,6 +58,46 @@ class RoutePlanner(ABC):
         Raises:
             NoRoute: There is no path.
         """
+
+
+class MapRoutePlanner(RoutePlanner):
+    """Base class of planners of paths through the robot's own map, which the analyser LocalMap builds.
+
+    A search that failed is not repeated while the map, the goal, the clearance and the robot's pose are the same.
+    """
+
+    def __init__(self, knowledge: Knowledge) -> None:
+        super().__init__(knowledge)
+        self._failed: tuple[int, Pose2, Pose2, float, NoRoute] | None = None
+
+    @abstractmethod
+    def search(self, grid: OccupancyGrid, start: Pose2, goal: Pose2, clearance: float) -> Sequence[Point]:
+        """Search for a path in a map; arguments and result as those of `route`.
+
+        Raises:
+            NoRoute: There is no path.
+        """
+
+    def route(self, start: Pose2, goal: Pose2, clearance: float) -> Sequence[Point]:
+        """Plan a path in the robot's map.
+
+        Raises:
+            NoRoute: There is no path, or the robot builds no map.
+        """
+        grid = self.knowledge.world.occupancy
+        if grid is None:
+            raise NoRoute("the robot builds no map; add the analyser LocalMap")
+        if self._failed is not None:
+            revision, here, there, gap, reason = self._failed
+            stays = start.distance(here) < grid.cell and abs(wrap_angle(start.yaw - here.yaw)) < SAME_YAW
+            if revision == grid.revision and there == goal and gap == clearance and stays:
+                raise NoRoute(*reason.args)
+            self._failed = None
+        try:
+            return self.search(grid, start, goal, clearance)
+        except NoRoute as error:
+            self._failed = grid.revision, start, goal, clearance, error
+            raise
 
 
 class RoadRoutePlanner(RoutePlanner):

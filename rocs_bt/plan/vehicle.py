@@ -48,6 +48,7 @@ class Vehicle:
                 Fault("this planner needs the robot's length and width; add a [body] table to its robot.toml.")
             )
         self.footprint = Footprint(body["length"], body["width"])
+        self._distances: tuple[tuple[object, ...], Array] | None = None  # map section, distances from obstacles [m]
 
     @property
     def has_map(self) -> bool:
@@ -112,12 +113,9 @@ class Vehicle:
             InputError: The robot builds no map.
         """
         window = self._window(pose, reach)
-        occupied = window.states == OCCUPIED
-        if not occupied.any():
+        if not (window.states == OCCUPIED).any():
             return np.full(poses.shape[:-1], np.inf)
-        from scipy.ndimage import distance_transform_edt
-
-        away = distance_transform_edt(~occupied) * window.cell
+        away = self._distance_field(window)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         count = math.ceil(self.footprint.length / self.footprint.width - 1e-9)
         part = self.footprint.length / (2 * count)
@@ -148,6 +146,15 @@ class Vehicle:
         x, y = points[first + int(beyond[0])] if len(beyond) else points[-1]
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         return float(c * x + s * y), float(c * y - s * x)
+
+    def _distance_field(self, window: Window) -> Array:
+        """Distance of each cell of a window from the nearest occupied cell [m], shape (rows, columns)."""
+        from scipy.ndimage import distance_transform_edt
+
+        section = window.revision, window.x, window.y, window.states.shape
+        if self._distances is None or self._distances[0] != section:
+            self._distances = section, distance_transform_edt(window.states != OCCUPIED) * window.cell
+        return self._distances[1]
 
     def _window(self, pose: Pose2, reach: float) -> Window:
         grid = self._world.occupancy

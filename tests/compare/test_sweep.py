@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import multiprocessing
 import os
 import random
 import signal
@@ -19,9 +20,9 @@ from rocs_bt.catalog import Catalog, PlannerSpec
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
 from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.key import Keys
-from rocs_bt.compare.pool import WorkerPool
+from rocs_bt.compare.pool import EXIT_TIMEOUT, WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
-from rocs_bt.compare.runner import EpisodeRunner
+from rocs_bt.compare.runner import EpisodeRunner, run_episode
 from rocs_bt.compare.store import Cost
 from rocs_bt.errors import InputError, RocsError
 
@@ -321,7 +322,8 @@ def hung(project, planner):
         "hung",
         "return 0.0, 0.0",
         reset="x = rng.integers(0, 2**62); import pathlib; p = pathlib.Path(os.environ['ROCS_HANG']); "
-        "(re.match('(a+)+$', 'a' * 60 + 'b') if str(x) == p.read_text() else None)",
+        "(p.with_name('tried').open('a').write('x'), re.match('(a+)+$', 'a' * 60 + 'b')) if str(x) == p.read_text() "
+        "else None",
         top="import re",
     )
 
@@ -339,12 +341,22 @@ def test_a_hung_c_call_is_ended_by_the_wall_limit_and_the_sweep_goes_on(project,
         options = SweepOptions(wall_limit=2.0)
         found = sweep(["hung", "none"], ["short"], (1, 2, 3), catalog=catalog, executor=patient, options=options)
     outcomes = {(r.planner, r.seed): r.outcome for r in found.records()}
-    assert outcomes.pop(("hung", 2)) == "error"
+    assert outcomes.pop(("hung", 2)) == "limit"
     assert set(outcomes.values()) == {"timeout"}
-    (record,) = [r for r in found.records() if r.outcome == "error"]
+    (record,) = [r for r in found.records() if r.outcome == "limit"]
     assert "wall limit of 2 s" in record.reason
     assert (record.metrics["success"], record.metrics["time"], record.time_limit) == (0.0, 2.0, 2.0)
     assert not record.reproducible
+    assert (tmp_path / "tried").read_text() == "x"
+
+
+def test_an_episode_is_ended_by_its_wall_limit_in_silence(capfd):
+    episode = Episode("key", PlannerSpec(name="none", mission=""), ScenarioScene("exp1"), 1, wall_limit=0.01)
+    process = multiprocessing.get_context("spawn").Process(target=run_episode, args=(episode,))
+    process.start()
+    process.join()
+    assert process.exitcode == EXIT_TIMEOUT
+    assert capfd.readouterr() == ("", "")
 
 
 SCRIPT = """

@@ -17,7 +17,7 @@ from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.plan import NoRoute
 
 PLANNER = Catalog.here().load_route("grid_astar")
-MODULE = PLANNER.route.__globals__
+MODULE = PLANNER.search.__globals__
 HULL = Footprint(0.5, 0.4)
 START, GOAL = Pose2(0.0, 0.0), Pose2(5.0, 0.0)
 
@@ -164,33 +164,3 @@ def test_a_way_is_held_against_the_hull_as_the_robot_turns_into_it(yaw, fits):
     field = MODULE["Field"].of(bench.grid.window((-1.0, -1.0), (2.0, 2.0)), HULL.inner)
     place = MODULE["_too_tight"](field, HULL, points, Pose2(0.0, 0.0, yaw), 0.02)
     assert (place is None) is fits
-
-
-@pytest.fixture
-def work(monkeypatch):
-    """Counts of the planner's expensive calls."""
-    done = {"distance_transform_edt": 0, "dijkstra": 0}
-    for name in done:
-
-        def counted(*args, name=name, call=MODULE[name], **kwargs):
-            done[name] += 1
-            return call(*args, **kwargs)
-
-        monkeypatch.setitem(MODULE, name, counted)
-    return done
-
-
-@pytest.mark.parametrize("radius", [0.5, 1.2])
-@pytest.mark.parametrize("centre", [START, GOAL])
-def test_a_search_without_a_path_is_short_and_is_not_repeated_while_nothing_changes(work, centre, radius):
-    ring = [post(centre.x + radius * math.cos(a), radius * math.sin(a), 0.03) for a in np.linspace(0.0, math.tau, 90)]
-    bench = Bench(*ring)
-    for _ in range(5):
-        with pytest.raises(NoRoute):
-            bench.route()
-    assert work["distance_transform_edt"] <= 2
-    assert work["dijkstra"] <= 8
-    bench.see(post(-1.0, 3.0))
-    with pytest.raises(NoRoute):
-        bench.route()
-    assert 3 <= work["distance_transform_edt"] <= 4

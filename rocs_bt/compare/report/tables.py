@@ -15,7 +15,7 @@ from ..statistics import Estimate, SampleSize, bootstrapped, interquartile_mean,
 from ..verdict import Verdict, favourable, swapped
 
 BEST_FIRST = sorted(
-    OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "fell", "collision", "error").index
+    OUTCOMES, key=("success", "stuck", "failed", "timeout", "interrupted", "fell", "collision", "limit", "error").index
 )
 
 

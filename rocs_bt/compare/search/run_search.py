@@ -21,7 +21,7 @@ from .player import SEED, Player
 from .shrink import Shrinking
 from .space import SampledScene, SearchSpace
 
-FAILURES = tuple(outcome for outcome in OUTCOMES if outcome not in ("success", "interrupted"))
+FAILURES = tuple(outcome for outcome in OUTCOMES if outcome not in ("success", "interrupted", "limit"))
 
 
 @dataclass(frozen=True)
