@@ -9,15 +9,17 @@ from functools import cached_property
 from itertools import combinations
 
 import numpy as np
+import numpy.typing as npt
 
 from ..errors import InputError, UnknownName, unknown
-from .metric import BARN_YEARS, SHARES, ZERO_ON_FAILURE, Metric, metric
+from .metric import BARN_YEARS, HOLDS_PREFIX, SHARES, ZERO_ON_FAILURE, Metric, metric
 from .record import EpisodeRecord
 from .statistics import (
     LEVEL,
     Estimate,
     Floats,
     SampleSize,
+    equal,
     lower_bound,
     mean_over_scenes,
     rate,
@@ -129,15 +131,32 @@ class Comparison:
         """Metric value of an episode that ended in an error without measurements: it counts as a failure."""
         return self.time_limit if name == "time" else 0.0 if name in ZERO_ON_FAILURE else None
 
-    def estimate(self, planner: str, of: str | Metric) -> Estimate:
-        """Mean of a metric over all episodes of a planner, with a confidence interval within the metric's range."""
+    def estimate(self, planner: str, of: str | Metric, where: npt.NDArray[np.bool_] | None = None) -> Estimate:
+        """Mean of a metric over the episodes of a planner, with a confidence interval within the metric's range.
+
+        Args:
+            planner: Name of the planner.
+            of: The metric.
+            where: Mask of the episodes to include, of the shape of `sample`; all by default.
+        """
         values, most = self.sample(planner, of), self.span(of)
-        if _metric(of).name in SHARES:
+        values = values if where is None else np.where(where, values, math.nan)
+        if _metric(of).name in SHARES or _metric(of).name.startswith(HOLDS_PREFIX):
             return rate(values)
-        found = mean_over_scenes(values)
+        found = mean_over_scenes(values, unseen=self._unseen(planner, of, values))
         if math.isnan(most):
             return found
         return replace(found, low=float(np.maximum(found.low, 0.0)), high=float(np.minimum(found.high, most)))
+
+    def _unseen(self, planner: str, of: str | Metric, values: Floats) -> tuple[float, ...]:
+        """Values of a metric that further episodes may have although no episode of a planner has them."""
+        name, span, succeeded = _metric(of).name, self.span(of), self.sample(planner, "success")
+        known, failure = values[~np.isnan(values)], self._on_error(name)
+        if len(known) == 0 or math.isnan(span):
+            return ()
+        if equal(known) or np.nanmax(succeeded) == 0.0:
+            return 0.0, span
+        return (failure,) if failure is not None and np.nanmin(succeeded) == 1.0 else ()
 
     def size(self, planner: str, of: str | Metric = "success") -> SampleSize:
         """Sample size and effective sample size of a planner for a metric."""

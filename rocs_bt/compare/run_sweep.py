@@ -196,7 +196,7 @@ def cores() -> int:
 def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[EpisodeRecord, Cost], None, None]:
     """Play episodes with a bounded queue; yields record and cost of each in the order of completion.
 
-    The time limit of an episode whose process died is known only from a finished one of its family. Its record
+    If a process died, the time limit of its episode is known only from a finished one of the family. The record
     therefore follows that one, or is the last.
     """
     ahead = _AHEAD * int(getattr(executor, "workers", 0) or getattr(executor, "_max_workers", 0) or 16)
@@ -245,7 +245,7 @@ def _result(future: Future[tuple[EpisodeRecord, Cost]]) -> tuple[EpisodeRecord, 
 
 
 def _died(episode: Episode, error: Exception, time_limit: float) -> EpisodeRecord:
-    """Record of an episode whose process died: with the outcome `limit` if it exceeded its wall limit, else `error`."""
+    """Record of an episode after its process died: with the outcome `limit` after its wall limit, else `error`."""
     if isinstance(error, WorkerDied) and error.exit_code == EXIT_TIMEOUT:
         reason = f"it took longer than the wall limit of {episode.wall_limit:g} s"
         return failure_record(episode, "limit", reason, time_limit, reproducible=False)

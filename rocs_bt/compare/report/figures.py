@@ -19,7 +19,7 @@ from ..comparison import Comparison, Disagreement
 from ..record import EpisodeRecord
 from ..replay import scene_by_name
 from ..runner import EpisodeRunner
-from ..statistics import Floats, cluster_bootstrap, cumulative_incidence, performance_profile, rate
+from ..statistics import Floats, cluster_bootstrap, cumulative_incidence, performance_profile, rate, widened
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -72,6 +72,7 @@ def incidence(canvas: Canvas, comparison: Comparison, outcome: str) -> None:
 
     for number, planner in enumerate(comparison.planners):
         value, low, high = cluster_bootstrap(_ends(comparison, planner), curve, resamples=_RESAMPLES)
+        low, high = widened(comparison.sample(planner, "success"), value, low, high)
         axes.plot(at, value, drawstyle="steps-post", label=planner, **line(number))
         axes.fill_between(at, low, high, step="post", color=colour(number), alpha=0.12, linewidth=0)
     axes.set_xlabel("time [s]")

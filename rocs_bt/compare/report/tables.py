@@ -11,7 +11,7 @@ import numpy as np
 from ..comparison import Comparison
 from ..metric import METRICS, SHARES, Metric, metric
 from ..record import OUTCOMES
-from ..statistics import Estimate, SampleSize, bootstrapped, interquartile_mean, mean_over_scenes
+from ..statistics import Estimate, SampleSize, bootstrapped, interquartile_mean
 from ..verdict import Verdict, favourable, swapped
 
 BEST_FIRST = sorted(
@@ -108,11 +108,10 @@ def points(verdict: Verdict) -> str:
 
 
 def text(found: Estimate, of: Metric) -> str:
-    """Format an estimate with its interval and the metric's unit."""
-    if of.name in SHARES:
-        return f"{_percent(found.value)} % ({_percent(found.low)} to {_percent(found.high)})"
-    unit = f" {of.unit}" if of.unit else ""
-    return f"{number(found.value)}{unit} ({number(found.low)} to {number(found.high)})"
+    """Format an estimate with its interval, if it has one, and the metric's unit."""
+    shown, unit = (_percent, " %") if of.name in SHARES else (number, f" {of.unit}" if of.unit else "")
+    ends = "" if math.isnan(found.low) else f" ({shown(found.low)} to {shown(found.high)})"
+    return f"{shown(found.value)}{unit}{ends}"
 
 
 def number(value: float) -> str:
@@ -141,9 +140,8 @@ def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
         if of.on_failure == "counts":
             rows.append((of, "all", [text(comparison.estimate(p, of), of) for p in comparison.planners]))
             continue
-        samples = [np.where(all_succeed, comparison.sample(p, of), math.nan) for p in comparison.planners]
         over = f"{int(all_succeed.sum())} in which all succeed"
-        rows.append((of, over, [text(mean_over_scenes(sample), of) for sample in samples]))
+        rows.append((of, over, [text(comparison.estimate(p, of, all_succeed), of) for p in comparison.planners]))
     return rows
 
 

@@ -24,6 +24,7 @@ Floats = npt.NDArray[np.float64]
 LEVEL = 0.95
 """Confidence level of all intervals."""
 
+_ROUNDING = 1e-12
 RESAMPLES = 10_000
 SEED = 20260101  # fixed seed of all resampling: the same episodes give the same interval
 
@@ -34,8 +35,8 @@ class Estimate:
 
     Attributes:
         value: Estimated value.
-        low: Lower end of the interval; NaN if the sample size is less than 2.
-        high: Upper end of the interval; NaN if the sample size is less than 2.
+        low: Lower end of the interval; NaN if the sample size is less than 2, or if equal values say nothing of others.
+        high: Upper end of the interval; NaN like the lower end.
         of: Sample size: number of scenes, or of episodes of one scenario.
     """
 
@@ -73,7 +74,7 @@ def mean(values: Sequence[float]) -> Estimate:
     from scipy.stats import bootstrap
 
     average = float(np.mean(values))
-    if len(values) < 2:
+    if len(values) < 2 or equal(values):
         return Estimate(average, np.nan, np.nan, len(values))
     resampled = bootstrap(
         (values,),
@@ -85,6 +86,11 @@ def mean(values: Sequence[float]) -> Estimate:
     )
     interval = resampled.confidence_interval
     return Estimate(average, float(interval.low), float(interval.high), len(values))
+
+
+def equal(values: npt.ArrayLike) -> bool:
+    """Whether all values are equal; no bootstrap and no standard deviation then gives an interval."""
+    return float(np.ptp(values)) <= _ROUNDING * float(np.max(np.abs(values)))
 
 
 def scene_means(values: Floats) -> Floats:
@@ -140,19 +146,31 @@ def sample_size(values: Floats) -> SampleSize:
     return SampleSize(scenes, episodes, correlation, effect, episodes / effect)
 
 
-def mean_over_scenes(values: Floats, level: float = LEVEL) -> Estimate:
+def mean_over_scenes(values: Floats, level: float = LEVEL, *, unseen: Sequence[float] = ()) -> Estimate:
     """Mean over scenes with Student's interval, which is widened on the side of a skewed distribution's long tail.
+
+    Student's interval knows nothing of values that no episode has shown, such as that of a failure if all episodes
+    succeed. At most the share `most_unseen` of the scenes has them. The interval includes what this would do to the
+    mean.
 
     Args:
         values: Values, shape (n_scenes, n_seeds); NaN if missing.
         level: Confidence level.
+        unseen: Values that no episode shows although others may. Without them, equal values have no interval.
     """
     means = scene_means(values)
     n = len(means)
     if n < 2:
         return Estimate(float(means[0]) if n else math.nan, math.nan, math.nan, n)
-    error = float(means.std(ddof=1)) / math.sqrt(n)
-    return Estimate(float(means.mean()), *_ends(means, error, level), n)
+    centre, low, high = float(means.mean()), math.nan, math.nan
+    if not equal(means):
+        low, high = _ends(means, float(means.std(ddof=1)) / math.sqrt(n), level)
+    elif unseen:
+        low = high = centre
+    most = most_unseen(values, level)
+    low = min([low, *((1.0 - most) * low + most * value for value in unseen)])
+    high = max([high, *((1.0 - most) * high + most * value for value in unseen)])
+    return Estimate(centre, low, high, n)
 
 
 def _ends(sample: Floats, error: float, level: float) -> tuple[float, float]:
@@ -202,14 +220,15 @@ def mean_difference(differences: Floats, level: float = LEVEL, span: float = mat
         differences: Differences, one per scene, from `paired`, shape (n,).
         level: Confidence level.
         span: Greatest possible difference, which bounds the interval. It is also the difference of the additional scene
-            if all differences are 0. NaN if unbounded; if all differences are 0, the interval is then 0 to 0, which is
-            too narrow.
+            if all differences are 0. NaN if unbounded; if all differences are 0, there is then no interval.
     """
     n = len(differences)
     if n < 2:
         return Estimate(float(differences[0]) if n else math.nan, math.nan, math.nan, n)
     centre, different = float(differences.mean()), differences[differences != 0.0]
-    more = float((different**2).mean()) if len(different) else 0.0 if math.isnan(span) else span**2
+    if not len(different) and math.isnan(span):
+        return Estimate(centre, math.nan, math.nan, n)
+    more = float((different**2).mean()) if len(different) else span**2
     error = math.sqrt((float((differences**2).sum() + more) / n - centre**2) / (n - 1))
     low, high = _ends(differences, error, level)
     return Estimate(centre, float(np.fmax(low, -span)), float(np.fmin(high, span)), n)
@@ -247,6 +266,29 @@ def rate(values: Floats, level: float = LEVEL) -> Estimate:
     centre = (share + z2 / (2.0 * effective)) / (1.0 + z2 / effective)
     half = math.sqrt(z2 * (share * (1.0 - share) / effective + z2 / (4.0 * effective**2))) / (1.0 + z2 / effective)
     return Estimate(share, max(centre - half, 0.0), min(centre + half, 1.0), n)
+
+
+def most_unseen(values: Floats, level: float = LEVEL) -> float:
+    """Upper end of the interval of the rate of an event that occurred in none of the episodes.
+
+    Args:
+        values: Any values of the episodes, shape (n_scenes, n_seeds); NaN if missing.
+        level: Confidence level.
+    """
+    return rate(np.where(np.isnan(values), np.nan, 0.0), level).high
+
+
+def widened(episodes: Floats, shares: Floats, low: Floats, high: Floats) -> tuple[Floats, Floats]:
+    """Band of shares between 0 and 1 from a bootstrap, with `most_unseen` where all resamples are equal.
+
+    Args:
+        episodes: Any values of the episodes, shape (n_scenes, n_seeds); NaN if missing.
+        shares: Estimated shares, shape (n,).
+        low: Lower end of each share's interval, shape (n,).
+        high: Upper end of each share's interval, shape (n,).
+    """
+    most, flat = most_unseen(episodes), high - low <= _ROUNDING
+    return np.where(flat, (1.0 - most) * shares, low), np.where(flat, (1.0 - most) * shares + most, high)
 
 
 def upper_bound(values: Floats, level: float = LEVEL) -> float:

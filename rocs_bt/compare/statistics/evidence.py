@@ -15,7 +15,7 @@ from collections.abc import Callable
 import numpy as np
 import numpy.typing as npt
 
-from .estimates import LEVEL, SEED, Estimate, Floats, mean_difference, scene_means
+from .estimates import LEVEL, SEED, Estimate, Floats, equal, mean_difference, scene_means
 
 _RESAMPLES = 2_000
 _FLIPS = 9_999
@@ -46,8 +46,10 @@ def cluster_bootstrap(
 
 
 def bootstrapped(values: Floats, statistic: Callable[[Floats], float], level: float = LEVEL) -> Estimate:
-    """`cluster_bootstrap` of a scalar statistic as an `Estimate`."""
+    """`cluster_bootstrap` of a scalar statistic as an `Estimate`; without an interval if all resamples are equal."""
     value, low, high = cluster_bootstrap(values, statistic, level)
+    if equal((low, high)):
+        return Estimate(float(value), math.nan, math.nan, len(values))
     return Estimate(float(value), float(low), float(high), len(values))
 
 
