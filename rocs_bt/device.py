@@ -55,9 +55,11 @@ class Actuator(ABC):
         two_owners: Whether the device can be opened in two processes at the same time, without an effect of the second
             one until it commands. With `isolated = true`, it is then opened in the main process too, at the start of
             the run and not when the isolated process has ended. A class attribute of the driver.
+        publishers: Identifiers of the device's publishers on its network; empty without a network that has them.
     """
 
     two_owners = False
+    publishers: frozenset[bytes] = frozenset()
 
     def __init__(self, name: str, size: int) -> None:
         self.name = name

@@ -457,6 +457,19 @@ class MotionReleased(Event, frozen=True, kw_only=True):
     by: str = ""
 
 
+class OtherPublisherFound(Event, frozen=True, kw_only=True):
+    """A node that is not part of the run publishes commands of an actuator; `node` names it."""
+
+    actuator: str
+    topic: str
+    node: str
+
+    @property
+    def text(self) -> str:
+        """Sentence about the event."""
+        return f"{self.node} publishes on {self.topic} too: its commands override stops of {self.actuator}"
+
+
 class LandingBegan(Event, frozen=True, kw_only=True):
     """A flying robot began to land, because it had not been commanded to move for the time in `[locomotion]`."""
 

@@ -76,7 +76,7 @@ def _show_robot(found: Examination) -> int:
     head = ("device", "topic", "node", "Hz", "age ms", "header ms", "values", "")
     show_table(rows, head, styles=styles, right=(3, 4, 5), box=None, pad_edge=False)
     for topic in found.topics:
-        if text := topic.problem or topic.remark:
+        for text in filter(None, (topic.problem, topic.remark)):
             echo(f"{topic.device}: {text}", err=True)
     wrong = sum(_verdict(topic) == "problem" for topic in found.topics)
     echo(f"{len(found.topics)} topics, {wrong} with a problem.")
@@ -102,7 +102,7 @@ def _milliseconds(time: float | None) -> str:
 
 def _verdict(topic: TopicState) -> str:
     if not topic.problem:
-        return "clock offset" if topic.remark else "good"
+        return topic.kind or "good"
     return "optional" if topic.optional else "problem"
 
 

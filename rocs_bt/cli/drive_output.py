@@ -61,7 +61,7 @@ class HoldOutput:
 
 
 def show_notice(text: str) -> None:
-    """Print a notice about the clock of the run, or about goals that may go on."""
+    """Print a notice, such as about the clock of the run or goals that may go on."""
     with discard_if_closed():
         echo(text, err=True)
 

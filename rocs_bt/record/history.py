@@ -24,6 +24,7 @@ from ..event import (
     MotionHeld,
     MotionReleased,
     NodeTicked,
+    OtherPublisherFound,
     OutcomeDecided,
     PeerFault,
     Replanned,
@@ -139,6 +140,7 @@ FaultEvent = (
     | CommandExpired
     | MotionHeld
     | MotionReleased
+    | OtherPublisherFound
     | PeerFault
     | RobotPushed
     | Stuck

@@ -39,6 +39,7 @@ LOGGED: Mapping[type[Event], Callable[[Any], LogLine | None]] = {
     ev.CommandExpired: lambda e: (foxglove.ERROR, f"no command for {e.actuator}"),
     ev.MotionHeld: lambda e: (foxglove.WARNING, f"{e.actuator} held in neutral: {e.reason}"),
     ev.MotionReleased: lambda e: (foxglove.INFO, f"{e.actuator} released"),
+    ev.OtherPublisherFound: lambda e: (foxglove.WARNING, e.text),
     ev.Stuck: lambda e: (foxglove.WARNING, e.reason),
     ev.PeerFault: lambda e: (foxglove.WARNING, f"peer {e.peer}: {e.detail}"),
     ev.GoalEntered: lambda e: (foxglove.INFO, f"goal {e.goal} reached"),

@@ -16,6 +16,7 @@ from ..event import (
     ContentRaised,
     MotionHeld,
     MotionReleased,
+    OtherPublisherFound,
     OutcomeDecided,
     PeerFault,
     RobotPushed,
@@ -247,7 +248,7 @@ def _fault(event: FaultEvent) -> str:
         return f"{event.actuator} released" + (f" by {event.by}" if event.by else "")
     if isinstance(event, Stuck):
         return event.reason
-    if isinstance(event, RobotPushed):
+    if isinstance(event, (RobotPushed, OtherPublisherFound)):
         return event.text
     if isinstance(event, PeerFault):
         return f"peer {event.peer}: {event.detail}"

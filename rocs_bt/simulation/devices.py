@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
@@ -25,7 +24,7 @@ from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
-from ..drivers.ros2.actuator_node import ActuatorNode, ActuatorNodeMaker, shared_node
+from ..drivers.ros2.actuator_node import ActuatorNode, ActuatorNodeMaker, isolated_node, shared_node
 from ..drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 from ..drivers.ros2.sensor_node import SensorNode
 from ..errors import DeviceError, Fault, InputError, located_at
@@ -174,8 +173,8 @@ def make_isolated(catalog: Catalog, robot: RobotSpec, actuator: ActuatorSpec, ho
     """
     if actuator.driver == ROS2:
         with located_at(robot.file, actuator.line):
-            node = re.sub(r"\W|_+", "_", f"rocs_bt_{actuator.name}", flags=re.ASCII)  # two of one name disturb tools
-            return IsolatedActuator(replace(_ros2_maker(robot, actuator), node=node), actuator.max_command_age, host)
+            node = replace(_ros2_maker(robot, actuator), node=isolated_node(actuator.name))
+            return IsolatedActuator(node, actuator.max_command_age, host)
     driver = hardware_driver(catalog, robot, actuator)
     file, _, cls = actuator.driver.partition(":")
     with located_at(robot.file, actuator.line):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from ..drivers.emergency_stop import EmergencyStop
+from ..drivers.ros2.command_watch import CommandWatch
 from ..drivers.ros2.stop_topics import StopTopics
 
 
@@ -15,14 +16,14 @@ class MotionPermission:
         stops: Emergency stops of the robots.
         asked: Function called once per control period, which returns whether the person said go since its last call;
             None without a person.
-        topics: Topics that stop a robot or let it go.
+        topics: Topics that stop a robot or let it go, and topics of commands.
     """
 
     def __init__(
         self,
         stops: Sequence[EmergencyStop],
         asked: Callable[[], bool] | None = None,
-        topics: Sequence[StopTopics] = (),
+        topics: Sequence[StopTopics | CommandWatch] = (),
     ) -> None:
         self._stops = stops
         self._asked = asked

@@ -150,7 +150,7 @@ def _preflight(
 
 def _poll(devices: HardwareDevices, robots: Mapping[str, RobotSpec], options: RunOptions) -> Callable[..., str]:
     """Function that checks the clock, and returns the reason why a robot must not move (`MotionPermission.poll`)."""
-    permission = MotionPermission(list(devices.stops.values()), options.go, devices.stop_topics)
+    permission = MotionPermission(list(devices.stops.values()), options.go, devices.watches)
     watch = ClockWatch(devices.clock, devices.gates, options.notice)
     watch.report_isolation(robots.values())
 

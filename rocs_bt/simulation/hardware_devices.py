@@ -9,18 +9,22 @@ from ..agent import RobotDevices
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, command_size
 from ..clock import Rate, WallClock
 from ..device import Actuator
+from ..drivers import ROS2, read_parameters
 from ..drivers.emergency_stop import EmergencyStop
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
 from ..drivers.ros2.actuator_node import shared_node
+from ..drivers.ros2.command_watch import CommandWatch
 from ..drivers.ros2.connect import open_transport
 from ..drivers.ros2.dry_link import DryLink
 from ..drivers.ros2.link import NodeLink
+from ..drivers.ros2.node import RosNode
+from ..drivers.ros2.parameters import Ros2ActuatorParameters
 from ..drivers.ros2.settings import Ros2Settings
 from ..drivers.ros2.sim_clock import SimTimeClock
 from ..drivers.ros2.stop_topics import StopTopics
 from ..errors import Fault, InputError
-from ..event import EventSink
+from ..event import EventSink, OtherPublisherFound
 from ..ros_link import RosLink
 from ..safety import SafetyGate
 from .devices import hardware_driver, make_hardware, make_isolated, make_sensor
@@ -68,7 +72,7 @@ class HardwareDevices:
         links: Isolated actuators, which run in separate processes, by agent.
         stops: Emergency stops, by agent.
         topics: Topics of ROS 2 that need a node at the other side, of all robots.
-        stop_topics: Topics that stop a robot or let it go, of all robots.
+        watches: Topics of ROS 2 that are watched during the run, of all robots.
     """
 
     def __init__(self, clock: WallClock, period: float, sink: EventSink, options: RunOptions) -> None:
@@ -77,13 +81,13 @@ class HardwareDevices:
         self._period = period
         self._dry_run = options.dry_run
         self._confirm = options.confirm
-        self._notice = options.notice
+        self._notice = options.notice or (lambda text: None)
         self.robots: dict[str, RobotDevices] = {}
         self.motion: dict[str, SafetyGate] = {}
         self.links: dict[str, list[IsolatedActuator]] = {}
         self.stops: dict[str, EmergencyStop] = {}
         self.topics: list[PreflightTopic] = []
-        self.stop_topics: list[StopTopics] = []
+        self.watches: list[StopTopics | CommandWatch] = []
 
     @property
     def gates(self) -> list[SafetyGate]:
@@ -124,9 +128,25 @@ class HardwareDevices:
         if robot.ros2 is not None:
             node = shared_node(robot.ros2, host)
             self.topics += preflight_topics(name, robot, node, dry_run=self._dry_run)
-        if robot.ros2 is not None and (robot.ros2.emergency_stop or robot.ros2.go):
-            self.stop_topics.append(StopTopics(shared_node(robot.ros2, host), host))
+            if robot.ros2.emergency_stop or robot.ros2.go:
+                self.watches.append(StopTopics(node, host))
+            ours = [each for each in robot.actuators if each.driver == ROS2]
+            self.watches += [self._watch(name, robot.ros2, each, made[each.name], node) for each in ours]
         self.links[name] = [device for device in made.values() if isinstance(device, IsolatedActuator)]
+
+    def _watch(
+        self, agent: str, settings: Ros2Settings, spec: ActuatorSpec, device: Actuator, node: RosNode
+    ) -> CommandWatch:
+        """Watch of the topic of an actuator for publishers that are not part of the run."""
+        given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
+        topic = settings.topic(given.topic)
+
+        def report(other: str) -> None:
+            found = OtherPublisherFound(t=self.clock.now(), agent=agent, actuator=spec.name, topic=topic, node=other)
+            self.sink.emit(found)
+            self._notice(f"{agent}: {found.text}.")
+
+        return CommandWatch(node, topic, given.type, device.publishers, report)
 
     def _ros_link(self, robot: RobotSpec, host: Host, shared: ExitStack) -> RosLink | None:
         """ROS connection for the robot's mission; None for a robot without a `[ros2]` table."""

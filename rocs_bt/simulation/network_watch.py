@@ -51,7 +51,7 @@ class NetworkWatch:
         self._next = self._wall() + LOOK_AGAIN
 
     def _mismatches(self, each: Endpoint) -> Iterator[str]:
-        node = f"the node '{each.node}'" if each.node else "a node"
+        node = each.owner
         type, qos = (self._taken if each.publishes else self._published).get(each.topic, (each.type, each.qos))
         verb = "publishes" if each.publishes else "subscribes to"
         if each.type != type:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass
@@ -11,6 +12,8 @@ from typing import Any
 from ..catalog import RobotSpec
 from ..clock import WallClock
 from ..drivers import ROS2, read_parameters
+from ..drivers.ros2.actuator_node import NODE as RUN
+from ..drivers.ros2.actuator_node import isolated_node
 from ..drivers.ros2.connect import open_transport
 from ..drivers.ros2.forms import Take, make_take
 from ..drivers.ros2.node import MAX_AHEAD, NOTABLE_AHEAD, RosNode, header_stamp
@@ -49,7 +52,8 @@ class TopicState:
         size: Number of values of the newest message; None without a message.
         matched: Number of subscriptions that match an actuator; None for a sensor.
         problem: Reason why the topic is not usable; empty if it is.
-        remark: Clock offset or other publisher of commands that is notable, but tolerated; empty without one.
+        remark: Notable state that is tolerated, such as another publisher of commands; empty without one.
+        kind: Kind of the remark in two words; empty without one.
         optional: Whether the robot may start without it.
     """
 
@@ -66,6 +70,7 @@ class TopicState:
     matched: int | None = None
     problem: str = ""
     remark: str = ""
+    kind: str = ""
     optional: bool = False
 
 
@@ -111,10 +116,16 @@ def examine(robot: RobotSpec | None, settings: Ros2Settings, duration: float = 3
             for each in heard:
                 each.poll()
             time.sleep(_POLL)
-        endpoints = [e for e in transport.endpoints() if e.node.rpartition("/")[2] != NODE]
+        found = (e for e in transport.endpoints() if e.gid not in node.opened)
+        endpoints = [e for e in found if e.node.rpartition("/")[2] != NODE]
         topics = (*(each.state(endpoints) for each in heard), *(each.state(endpoints) for each in sent))
         return Examination(
-            transport.name, node.types.distro, settings.domain_id, settings.network, topics, tuple(sorted(endpoints))
+            transport.name,
+            node.types.distro,
+            settings.domain_id,
+            settings.network,
+            topics,
+            tuple(sorted(endpoints, key=str)),
         )
 
 
@@ -196,6 +207,7 @@ class _Heard:
             size=size,
             problem=problem,
             remark="" if problem else remark,
+            kind="clock offset" if remark and not problem else "",
             optional=self._optional,
         )
 
@@ -218,7 +230,7 @@ class _Sent:
     """Topic of an actuator; nothing is published on it."""
 
     def __init__(self, device: str, node: RosNode, given: Ros2ActuatorParameters) -> None:
-        self._device, self._given = device, given
+        self._device, self._node, self._given = device, node, given
         self._writer = node.writer(given.topic, given.type, given.qos)
 
     def state(self, endpoints: Sequence[Endpoint]) -> TopicState:
@@ -226,7 +238,6 @@ class _Sent:
         writer, offered = self._writer, self._given.qos
         there = [e for e in endpoints if not e.publishes and e.topic == writer.topic]
         found, matched = [e for e in there if e.type == writer.type], writer.matched()
-        others = sorted({e.node or "an unknown node" for e in endpoints if e.publishes and e.topic == writer.topic})
         problem = ""
         if not there:
             problem = f"no node subscribes to '{writer.topic}'"
@@ -237,6 +248,7 @@ class _Sent:
                 if why := mismatch(offered, each.qos):
                     sides = f"it requests {each.qos}, robot.toml offers {offered}"
                     problem = f"the quality of service of the node '{each.node}' does not match in {why}: {sides}"
+        kind, remark = self._publishers(endpoints)
         return TopicState(
             device=self._device,
             topic=writer.topic,
@@ -246,8 +258,23 @@ class _Sent:
             others=tuple(e.qos for e in found),
             matched=matched,
             problem=problem,
-            remark=f"also published by {', '.join(others)}: it overwrites stops" if others and not problem else "",
+            remark=remark,
+            kind=kind,
         )
+
+    def _publishers(self, endpoints: Sequence[Endpoint]) -> tuple[str, str]:
+        """Kind and text of a remark about the publishers of the topic; empty without one."""
+        topic, type = self._writer.topic, self._writer.type
+        others = Counter(e.node for e in endpoints if e.publishes and (e.topic, e.type) == (topic, type))
+        run = {self._node.settings.topic(name) for name in (RUN, isolated_node(self._device))}
+        strangers = {name: count for name, count in others.items() if name not in run or count > 1}
+        names = ", ".join(
+            f"{count} publishers of {name or 'unknown nodes'}" if count > 1 else name or "an unknown node"
+            for name, count in sorted(strangers.items())
+        )
+        if strangers:
+            return "other publisher", f"also published by {names}: these commands override stops"
+        return ("in use", f"a run of rocs_bt commands it ({', '.join(sorted(others))})") if others else ("", "")
 
 
 def _transforms(message: Any) -> list[float]:

@@ -74,6 +74,7 @@ class _Reader:
 class _Writer:
     def __init__(self, network: Network, topic: str, type: str) -> None:
         self.topic, self.type, self._network = topic, type, network
+        self.gid = f"{topic} {id(self)}".encode()
 
     def write(self, data: bytes) -> None:
         self._network.published.setdefault(self.topic, []).append(self._network.types.deserialize(data, self.type))

@@ -7,12 +7,16 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack, closing
 from pathlib import Path
 
 import pytest
 
 from rocs_bt.cli.main import call
+from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.dds import DdsTransport
+from rocs_bt.drivers.ros2.qos import QoS
+from rocs_bt.drivers.ros2.settings import Ros2Settings
 
 pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
 
@@ -133,6 +137,32 @@ def test_without_a_robot_every_topic_is_listed(
     assert f"ROS domain {domain}, loopback" in out
     assert re.search(r"^/range +sensor_msgs/msg/Range +/plain +publishes +best_effort", out, re.MULTILINE)
     assert re.search(r"^/cmd_vel +geometry_msgs/msg/Twist +/plain +reads +reliable", out, re.MULTILINE)
+
+
+@pytest.mark.parametrize(
+    ("publishers", "remark"),
+    [
+        (["rocs_bt", "rocs_bt_wheels"], "a run of rocs_bt commands it (/rocs_bt, /rocs_bt_wheels)"),
+        (
+            ["rocs_bt", "rocs_bt", "rocs_bt_wheels", "teleop"],
+            "also published by 2 publishers of /rocs_bt, /teleop: these commands override stops",
+        ),
+    ],
+)
+def test_publishers_of_the_commands_are_told_apart(
+    robot: Path, ros_environment: dict[str, str], capsys: pytest.CaptureFixture[str], publishers: list[str], remark: str
+) -> None:
+    types = "geometry_msgs/msg/TwistStamped"
+    with ExitStack() as stack:
+        base = stack.enter_context(closing(open_transport(Ros2Settings(transport="dds"), "base")))
+        base.reader("/cmd_vel", types, QoS.COMMAND)
+        for name in publishers:
+            transport = stack.enter_context(closing(open_transport(Ros2Settings(transport="dds"), name)))
+            transport.writer("/cmd_vel", types, QoS.COMMAND)
+        _, out, err = examined(capsys, str(robot), whole=lambda out, err: "1 matched" in out and remark in err)
+    (verdict,) = [line.split()[-1] for line in out.splitlines() if line.startswith("wheels")]
+    assert verdict == ("use" if "run" in remark else "publisher")
+    assert [line for line in err.splitlines() if line.startswith("wheels")] == [f"wheels: {remark}"]
 
 
 @pytest.mark.usefixtures("ros_environment")

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
+import re
+import signal
+import subprocess
+import sys
 import threading
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import pytest
 
 from rocs_bt import ListSink, RunResult, drive
 from rocs_bt.catalog import Catalog
+from rocs_bt.drivers.ros2.connect import open_transport
+from rocs_bt.drivers.ros2.qos import QoS
+from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.errors import DeviceError
-from rocs_bt.event import MotionHeld, MotionReleased
+from rocs_bt.event import MotionHeld, MotionReleased, OtherPublisherFound
+from rocs_bt.simulation import StopSignals
 
 from .exp1 import OPTIONS, start_of, write_project
 
@@ -31,6 +40,46 @@ def test_a_robot_does_not_start_while_nothing_publishes_its_emergency_stop(count
     catalog = with_stop(tmp_path, "stop")
     with pytest.raises(DeviceError, match=r"R2/emergency_stop: nothing is published on '/r1/stop'"):
         drive("real", catalog, duration=1.0, wait=2.0)
+
+
+HEARTBEAT = """
+import time
+from rocs_bt.drivers.ros2.connect import open_transport
+from rocs_bt.drivers.ros2.qos import QoS
+from rocs_bt.drivers.ros2.settings import Ros2Settings
+transport = open_transport(Ros2Settings(transport="dds"), "button")
+writer = transport.writer("/r1/stop", "std_msgs/msg/Bool", QoS.COMMAND)
+while True:
+    writer.write(transport.types.serialize(transport.types.make(writer.type, data=False)))
+    time.sleep(0.1)
+"""
+
+
+def test_a_killed_emergency_stop_and_another_publisher_of_the_commands(counterpart, tmp_path):
+    robot = counterpart(*OPTIONS, *start_of(1), distribution="jazzy")
+    catalog, sink, notices = with_stop(tmp_path, "stop"), ListSink(), list[str]()
+    signals = StopSignals()
+    options = {"duration": 60.0, "sinks": [sink], "notice": notices.append, "signals": signals}
+    with closing(open_transport(Ros2Settings(transport="dds"), "teleop")) as teleop:
+        teleop.writer("/r1/cmd_vel", "geometry_msgs/msg/TwistStamped", QoS.COMMAND)
+        button = subprocess.Popen([sys.executable, "-c", HEARTBEAT])
+        thread = threading.Thread(target=lambda: drive("real", catalog, **options))
+        thread.start()
+        robot.until("speeds[0] > 0.1")
+        button.kill()
+        button.wait()
+        robot.follow(lambda _: any(isinstance(event, MotionHeld) for event in sink.events))
+        robot.until("speeds == [0.0, 0.0]")
+        robot.follow(lambda _: notices)
+        signals.received = signal.SIGTERM
+        thread.join(60.0)
+    reason = next(event.reason for event in sink.events if isinstance(event, MotionHeld))
+    assert re.fullmatch(r"emergency stop: no message on /r1/stop for \d\.\d s, which were repeated before", reason)
+    found = [event for event in sink.events if isinstance(event, OtherPublisherFound)]
+    assert [(event.agent, event.actuator, event.topic, event.node) for event in found] == [
+        ("R2", "wheels", "/r1/cmd_vel", "the node '/teleop'")
+    ]
+    assert notices == [f"R2: {found[0].text}."]
 
 
 def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):

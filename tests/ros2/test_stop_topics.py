@@ -62,12 +62,12 @@ def test_without_its_publisher_the_robot_is_stopped_until_there_is_one_again(net
     until(lambda: polled() is not None)
     assert host.heard == []  # before the first publisher the preflight check waits
     network.peers = [Endpoint(name, BOOL, "/button", True, QoS.SENSOR), Endpoint(name, BOOL, "/me", False, QoS.SENSOR)]
-    until(lambda: polled() == 1)
-    network.peers = network.peers[1:]
-    until(lambda: polled() == 0)
+    until(lambda: len(polled()) == 1)
+    network.peers = [Endpoint(name, "std_msgs/msg/String", "/other", True, QoS.SENSOR), *network.peers[1:]]
+    until(lambda: polled()[0].node == "/other")
     topics.poll()
     network.peers = [Endpoint(name, BOOL, "/button", True, QoS.SENSOR)]
-    until(lambda: polled() == 1)
+    until(lambda: polled()[0].node == "/button")
     topics.poll()
     assert host.heard == [f"stop by publisher of {name}", f"released by publisher of {name}"]
 
@@ -117,3 +117,64 @@ def test_malformed_messages_stop_and_never_let_go(network, host, topics):
     network.send_raw("/go", b"\0\1\0\0")
     topics.poll()
     assert host.heard == ["stop by /r1/emergency_stop"]
+
+
+class Heartbeat:
+    """Polls the topics each 50 ms, while a publisher sends its value at times [s]."""
+
+    def __init__(self, network, topics, host):
+        self.network, self.topics, self.host = network, topics, host
+
+    def send(self, *times, data=False, until=0.0):
+        """What is reported up to a time [s], and when the last of it was."""
+        begun, at, times = len(self.host.heard), 0.0, list(times)
+        while self.network.time < max([until, *times]):
+            self.network.time += 0.05
+            self.topics._node._clock.advance()
+            while times and times[0] <= self.network.time + 1e-6:
+                self.network.send("/r1/emergency_stop", BOOL, data=data)
+                times.pop(0)
+            count = len(self.host.heard)
+            self.topics.poll()
+            at = self.network.time if len(self.host.heard) > count else at
+        return [each for each in self.host.heard[begun:] if "messages" in each], at
+
+
+@pytest.fixture
+def heartbeat(network, topics, host):
+    return Heartbeat(network, topics, host)
+
+
+STOP, RELEASE = "stop by messages of /r1/emergency_stop", "released by messages of /r1/emergency_stop"
+
+
+@pytest.mark.parametrize(("period", "within"), [(0.05, 1.0), (0.2, 1.0), (0.5, 1.5), (1.0, 3.0), (2.0, 6.0)])
+def test_a_repeated_emergency_stop_that_falls_silent_stops_the_robot_until_it_is_repeated_again(
+    heartbeat, period, within
+):
+    times = [period * i for i in range(1, 10)]
+    assert heartbeat.send(*times)[0] == []
+    heard, at = heartbeat.send(until=times[-1] + 10.0)
+    assert heard == [STOP]
+    assert within - 1e-6 < at - times[-1] < within + 0.11
+    now = heartbeat.network.time
+    assert heartbeat.send(*[now + period * i for i in range(1, 4)])[0] == [RELEASE]
+
+
+def test_one_that_only_sends_changes_or_is_slow_says_nothing_by_its_silence(heartbeat):
+    for i in range(10):
+        heartbeat.send(heartbeat.network.time + 0.3, data=bool(i % 2))
+    assert heartbeat.send(until=heartbeat.network.time + 20.0)[0] == []
+    now = heartbeat.network.time
+    assert heartbeat.send(*[now + 3.0 * i for i in range(8)], until=now + 60.0)[0] == []
+
+
+def test_a_press_within_repeated_messages_is_no_silence_and_a_run_that_was_held_up_neither(heartbeat, network):
+    heartbeat.send(*[0.1 * i for i in range(1, 20)])
+    now = network.time
+    assert heartbeat.send(*[now + 0.1 * i for i in range(1, 20)], data=True)[0] == []
+    network.time += 30.0
+    for _ in range(600):
+        heartbeat.topics._node._clock.advance()
+    now = network.time
+    assert heartbeat.send(*[now + 0.1 * i for i in range(3, 20)], data=True)[0] == []

@@ -103,6 +103,16 @@ class TransportContract:
         assert (theirs.type, theirs.node, ours.node) == (SCAN, "/sender", "/receiver"), (theirs, ours)
         assert mismatch(theirs.qos, ours.qos) == "reliability (offered best_effort, requested reliable)"
 
+    def test_a_publisher_is_known_by_its_identifier_on_both_sides(self, pair):
+        sender, receiver = pair
+        ours = [sender.writer("/cmd_vel", TEXT, QoS.COMMAND), receiver.writer("/cmd_vel", TEXT, QoS.COMMAND)]
+        again = open_transport(Ros2Settings(transport=self.sends, distro=DISTRO), "sender")  # of the same name
+        ours.append(again.writer("/cmd_vel", TEXT, QoS.COMMAND))
+        assert len({each.gid for each in ours} - {b""}) == 3
+        for side in pair:
+            until(lambda side=side: {e.gid for e in side.endpoints() if e.topic == "/cmd_vel"} == {e.gid for e in ours})
+        again.close()
+
     def test_a_namespace_is_part_of_the_name_of_the_node(self, pair, ros_environment):
         _, receiver = pair
         named = open_transport(Ros2Settings(transport=self.sends, distro=DISTRO, namespace="r7"), "base")

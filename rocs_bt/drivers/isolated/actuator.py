@@ -122,6 +122,7 @@ class IsolatedActuator(Actuator):
             self._channel.wait()
             for message in self._channel.receive():
                 if isinstance(message, Ready):
+                    self.publishers = message.publishers
                     return message.size
                 if isinstance(message, Failed):
                     raise InputError(*message.faults) if message.faults else DeviceError(message.message)

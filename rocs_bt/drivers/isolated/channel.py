@@ -67,9 +67,11 @@ class Ready:
 
     Attributes:
         size: Number of values of a command.
+        publishers: Identifiers of the device's publishers on its network.
     """
 
     size: int
+    publishers: frozenset[bytes] = frozenset()
 
 
 @dataclass(frozen=True)

@@ -159,7 +159,7 @@ class DeviceProcess:
         """Thread function: construct the driver, then perform commands; it ends if the driver raises an exception."""
         try:
             self._device = self._maker(self._host)
-            self._channel.send(Ready(self._device.size))
+            self._channel.send(Ready(self._device.size, self._device.publishers))
             while True:
                 self._perform(self._device, *self._take())
         except InputError as error:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,6 +17,9 @@ from .node import RosNode
 from .parameters import ARRAY, TWIST_STAMPED, Ros2ActuatorParameters
 from .settings import Ros2Settings
 from .transport import Transport
+
+NODE = "rocs_bt"
+"""Name of the node of a robot."""
 
 
 class ActuatorNode(Actuator):
@@ -42,6 +46,7 @@ class ActuatorNode(Actuator):
         self._writer = node.writer(parameters.topic, parameters.type, parameters.qos)
         self._neutral = list(locomotion.rest)
         node.types.serialize(self._message(self._neutral))  # compiles the type now, and not in the first command
+        self.publishers = frozenset({self._writer.gid})
 
     @property
     def topic(self) -> str:
@@ -95,7 +100,7 @@ class ActuatorNodeMaker:
     settings: Ros2Settings
     parameters: Ros2ActuatorParameters
     locomotion: Locomotion
-    node: str = "rocs_bt"
+    node: str = NODE
 
     @property
     def two_owners(self) -> bool:
@@ -113,9 +118,12 @@ class ActuatorNodeMaker:
         return ActuatorNode(self.name, node, self.parameters, self.locomotion)
 
 
-def shared_node(
-    settings: Ros2Settings, host: Host, transport: Transport | None = None, name: str = "rocs_bt"
-) -> RosNode:
+def isolated_node(actuator: str) -> str:
+    """Name of the node in the process of an isolated actuator; two nodes of one name would disturb tools."""
+    return re.sub(r"\W|_+", "_", f"{NODE}_{actuator}", flags=re.ASCII)
+
+
+def shared_node(settings: Ros2Settings, host: Host, transport: Transport | None = None, name: str = NODE) -> RosNode:
     """Connection of a robot, which all its devices in one process share.
 
     Args:

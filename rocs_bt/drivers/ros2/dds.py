@@ -141,8 +141,9 @@ class DdsTransport:
             topic, kind = getattr(each, "topic_name", None) or "", getattr(each, "type_name", None) or ""
             if topic.startswith("rt/") and "::dds_::" in kind:
                 name = kind.replace("::dds_::", "/").replace("::", "/").removesuffix("_")
-                node = self._nodes.get(each.key.bytes, "")
-                found.append(Endpoint(topic.removeprefix("rt"), name, node, publishes, _qos_of(each.qos)))
+                gid = each.key.bytes
+                node = self._nodes.get(gid, "")
+                found.append(Endpoint(topic.removeprefix("rt"), name, node, publishes, _qos_of(each.qos), gid))
         return found
 
 

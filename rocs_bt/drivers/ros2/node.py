@@ -44,6 +44,7 @@ class RosNode:
         settings: The `[ros2]` table.
         transport: Participant of the network.
         types: Message types.
+        opened: Identifiers of the publishers that were opened here.
 
     Raises:
         InputError: A package is not installed; the hint says which.
@@ -60,12 +61,13 @@ class RosNode:
         self.settings = settings
         self.transport = open_transport(settings, name) if transport is None else transport
         self.types = self.transport.types
+        self.opened: set[bytes] = set()
         self._clock = clock
         self._faults: dict[str, Counter[str]] = {}
         self._lock = threading.Lock()  # protects the rest
         self._silent: dict[str, tuple[Reader, QoS]] = {}
         self._reasons: dict[str, str] = {}
-        self._publishers: dict[str, int | None] = {}  # numbers by watched topic; None before the first look
+        self._watched: dict[str, Sequence[Endpoint] | None] = {}  # publishers by topic; None before the first look
         self._asked, self._closed = threading.Event(), threading.Event()
         self._lookout = threading.Thread(target=self._look_out, name="ros2 lookout", daemon=True)
 
@@ -77,13 +79,14 @@ class RosNode:
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
         """Open a subscription of a topic with a full or relative name; see `Transport`."""
-        if self._lookout.ident is None:  # a node without subscriptions needs none
-            self._lookout.start()
+        self._begin_lookout()
         return self.transport.reader(self.settings.topic(topic), type, qos)
 
     def writer(self, topic: str, type: str, qos: QoS) -> Writer:
         """Open a publisher of a topic with a full or relative name; see `Transport`."""
-        return self.transport.writer(self.settings.topic(topic), type, qos)
+        writer = self.transport.writer(self.settings.topic(topic), type, qos)
+        self.opened.add(writer.gid)
+        return writer
 
     def now(self) -> float:
         """Present time on the network's clock: simulated time, or seconds since 1970."""
@@ -145,16 +148,25 @@ class RosNode:
         self._asked.set()
         return reason
 
-    def publishers_now(self, topic: str) -> int | None:
-        """Number of publishers of a topic in the last look; None before the first. It never waits, as `why_silent`.
+    def watch(self, topic: str) -> None:
+        """Begin to look for the publishers of a topic with a full name, before the run."""
+        self._begin_lookout()
+        with self._lock:
+            self._watched.setdefault(topic, None)
+
+    def publishers_now(self, topic: str) -> Sequence[Endpoint] | None:
+        """Publishers of a watched topic in the last look; None before the first. It never waits, as `why_silent`.
 
         Args:
             topic: Full name of the topic.
         """
-        with self._lock:
-            found = self._publishers.setdefault(topic, None)
         self._asked.set()
-        return found
+        with self._lock:
+            return self._watched[topic]
+
+    def _begin_lookout(self) -> None:
+        if self._lookout.ident is None:  # not in a control period, which would wait for the thread
+            self._lookout.start()
 
     def _look_out(self) -> None:
         """Thread function, for the life of the node: look up the publishers of silent topics."""
@@ -168,16 +180,16 @@ class RosNode:
 
     def _look(self) -> None:
         with self._lock:
-            silent, watched = dict(self._silent), list(self._publishers)
+            silent, watched = dict(self._silent), list(self._watched)
             self._silent.clear()
         if not (silent or watched) or self._closed.is_set():
             return
         endpoints = self.transport.endpoints()
         reasons = {topic: self.silence(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
-        counts = Counter(e.topic for e in endpoints if e.publishes)
+        found = {topic: [e for e in endpoints if e.publishes and e.topic == topic] for topic in watched}
         with self._lock:
             self._reasons |= reasons
-            self._publishers |= {topic: counts[topic] for topic in watched}
+            self._watched |= found
 
     def silence(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
         """Reason why a subscription has received nothing.
@@ -197,12 +209,12 @@ class RosNode:
             return f"nothing is published on {wanted}; no topic of this type was discovered in {where}"
         others = [e for e in found if e.type != reader.type]
         if len(others) == len(found):
-            return f"{wanted}: {_named(others[0])} publishes {others[0].type}, which is another type"
+            return f"{wanted}: {others[0].owner} publishes {others[0].type}, which is another type"
         for each in found:
             if each.type == reader.type and (why := mismatch(each.qos, qos)):
                 sides = f"it offers {each.qos}, robot.toml requests {qos}"
-                return f"{wanted}: the quality of service of {_named(each)} does not match in {why}: {sides}"
-        return f"{wanted}: {_named(found[0])} has published nothing yet"
+                return f"{wanted}: the quality of service of {each.owner} does not match in {why}: {sides}"
+        return f"{wanted}: {found[0].owner} has published nothing yet"
 
     def publishers(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
         """Discovered publishers that match a subscription; arguments and result as of `listeners`."""
@@ -213,7 +225,7 @@ class RosNode:
             return len(fit), ""
         if not found:
             return 0, f"nothing is published on '{full}' ({type})"
-        return 0, f"'{full}': {_named(found[0])} publishes {found[0].type}, {found[0].qos}; wanted are {type}, {qos}"
+        return 0, f"'{full}': {found[0].owner} publishes {found[0].type}, {found[0].qos}; wanted are {type}, {qos}"
 
     def listeners(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
         """Discovered subscriptions that match a publisher.
@@ -235,9 +247,9 @@ class RosNode:
             return 0, f"no node subscribes to '{full}'"
         first = found[0]
         if first.type != type:
-            return 0, f"'{full}': {_named(first)} subscribes to {first.type}, robot.toml has {type}"
+            return 0, f"'{full}': {first.owner} subscribes to {first.type}, robot.toml has {type}"
         sides = f"it requests {first.qos}, robot.toml offers {qos}"
-        why = f"the quality of service of {_named(first)} does not match in {mismatch(qos, first.qos)}"
+        why = f"the quality of service of {first.owner} does not match in {mismatch(qos, first.qos)}"
         return 0, f"'{full}': {why}: {sides}"
 
     def close(self) -> None:
@@ -252,10 +264,6 @@ class RosNode:
 def of_the_future(ahead: float) -> DeviceError:
     """Error of a message with a stamp in the future [s]."""
     return DeviceError(f"its stamp is {ahead:.2f} s in the future: synchronise the clocks of both computers")
-
-
-def _named(endpoint: Endpoint) -> str:
-    return f"the node '{endpoint.node}'" if endpoint.node else "a node"
 
 
 def header_stamp(message: Any) -> float:

@@ -96,7 +96,8 @@ class RclpyTransport:
             ):
                 for each in listed:
                     qos = qos_of(each.qos_profile)
-                    found.append(Endpoint(topic, each.topic_type, node_of(each), publishes, qos))
+                    gid = bytes(each.endpoint_gid)
+                    found.append(Endpoint(topic, each.topic_type, node_of(each), publishes, qos, gid))
         return found
 
     def now(self) -> float:
@@ -149,7 +150,10 @@ class _Writer:
         self.type = type
         self._node = node
         self._lock = threading.Lock()
-        self._publisher = node.create_publisher(message_class(type), topic, _profile(qos))
+        cls, before = message_class(type), _publishers(node, topic)
+        self._publisher = node.create_publisher(cls, topic, _profile(qos))
+        # rclpy does not tell the identifier of a publisher, but lists those of a topic.
+        self.gid = next(iter(_publishers(node, topic) - before), b"")
 
     def write(self, data: bytes) -> None:
         with self._lock:
@@ -169,6 +173,13 @@ class _Writer:
             if self._publisher is not None:
                 self._node.destroy_publisher(self._publisher)
             self._publisher = None
+
+
+def _publishers(node: Any, topic: str) -> set[bytes]:
+    """Identifiers of the publishers of a topic that belong to a node."""
+    own = f"{node.get_namespace().rstrip('/')}/{node.get_name()}"
+    listed = node.get_publishers_info_by_topic(topic)
+    return {bytes(each.endpoint_gid) for each in listed if node_of(each) == own}
 
 
 def node_of(endpoint: Any) -> str:

@@ -29,6 +29,7 @@ class Endpoint(NamedTuple):
         node: Full name of the node; empty if unknown.
         publishes: Whether it is a publisher.
         qos: Quality of service that it offers or requests.
+        gid: Global identifier on the network; empty if unknown.
     """
 
     topic: str
@@ -36,6 +37,12 @@ class Endpoint(NamedTuple):
     node: str
     publishes: bool
     qos: QoS
+    gid: bytes = b""
+
+    @property
+    def owner(self) -> str:
+        """Text with the name of the node, if it is known."""
+        return f"the node '{self.node}'" if self.node else "a node"
 
 
 class Reader(Protocol):
@@ -68,10 +75,12 @@ class Writer(Protocol):
     Attributes:
         topic: Full name of the topic.
         type: Message type.
+        gid: Global identifier on the network.
     """
 
     topic: str
     type: str
+    gid: bytes
 
     def write(self, data: bytes) -> None:
         """Publish a message.
