@@ -173,6 +173,28 @@ class SubtreeSwapped(Event, frozen=True, kw_only=True):
     nodes: tuple[tuple[str, str, str], ...]
     ports: tuple[str, ...] = ()
 
+    @property
+    def text(self) -> str:
+        """The swap in words."""
+        return f"'{self.node}' was replaced by '{self.by}'"
+
+
+class SwapRefused(Event, frozen=True, kw_only=True):
+    """A subtree of the running mission was not replaced as requested; the old one remains in use.
+
+    Attributes:
+        node: Path or name of the subtree's root, as requested.
+        detail: Reason.
+    """
+
+    node: str
+    detail: str
+
+    @property
+    def text(self) -> str:
+        """The refusal in words."""
+        return f"'{self.node}' was not replaced: {self.detail}"
+
 
 class Replanned(Event, frozen=True, kw_only=True):
     """A leaf submitted its action again after a reflex; `count` is the number of times that it did so far."""

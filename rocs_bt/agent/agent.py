@@ -15,11 +15,13 @@ from functools import partial
 
 import numpy as np
 
-from ..errors import ActuatorError, BlockError, interrupts
-from ..event import AgentStopped, BlockFailed, SensorFailed
+from ..errors import ActuatorError, BlockError, InputError, interrupts
+from ..event import AgentStopped, BlockFailed, SensorFailed, SwapRefused
 from ..knowledge import Knowledge
 from ..knowledge.share import Sharing
+from ..plan import TreePlan
 from ..raised import describe, raised_at
+from ..trees.nodes import Node
 from .exceptions import ContentExceptions
 from .parts import Blocks, Rates, RobotDevices, Runtime
 from .rule_files import RuleFile
@@ -185,6 +187,28 @@ class Agent:
                 begun = self._timer()
                 self._blaming(self.plan.run, t)
                 self.pipeline.charge(self._timer() - begun)
+
+    def swap(self, node: str, new: Node) -> bool:
+        """Replace a subtree of the mission between two turns of Plan; see `TreePlan.swap`. Thread-safe.
+
+        Args:
+            node: Path or name of the subtree's root.
+            new: Root of the new subtree, from `TreePlan.load`.
+
+        Returns:
+            False if Plan is in a turn and the subtree was not replaced. Else True, also if the agent has stopped or the
+            subtree cannot be replaced, for which there is an event `SwapRefused`.
+        """
+        if not self._planning.acquire(blocking=False):
+            return False
+        try:
+            if self.going and not self._plan_closed and isinstance(self.plan, TreePlan):
+                self._blaming(self.plan.swap, node, new)
+        except InputError as error:
+            self._sink.emit(SwapRefused(t=self.clock.now(), agent=self.name, node=node, detail=str(error)))
+        finally:
+            self._planning.release()
+        return True
 
     def _blaming(self, turn: Callable[..., None], *args: object) -> None:
         """Call a method of Plan and handle the exceptions of users' leaves, actions and planners; others propagate."""

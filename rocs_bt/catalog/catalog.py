@@ -220,7 +220,7 @@ class Catalog:
         included = [make_entry(file, "rules", r.origin) for r in rules for file in included_files(r.path)]
         mission = self.find("mission", controller.mission)
         python = self.python_of(mission, controller.parameters.values(), controller.nodes)
-        return mission, *python, *rules, *included
+        return mission, *self._trees_in(mission), *python, *rules, *included
 
     def content_of_robot(self, name: str) -> tuple[Entry, ...]:
         """Catalog entries of a robot and its bases.
@@ -231,9 +231,9 @@ class Catalog:
         bases = [self.find("robot", path.parent.name) for path in self.load_robot(name).bases]
         return self.find("robot", name), *bases
 
-    def digest(self, scenario: ScenarioSpec) -> str:
-        """`content_hash` of all entries that a scenario uses."""
-        return content_hash(self.content_of(scenario))
+    def digest(self, scenario: ScenarioSpec, more: tuple[Entry, ...] = ()) -> str:
+        """`content_hash` of all entries that a scenario uses, and of more that a run was given."""
+        return content_hash((*self.content_of(scenario), *more))
 
     def cached(self, key: Hashable, make: Callable[[], T]) -> T:
         """Result of `make`, such as a compiled world; a `CachingCatalog` makes it only once for each key."""
@@ -285,21 +285,22 @@ class Catalog:
         """
         entry = self.find("mission", name)
         if is_reference(name):
-            return self.with_content(self._python_mission(entry.path, name.rpartition(":")[2]))
+            return self.with_content(self._python_mission(entry.path, name.rpartition(":")[2]), dialect)
         if entry.path.suffix != ".py":
-            return self.with_content(self._xml_mission(entry.path, dialect))
+            return self.with_content(self._xml_mission(entry.path, dialect), dialect)
         build = getattr(self.load_python(entry), "build", None)
         if not callable(build):
             hint = "Write: def build(mission: Mission): ..."
             raise InputError(Fault("the mission has no function 'build'.", entry.path, hint=hint))
-        return self.with_content(guarded(cast("Callable[..., Any]", build), entry.path))
+        return self.with_content(guarded(cast("Callable[..., Any]", build), entry.path), dialect)
 
-    def with_content(self, build: Callable[..., Any]) -> Callable[..., Any]:
-        """Wrap a `build` function so that its mission finds content in this catalog."""
+    def with_content(self, build: Callable[..., Any], dialect: str = "") -> Callable[..., Any]:
+        """Wrap a `build` function so that its mission finds content in this catalog, and trees of this dialect."""
 
         @wraps(build)
         def with_catalog(mission: Any, *args: Any, **kwargs: Any) -> Any:
-            mission.content = self
+            if mission.content is not self:  # else a Python subtree of this mission, which has the dialect of the whole
+                mission.content, mission.dialect = self, dialect
             return build(mission, *args, **kwargs)
 
         return with_catalog
@@ -319,12 +320,14 @@ class Catalog:
     def _xml_mission(self, file: Path, dialect: str) -> Callable[..., Any]:
         from ..plan import xml_mission  # imported late: it loads py_trees
 
-        def other(name: str) -> Callable[..., Any] | None:
-            return self.load_mission(name) if self.is_python_mission(name) else None
-
-        within = self.root_of(file)
-        known = self.defined_nodes
-        return xml_mission(file, within=within, nodes=self.load_nodes, defined=known, missions=other, dialect=dialect)
+        return xml_mission(
+            file,
+            within=self.root_of(file),
+            nodes=self.load_nodes,
+            defined=self.defined_nodes,
+            missions=self.python_tree,
+            dialect=dialect,
+        )
 
     def root_of(self, file: Path) -> Path:
         """Project root or shipped root that contains a file; else the file's folder."""
@@ -377,6 +380,10 @@ class Catalog:
         """Those of these names of node classes that files of `planners/nodes` define; no file is run."""
         return {name for entry in self._node_files(names) for name in classes_in(entry.path)} & set(names)
 
+    def python_tree(self, name: str) -> Callable[..., Any] | None:
+        """Load the `build` function of a Python mission that a SubTree names; None if there is no such mission."""
+        return self.load_mission(name) if self.is_python_mission(name) else None
+
     def is_python_mission(self, name: str) -> bool:
         """Whether the mission of this name is written in Python."""
         entry = self._entries("mission").get(name)
@@ -402,10 +409,29 @@ class Catalog:
             texts |= set(ROUTES if parts_of(dialect)[0] == "nav2" else ())
             missions = {name for name in outer_trees(document) if self.is_python_mission(name)}
         else:
-            tags = texts = {text for file in mission.files() for text in texts_in(file)}
+            texts = {text for file in mission.files() for text in texts_in(file)}
+            tags = texts.union(*map(self._tags_in, self._trees_in(mission)))
         named = texts | {value for value in values if isinstance(value, str)}
         routes = [entry for entry in self.list("route") if entry.name in named]
         return (*self._node_files(tags), *routes, *(self.find("mission", name) for name in sorted(missions)))
+
+    def _tags_in(self, tree: Entry) -> set[str]:
+        """Names of the node classes in an XML file; none if it is not a mission."""
+        from ..plan.xml_mission import tags_of
+        from ..trees.xml import read_document
+
+        try:
+            return tags_of(read_document(tree.path, within=self.root_of(tree.path)))
+        except InputError:
+            return set()  # another file, such as a world; a mission is reported where it is loaded
+
+    def _trees_in(self, mission: Entry) -> Iterable[Entry]:
+        """XML files beside a Python mission that it names, as for `mission.tree`."""
+        if mission.path.suffix != ".py":
+            return []
+        names = {text for file in mission.files() for text in texts_in(file) if text.endswith(TREES)}
+        files = [mission.path.parent / name for name in sorted(names)]
+        return [make_entry(file, "mission", mission.origin) for file in files if is_file(file)]
 
     def load_python(self, entry: Entry) -> ModuleType:
         """Load the module of a Python content file; it runs once per process.
@@ -528,9 +554,9 @@ class CachingCatalog(Catalog):
         key = "controller", controller.mission, controller.rules, repr(controller.parameters), controller.nodes
         return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(controller))
 
-    def digest(self, scenario: ScenarioSpec) -> str:
+    def digest(self, scenario: ScenarioSpec, more: tuple[Entry, ...] = ()) -> str:
         agents = tuple((a.name, a.robot, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
         made = self._made.get("scenario"), self._made.get("world")
         return self.cached(
-            ("digest", scenario.file, made, agents), lambda: super(CachingCatalog, self).digest(scenario)
+            ("digest", scenario.file, made, agents, more), lambda: super(CachingCatalog, self).digest(scenario, more)
         )

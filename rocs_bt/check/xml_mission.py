@@ -124,7 +124,7 @@ def check_xml(
             outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
             yield from [*document.faults, *verify(document, known, main=main, outside=outside, elsewhere=ELSEWHERE)]
         else:
-            yield from build_faults(catalog.with_content(build), dict.fromkeys(required, ""))
+            yield from build_faults(catalog.with_content(build, dialect), dict.fromkeys(required, ""))
 
 
 class _Missions:
@@ -134,15 +134,12 @@ class _Missions:
         self.catalog = catalog
         self.document, self.file = document, document.root.source.file
         self.uses = options.together.subtrees
-        missing = [name for name in sorted(outer_trees(document)) if self.python(name) is None]
+        missing = [name for name in sorted(outer_trees(document)) if not self.catalog.is_python_mission(name)]
         self.stubbed = missing if options.stub_unknown else []
 
     def find(self, name: str) -> Callable[..., Any] | None:
         """Function `build` of a tree; None if it does not exist."""
-        return _stub if name in self.stubbed else self.python(name)
-
-    def python(self, name: str) -> Callable[..., Any] | None:
-        return self.catalog.load_mission(name) if self.catalog.is_python_mission(name) else None
+        return _stub if name in self.stubbed else self.catalog.python_tree(name)
 
     def warnings(self) -> Iterator[Fault]:
         """Yield a warning for each missing tree, in the file that references it first."""

@@ -7,7 +7,9 @@ from typing import Any
 
 import click
 
+from ..event import Event, SubtreeSwapped, SwapRefused
 from .play_scenario import SharedOptions, play_scenario, scenario_options
+from .terminal import echo
 
 
 @click.command()
@@ -21,10 +23,17 @@ from .play_scenario import SharedOptions, play_scenario, scenario_options
         help="lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
     ),
     click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time."),
+    click.option(
+        "--swap",
+        "swaps",
+        metavar="NODE=FILE[:TREE]@TIME",
+        multiple=True,
+        help="Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
+    ),
     click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer."),
     click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file."),
 )
-def command(mode: str, view: bool, video: Path | None, **shared: Any) -> int:
+def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, **shared: Any) -> int:
     """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
     Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
@@ -32,6 +41,29 @@ def command(mode: str, view: bool, video: Path | None, **shared: Any) -> int:
     is invalid, 3 if the engine failed, 128 + signal if a signal ended the run.
     """
     from .._run import run
+    from ..simulation import read_swap
 
-    changes = {"mode": mode, "view": view, "video": video}
-    return play_scenario(run, SharedOptions(**shared), changes, unit="s simulated")
+    asked = [read_swap(text) for text in swaps]
+    changes, made = {"mode": mode, "swaps": asked, "view": view, "video": video}, _Swaps()
+    sinks = [made] if asked else []
+    code = play_scenario(run, SharedOptions(**shared), changes, unit="s simulated", sinks=sinks)
+    for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:
+        echo(f"'{swap}' was not made, because the run had ended.", err=True)
+    return code
+
+
+class _Swaps:
+    """Event sink that prints the replacements of subtrees.
+
+    Attributes:
+        count: Number of replacements so far, with those that were refused.
+    """
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def emit(self, event: Event) -> None:
+        """Print a SubtreeSwapped or SwapRefused event."""
+        if isinstance(event, (SubtreeSwapped, SwapRefused)):
+            self.count += 1
+            echo(f"{event.t:.2f} s, {event.agent}: {event.text}", err=True)

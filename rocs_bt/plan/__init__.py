@@ -9,7 +9,7 @@ from .action_node import ActionNode, action_nodes
 from .context import Content, MissionContext, SignalCondition, mission_of
 from .leaves import Condition, Wait
 from .mission import Mission
-from .mission_check import check_mission
+from .mission_check import check_mission, mission_faults
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
@@ -46,6 +46,7 @@ __all__ = [
     "distance_to_path",
     "mission_actions",
     "mission_arguments",
+    "mission_faults",
     "mission_nodes",
     "mission_of",
     "mission_parameters",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
@@ -45,10 +46,14 @@ class SignalCondition:
 
 
 class Content(Protocol):
-    """Interface to the node classes and route planners of a project and of this package."""
+    """Interface to the node classes, route planners and missions of a project and of this package."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
         """Load the available node classes with these names; all classes if `names` is None."""
+        ...
+
+    def defined_nodes(self, names: Collection[str]) -> Collection[str]:
+        """Those of these names of node classes that are available; no class is loaded."""
         ...
 
     def load_route(self, name: str) -> type[RoutePlanner]:
@@ -59,12 +64,24 @@ class Content(Protocol):
         """
         ...
 
+    def python_tree(self, name: str) -> Callable[..., Any] | None:
+        """Load the `build` function of a Python mission that a SubTree names; None if there is no such mission."""
+        ...
+
+    def root_of(self, file: Path) -> Path:
+        """Folder in which the files that a document includes must lie."""
+        ...
+
 
 class NoContent:
-    """Content without nodes and route planners, for a mission that was not loaded by a catalog."""
+    """Content without nodes, route planners and missions, for a mission that was not loaded by a catalog."""
 
     def load_nodes(self, names: Collection[str] | None = None) -> Sequence[type[Node]]:
         """Return no node classes."""
+        return ()
+
+    def defined_nodes(self, names: Collection[str]) -> Collection[str]:
+        """Return no names."""
         return ()
 
     def load_route(self, name: str) -> type[RoutePlanner]:
@@ -75,6 +92,13 @@ class NoContent:
         """
         hint = "Set `mission.content` to a Catalog, or have the catalog load the mission."
         raise InputError(Fault(f"cannot load the route planner '{name}': this mission has no catalog.", hint=hint))
+
+    def python_tree(self, name: str) -> None:
+        """Return None."""
+
+    def root_of(self, file: Path) -> Path:
+        """Return the file's folder."""
+        return file.resolve().parent
 
 
 @dataclass(frozen=True)
@@ -122,7 +146,9 @@ class MissionContext:
         check_options: Options of a check; None in a run.
         passed: Values of the mission's parameters that are texts; set only in a check.
         board: Blackboard of the root, where `build` may store values for nodes.
-        content: Access to node classes and route planners; empty unless a catalog loaded the mission.
+        content: Access to nodes, route planners and missions; empty unless a catalog loaded the mission.
+        dialect: Dialect of the XML trees that the mission loads: that of the scenario, or of the mission's own file if it
+            is one of Nav2; empty to recognise it.
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
         ros: ROS connection of the robot; None without one, as in simulation.
@@ -161,6 +187,7 @@ class MissionContext:
         self.swap: Callable[[str, Behaviour], None] = _no_tree
         self.board = Board(name=name)
         self.content: Content = NoContent()
+        self.dialect = ""
         self.shared: dict[str, Any] = {}
         self.privileged: Mapping[str, Any] = privileged or {}
         self.ros = ros

@@ -17,10 +17,9 @@ from ..raised import CodeLocation, called_at
 from ..trees.nodes import Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
-from .action_node import action_nodes
 from .context import MissionContext, SignalCondition
 from .leaves import Condition, Enter, Wait
-from .xml_mission import embedded, shipped_nodes
+from .xml_mission import embedded, mission_nodes
 
 
 @dataclass(frozen=True)
@@ -166,7 +165,7 @@ class Mission(MissionContext):
             InputError: The class is unknown, the number of children is wrong, or attributes are faulty.
         """
         if self._nodes is None:
-            self._nodes = shipped_nodes().with_(action_nodes(self.actions))
+            self._nodes = mission_nodes(self.actions, dialect=self.dialect)
         if tag not in self._nodes:  # if unknown, load all, for the list of names in the error
             self._nodes = self._nodes.with_(self.content.load_nodes({tag}) or self.content.load_nodes())
         given = {port.rstrip("_"): value for port, value in attributes.items()}  # `if_` is the port `if`
@@ -207,7 +206,8 @@ class Mission(MissionContext):
         Args:
             source: Path of a file, or text of a document.
             main: ID of the tree; the document's main tree by default.
-            nodes: Additional node classes that the document uses; the robot's actions are always available.
+            nodes: Node classes in addition to the robot's actions, the nodes of `planners/nodes`, and the nodes of the
+                scenario's dialect.
             values: Values of blackboard keys of the tree, or `"{key}"` to refer to a key of the mission's blackboard.
 
         Raises:

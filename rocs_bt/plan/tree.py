@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from py_trees.behaviour import Behaviour
@@ -18,17 +19,19 @@ from py_trees.logging import Logger
 from ..errors import Fault, InputError, interrupts
 from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped
 from ..raised import Raised, from_actuator
+from ..trees.board import Board
 from ..trees.draw import ports_text
 from ..trees.error import TreeError
 from ..trees.examine import node_faults
 from ..trees.nodes import Node, Tree, descendants, halt
 from ..trees.nodes.runtime import Caught
-from ..trees.nodes.swap import find_node, swapped_part
+from ..trees.nodes.swap import find_node, keys_restored, swapped_part
 from ..trees.status import RUNNING, SKIPPED, Outcome
 from .act import Act
 from .board_changes import BoardChanges
 from .mission import Mission
 from .plan import FAILURE, SUCCESS, Plan
+from .replacement import place_faults, replacement
 from .waits import ancestors, front, wait_text
 
 
@@ -143,6 +146,22 @@ class TreePlan(Plan):
         elif outcome is not RUNNING:
             self.status, self.reason = FAILURE, self._failure_reason(outcome)
 
+    def find(self, name: str) -> Behaviour:
+        """Find a node by its path as in `outline`, or by its name if only one node has this name.
+
+        Raises:
+            TreeError: No node, or more than one, matches.
+        """
+        return find_node(self.tree.nodes, self._paths, name)
+
+    def load(self, source: Path | str, tree: str = "") -> Node:
+        """Create a tree from an XML mission, by which `swap` can replace a subtree; see `replacement`."""
+        return replacement(self._mission, source, tree)
+
+    def place_faults(self, name: str, source: Path | str, tree: str = "") -> list[Fault]:
+        """Faults of the ports of a tree from `load` in place of the node of this name; see `place_faults`."""
+        return place_faults(self.tree, self.find(name), self._mission, source, tree)
+
     def swap(self, name: str, new: Behaviour) -> None:
         """Replace a subtree, given by its name, while the mission runs. Thread-safe.
 
@@ -162,24 +181,34 @@ class TreePlan(Plan):
                 raise TreeError(Fault(f"cannot swap '{name}' during a tick of its tree.", hint=_BETWEEN))
             if self.status != "RUNNING":
                 raise TreeError(Fault(f"cannot swap '{name}': the mission has ended ({self.status})."))
-            old = swapped_part(find_node(self.tree.nodes, self._paths, name))
+            old = swapped_part(self.find(name))
             if faults := shape_faults(new):
                 raise InputError(*faults)
             if new.parent is None and new.id not in self._paths:
-                _refuse_faults(Tree(new, clock=self._mission.clock, owner=self._mission))  # with a separate blackboard
-            leaving, old_nodes = self._paths[old.id], tuple(descendants(old))
+                board = self.tree.boards[old]
+                with keys_restored(board):  # a blackboard of its own that shows the keys of its place
+                    inner = Board(board, autoremap=True)
+                    _refuse_faults(Tree(new, board=inner, clock=self._mission.clock, owner=self._mission))
             for node in descendants(new):
                 node.logger = QUIET
                 node.setup()
-            self.tree.swap(old, new)
-            self._emit_changes()
-            self.root = self.tree.root
-            self._index_nodes()
-            self._mission.note(
-                SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows(), ports=self.ports()
-            )
-            for node in old_nodes:
-                node.shutdown()
+            leaving, old_nodes = self._paths[old.id], tuple(descendants(old))
+            try:
+                self.tree.swap(old, new)
+            finally:  # also if a node of the old subtree raised when it was halted
+                if old not in self.tree.boards:
+                    self._swapped(leaving, new)
+                    for node in old_nodes:
+                        node.shutdown()
+
+    def _swapped(self, leaving: str, new: Behaviour) -> None:
+        """Describe the tree after the subtree with the path `leaving` was replaced."""
+        self._emit_changes()
+        self.root = self.tree.root
+        self._index_nodes()
+        self._mission.note(
+            SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows(), ports=self.ports()
+        )
         self.replan("a swapped subtree")
 
     def ports(self) -> tuple[str, ...]:

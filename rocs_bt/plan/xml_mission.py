@@ -14,7 +14,7 @@ from py_trees.behaviour import Behaviour
 from ..action import Parameter
 from ..dialect import DISTRIBUTIONS, parts_of
 from ..errors import Fault, InputError, unknown
-from ..trees.nodes import BUILTIN, Node, Registry, SubTree, pointer
+from ..trees.nodes import BUILTIN, Direction, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
 from ..trees.xml.document import Document, add_siblings, outer_trees, read_document
@@ -134,6 +134,8 @@ def xml_mission(
 
     def make(mission: MissionContext) -> Behaviour:
         mission.report(*notes)
+        if dialect != "rocs":
+            mission.dialect = dialect  # also of the trees that replace a part of this one
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
     used = main_keys(document, main, shipped_nodes(dialect)) if dialect != "rocs" else {}
@@ -196,7 +198,7 @@ def mission_tree(
     main: str = "",
     dialect: str = "",
     stubs: Sequence[type[Node]] = (),
-) -> Behaviour:
+) -> Node:
     """Create the main tree of a document for a mission; arguments as in `xml_mission`.
 
     Raises:
@@ -251,16 +253,30 @@ def embedded(
     Args:
         mission: Mission that uses the subtree.
         source: Path of a file, or text of a document.
-        nodes: Additional node classes that the document uses.
+        nodes: Node classes in addition to those of the mission's dialect and content.
         main: ID of the tree; by default the document's main tree.
         values: Values and remappings of the subtree's blackboard keys.
 
     Raises:
         InputError: The tree has errors; the exception lists all of them.
     """
-    document = read_document(source)
+    document = document_of(mission, source)
     name = document.main(main).name
-    return SubTree(name, mission_tree(document, mission, nodes, main=main), ID=name, **values)
+    return SubTree(name, content_tree(document, mission, nodes, main), ID=name, **values)
+
+
+def document_of(mission: MissionContext, source: Path | str) -> Document:
+    """Read a document that a mission uses; it may include files of the mission's project."""
+    return read_document(source, within=mission.content.root_of(source) if isinstance(source, Path) else None)
+
+
+def content_tree(document: Document, mission: MissionContext, nodes: Sequence[type[Node]], main: str) -> Node:
+    """Create a tree of a document with the nodes, missions and dialect of the mission that uses it."""
+    own = {node.tag for node in nodes}
+    dialect = dialect_in(document, mission.dialect, lambda names: {*own, *mission.content.defined_nodes(names)})
+    known = {*shipped_nodes(dialect), *own}
+    content = mission.content.load_nodes(tags_of(document) - known)
+    return mission_tree(document, mission, [*content, *nodes], mission.content.python_tree, main, dialect)
 
 
 def _outside(mission: MissionContext, build: Build) -> Callable[[Element], Behaviour]:
@@ -293,6 +309,32 @@ def _typed(parameter: Parameter, text: str) -> object:
     return text
 
 
+def input_ports(document: Document, main: str) -> dict[ModelPort, bool]:
+    """Declared input ports of a tree, and whether each has no default."""
+    model, defaults = document.models.get(main), document.trees[main].defaults
+    ports = [] if model is None or model.kind != "SubTree" else [*model.ports.values()]
+    inputs = [port for port in ports if port.direction is not Direction.OUTPUT]
+    return {port: port.default is None and port.name not in defaults for port in inputs}
+
+
+def port_value(port: ModelPort, text: str) -> Any:
+    """Value of a port for a text in the form of a file.
+
+    Raises:
+        InputError: The text does not have the declared type.
+    """
+    parameter = Parameter.annotated(port.name, annotation(port), False, None)
+    if parameter.type is float:
+        return convert(text, parameter.dimension or NONE, port.name)
+    return text if parameter.type is str else from_string(text, parameter.type)
+
+
+def defaults_of(document: Document, main: str) -> dict[str, Any]:
+    """Defaults of the ports of a tree, by name; numbers in SI units."""
+    found = {p.name: p.default for p in _parameters(document, main)}
+    return {name: value for name, value in found.items() if value is not inspect.Parameter.empty}
+
+
 def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
     """Keyword-only parameters of `build`, from the model of the main tree and the attributes of its `<BehaviorTree>`.
 
@@ -320,13 +362,5 @@ def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
 
 
 def _parameter(port: ModelPort) -> inspect.Parameter:
-    hint, default = annotation(port), inspect.Parameter.empty
-    value: Any = default
-    if port.default is not None:
-        parameter = Parameter.annotated(port.name, hint, False, None)
-        value = port.default
-        if parameter.type is float:
-            value = convert(port.default, parameter.dimension or NONE, port.name)
-        elif parameter.type is not str:
-            value = from_string(port.default, parameter.type)
-    return inspect.Parameter(port.name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=hint)
+    value = inspect.Parameter.empty if port.default is None else port_value(port, port.default)
+    return inspect.Parameter(port.name, inspect.Parameter.KEYWORD_ONLY, default=value, annotation=annotation(port))

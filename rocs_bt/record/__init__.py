@@ -8,7 +8,19 @@ from .atomic_file import write_whole
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
 from .folder_lock import FolderLock
-from .header import AgentInfo, Beam, BodyInfo, Fan, Outline, Place, RequirementInfo, RunHeader, SignalInfo, TreeNode
+from .header import (
+    AgentInfo,
+    Beam,
+    BodyInfo,
+    Fan,
+    Outline,
+    Place,
+    RequirementInfo,
+    RunHeader,
+    SignalInfo,
+    SubtreeSwap,
+    TreeNode,
+)
 from .recorder import Recorder
 from .recording import Recording
 from .report import write_report
@@ -52,6 +64,7 @@ __all__ = [
     "SignalInfo",
     "Snapshots",
     "SolveTime",
+    "SubtreeSwap",
     "Summary",
     "TrackingError",
     "TreeNode",

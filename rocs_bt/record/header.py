@@ -122,6 +122,27 @@ class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
     ports: str = ""
 
 
+class SubtreeSwap(msgspec.Struct, frozen=True):
+    """Replacement of a subtree of a mission by a tree of an XML mission, at a time of a run.
+
+    Attributes:
+        node: Path of the root of the subtree as in the report, or its name if unique; with several agents possibly
+            `AGENT:NODE`.
+        mission: Name or file of the XML mission with the new tree.
+        at: Simulated time [s]; ticks from this time on tick the new tree.
+        tree: ID of the tree in the mission; empty for its main tree.
+    """
+
+    node: str
+    mission: str
+    at: float
+    tree: str = ""
+
+    def __str__(self) -> str:
+        """The swap in the form `NODE=FILE:TREE@TIME`."""
+        return f"{self.node}={self.mission}{self.tree and ':' + self.tree}@{self.at:g}"
+
+
 class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Declaration of an agent's signal, in the order of the snapshots; see `Signal`.
 
@@ -219,6 +240,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         places: Goals and other named places.
         requirements: Requirements of the scenario.
         recalled: Knowledge of earlier runs by agent, as JSON (docs/knowledge.md).
+        swaps: Replacements of subtrees of missions that the run was asked for, ordered by time.
         start: Time of the first period [s].
         simulated: Whether the world was simulated. If not, poses are the robots' own estimates.
     """
@@ -237,6 +259,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     places: tuple[Place, ...] = ()
     requirements: tuple[RequirementInfo, ...] = ()
     recalled: Mapping[str, str] = {}
+    swaps: tuple[SubtreeSwap, ...] = ()
     start: float = 0.0
     simulated: bool = True
 

@@ -34,6 +34,7 @@ from ..event import (
     SensorRead,
     Stuck,
     SubtreeSwapped,
+    SwapRefused,
     TicketChanged,
     unpack,
 )
@@ -160,6 +161,7 @@ class AgentHistory:
     atomic: list[AtomicStarted] = field(default_factory=list)
     replans: list[Replanned] = field(default_factory=list)
     swaps: list[SubtreeSwapped] = field(default_factory=list)
+    refused: list[SwapRefused] = field(default_factory=list)
     faults: list[FaultEvent] = field(default_factory=list)
     knowledge: list[KnowledgeChanged] = field(default_factory=list)
     readings: dict[str, list[SensorRead]] = field(default_factory=dict)
@@ -173,6 +175,12 @@ class AgentHistory:
         """Times of the switches between the deliberative and the reactive route [s] (paper, Figure 5b)."""
         acting = [s for s in self.routes if s.name in ("deliberative", "reactive")]
         return [b.begin for a, b in pairwise(acting) if a.name != b.name]
+
+    @property
+    def requested_swaps(self) -> list[SubtreeSwapped | SwapRefused]:
+        """Swaps of subtrees, made and refused."""
+        found: list[SubtreeSwapped | SwapRefused] = [*self.swaps, *self.refused]
+        return sorted(found, key=lambda event: event.t)
 
     def statuses(self) -> dict[str, NodeTicked]:
         """Last status event of each node of the tree."""
@@ -271,6 +279,8 @@ class History:
             agent.replans.append(event)
         elif isinstance(event, SubtreeSwapped):
             agent.swaps.append(event)
+        elif isinstance(event, SwapRefused):
+            agent.refused.append(event)
         elif isinstance(event, FaultEvent):
             agent.faults.append(event)
 

@@ -109,6 +109,7 @@ def _agent(run: History, info: AgentInfo, result: AgentResult | None) -> dict[st
         "tickets": _tickets(agent),
         "learnt": learnt(agent.knowledge, run.header.start),
         "faults": [(e.t, _fault(e)) for e in agent.faults],
+        "swaps": [(e.t, e.text) for e in agent.requested_swaps],
     }
 
 

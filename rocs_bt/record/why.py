@@ -28,6 +28,7 @@ from ..event import (
     SensorRead,
     SignalsWritten,
     SubtreeSwapped,
+    SwapRefused,
     TicketChanged,
 )
 from ..knowledge.history import State
@@ -206,7 +207,7 @@ def _brief(why: Why) -> Iterable[str]:
     sent = "no running action" if running is None else f"RUNNING {running.action}({_values(running.parameters)})"
     lines += _part("sent", [sent, *_commands(why)][:3])
     events = [e for e in why.recent if e.t >= why.t - _RECENT and not isinstance(e, _MINOR)]
-    lines += _part("just before", [describe(e, digits=3) for e in events[-2:]])
+    lines += _part("just before", [_sentence(e) for e in events[-2:]])
     own = [b for b in why.bodies.values() if b.body == why.agent]
     lines += _part("true pose", [_pose(b) for b in own])
     named = [n for n in ("speed", "turn_rate", "stop_distance", "goal_distance", "front") if n in why.signals]
@@ -249,6 +250,13 @@ def _render(why: Why) -> Iterable[str]:
     yield from _part("known", [_signal(n, *s, why.t) for n, s in sorted(why.signals.items())])
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {_values(e.values)}" for e in why.changes.values()])
     yield from _part("", [_node(why.graph, name) for name in sorted(why.graph.nodes())])
+
+
+def _sentence(event: Event) -> str:
+    """An event in one line; a swap in words, because its fields describe the whole tree."""
+    if isinstance(event, (SubtreeSwapped, SwapRefused)):
+        return f"t={event.t:.3f} {event.agent} {event.text}"
+    return describe(event, digits=3)
 
 
 def _labelled(why: Why, path: str) -> str:

@@ -27,6 +27,7 @@ from .simulated_world import SimulatedWorld, build_world, compose_scenario
 from .sink_thread import SinkThread
 from .stop_signals import EndedAtOnce, StopSignals
 from .summary import summary_of
+from .swaps import read_swap
 
 __all__ = [
     "MODES",
@@ -73,6 +74,7 @@ __all__ = [
     "mujoco_driver",
     "on_hardware",
     "place_all",
+    "read_swap",
     "replay",
     "requirement_faults",
     "requirements_of",

@@ -18,7 +18,7 @@ from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import RangeCone
 from ..plan import TreePlan
-from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, TreeNode
+from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, SubtreeSwap, TreeNode
 from ..version import __version__
 from .ground import ground_outlines
 from .options import RunOptions
@@ -48,7 +48,14 @@ def make_scenery(scenario: ScenarioSpec, world: MujocoWorld) -> RunHeader:
 
 
 def plain_header(
-    scenario: ScenarioSpec, agents: Sequence[Agent], *, seed: int, mode: str, digest: str, simulated: bool = True
+    scenario: ScenarioSpec,
+    agents: Sequence[Agent],
+    *,
+    seed: int,
+    mode: str,
+    digest: str,
+    swaps: tuple[SubtreeSwap, ...] = (),
+    simulated: bool = True,
 ) -> RunHeader:
     """Header of a run without bodies, obstacles and places; sufficient for a summary.
 
@@ -58,6 +65,7 @@ def plain_header(
         seed: Seed of the episode.
         mode: `lockstep` or `threaded`.
         digest: Hash of all content that the run uses.
+        swaps: Replacements of subtrees of missions.
         simulated: Whether the world is simulated.
     """
     rate = scenario.rate
@@ -70,6 +78,7 @@ def plain_header(
         rates={"physics": 1.0 / rate.physics, "control": rate.control, "plan": rate.plan},
         agents=tuple(agent_info(scenario, agent) for agent in agents),
         requirements=requirements_of(scenario),
+        swaps=swaps,
         simulated=simulated,
     )
 
@@ -120,7 +129,13 @@ def box_body(name: str, robot: RobotSpec) -> BodyInfo:
     return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
 
 
-def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: float | None = None) -> str:
+def run_command(
+    scenario: str,
+    seed: int,
+    mode: str = "lockstep",
+    duration: float | None = None,
+    swaps: Sequence[SubtreeSwap] = (),
+) -> str:
     """Command line that repeats a run.
 
     Args:
@@ -128,10 +143,12 @@ def run_command(scenario: str, seed: int, mode: str = "lockstep", duration: floa
         seed: Seed of the episode.
         mode: `lockstep` or `threaded`.
         duration: Maximum duration [s]; None for the scenario's own.
+        swaps: Replacements of subtrees of missions.
     """
     parts = ["rocs-bt", "run", scenario, "--seed", str(seed)]
     parts += [] if mode == "lockstep" else ["--mode", mode]
     parts += [] if duration is None else ["--for", f"{duration:g}"]
+    parts += [part for swap in swaps for part in ("--swap", str(swap))]
     return shlex.join(parts)
 
 

@@ -11,7 +11,7 @@ import msgspec
 
 from ..errors import InputError
 from ..event import EventSink
-from ..record import RunHeader
+from ..record import RunHeader, SubtreeSwap
 from .preflight import PreflightReport
 from .simulated_world import SimulatedWorld
 from .stop_signals import StopSignals
@@ -33,7 +33,8 @@ class LiveView(EventSink, Protocol):
 class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     """Options of a run, in simulation with `run` or on hardware with `drive`.
 
-    `drive` does not accept `prepare`, `view` and `video`, which need a simulated world. Its mode is always `threaded`.
+    `drive` does not accept `prepare`, `swaps`, `view` and `video`, which need a simulation. Its mode is always
+    `threaded`.
     `wait`, `dry_run`, `confirm`, `go`, `preflight` and `notice` are for `drive` only.
 
     Attributes:
@@ -50,6 +51,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         progress: Function called once per control period with the time [s].
         watch_rules: Whether to reload rule files that change during the run; the run may then not be repeatable.
         knowledge: File that keeps knowledge from run to run: read before the run, and written during the run.
+        swaps: Subtrees of missions that are replaced at given times.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
         live: Live page of the run, with its context entered; the run then keeps pace with the wall clock.
@@ -77,6 +79,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     progress: Callable[[float], None] | None = None
     watch_rules: bool = False
     knowledge: Path | None = None
+    swaps: Sequence[SubtreeSwap] = ()
     view: bool = False
     video: Path | None = None
     live: LiveView | None = None
@@ -101,7 +104,12 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Raises:
             InputError: One of them is given.
         """
-        given = {"prepare": self.prepare is not None, "view": self.view, "video": self.video is not None}
+        given = {
+            "prepare": self.prepare is not None,
+            "swaps": bool(self.swaps),
+            "view": self.view,
+            "video": self.video is not None,
+        }
         if names := [name for name, is_given in given.items() if is_given]:
             raise InputError(f"on hardware nothing is simulated: remove the option {' and '.join(names)}.")
 
@@ -131,6 +139,7 @@ class RunChanges(TypedDict, total=False):
     progress: Callable[[float], None] | None
     watch_rules: bool
     knowledge: Path | None
+    swaps: Sequence[SubtreeSwap]
     view: bool
     video: Path | None
     live: LiveView | None

@@ -23,6 +23,7 @@ from .run_record import RunRecord
 from .simulated_world import SimulatedWorld, build_world
 from .sink_thread import SinkThread
 from .summary import Unrecorded
+from .swaps import SwapSchedule, rehearse_swaps, swapped_content
 
 
 class Relay:
@@ -50,6 +51,7 @@ class ReadyRun:
         header: Header of the run, without scenery.
         relay: Sink for the events of world and agents.
         rules: Watcher that reloads changed rule files.
+        swaps: Replacements of subtrees of missions.
         clock: Wall clock in threaded mode; None in lockstep.
     """
 
@@ -59,6 +61,7 @@ class ReadyRun:
     header: RunHeader
     relay: Relay
     rules: RuleWatch
+    swaps: SwapSchedule
     clock: WallClock | None
 
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
@@ -69,6 +72,7 @@ class ReadyRun:
             watch: Observer, called once per control period with the time [s]; False ends the run.
             ended: Returns the reason of a signal that ends the run, or an empty text.
         """
+        watch = self.swaps.before(watch)
         return Episode(
             self.simulated,
             self.agents,
@@ -110,11 +114,15 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
     simulated = build_world(spec, catalog, options.seed, relay, clock=clock)
     if options.prepare is not None:
         options.prepare(simulated)
+    limit = spec.duration if options.duration is None else options.duration
+    asked = rehearse_swaps(options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=options.missions)
     agents = simulated_agents(spec, simulated, catalog, relay, options.missions, options.seed)
+    swaps = SwapSchedule(asked, agents, catalog)
     files = [(a.name, file) for a in agents for file in a.rule_files if options.watch_rules]
-    header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=catalog.digest(spec))
+    digest = catalog.digest(spec, swapped_content(asked, spec, catalog))
+    header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=digest, swaps=asked)
     refuse_requirements(spec, header.agents)
-    return ReadyRun(spec, simulated, agents, header, relay, RuleWatch(files, simulated.clock, relay), clock)
+    return ReadyRun(spec, simulated, agents, header, relay, RuleWatch(files, simulated.clock, relay), swaps, clock)
 
 
 def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:

@@ -5,17 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace as replace_fault
 
-from ..agent import RobotDevices, Runtime
-from ..catalog import Catalog, RobotSpec, ScenarioSpec, command_size
+from ..catalog import Catalog, ScenarioSpec
 from ..clock import SimulatedClock
-from ..device import Sensor
-from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
 from ..errors import InputError, RecordingError, UnknownName, unknown
 from ..event import (
     AgentStopped,
     CommandExpired,
     Event,
-    EventSink,
     LandingBegan,
     ListSink,
     MotionHeld,
@@ -23,10 +19,11 @@ from ..event import (
     RulesReplaced,
 )
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
-from .build_agents import build_agents
 from .fact_schedule import fact_schedules
 from .memory import recall
 from .options import Build
+from .replayed_agents import replayed_agents
+from .swaps import SwapSchedule, swapped_content
 
 _NOT_OF_AGENTS: tuple[type[Event], ...] = (
     *WORLD_EVENTS,
@@ -80,7 +77,8 @@ def replay(
         )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
-    if not changed_content and catalog.digest(scenario) != header.content_hash:
+    swapped = swapped_content(header.swaps, scenario, catalog)
+    if not changed_content and catalog.digest(scenario, swapped) != header.content_hash:
         raise RecordingError(
             f"the content of '{header.scenario}' has changed since '{recording.path}' was recorded (content_hash "
             f"{header.content_hash[:12]}). Check out the recorded version, run the scenario again, or "
@@ -117,18 +115,16 @@ def _decide(
     """Run the agents of the scenario on recorded sensor data and return their events."""
     control, sink = scenario.rate.control_rate, ListSink()
     clock = SimulatedClock(scenario.rate.physics)
-    devices = {
-        a.name: _devices(scenario, catalog.load_robot(a.robot), a.name, recorded, clock, sink) for a in scenario.agents
-    }
-    agents = build_agents(scenario, catalog, devices, Runtime(clock, sink), seed=header.seed, missions=missions)
+    agents = replayed_agents(scenario, catalog, recorded, clock, sink, seed=header.seed, missions=missions)
     recall(header.recalled, agents)
-    schedules = fact_schedules(scenario, agents)
+    schedules, swaps = fact_schedules(scenario, agents), SwapSchedule(header.swaps, agents, catalog)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
         for agent in agents:
             if (stop := stops.get(agent.name)) and count >= round(stop.t / control.period):
                 agent.stop(stop.by)
+        swaps.step(clock.now())
         for agent in agents:
             if not agent.stopped:
                 agent.step(count)
@@ -136,25 +132,3 @@ def _decide(
             schedule.step(clock.now())
         clock.advance(control.every)
     return sink.events
-
-
-def _devices(
-    scenario: ScenarioSpec,
-    robot: RobotSpec,
-    agent: str,
-    recorded: Sequence[Event],
-    clock: SimulatedClock,
-    sink: EventSink,
-) -> RobotDevices:
-    """Devices of one agent: sensors that replay their recorded readings, actuators without effect."""
-    sensors: dict[str, Sensor] = {
-        **replay_sensors(recorded, agent, [s.name for s in robot.sensors], clock),
-        **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},
-    }
-    period = scenario.rate.control_rate.period
-    actuators = {
-        a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, agent)
-        for a in robot.actuators
-    }
-    rates = {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
-    return RobotDevices(robot, sensors, actuators, rates)

@@ -62,7 +62,7 @@ def _begin(stack: ExitStack, end: RunEnd, ready: ReadyRun, memory: Memory, optio
     if live is None and options.out is None:
         return
     spec = ready.spec
-    again = options.command or run_command(spec.name, options.seed, options.mode, options.duration)
+    again = options.command or run_command(spec.name, options.seed, options.mode, options.duration, ready.header.swaps)
     header = with_scenery(ready.header, spec, ready.simulated, command=again, recalled=memory.recalled)
     if live is not None:
         live.begin(header)

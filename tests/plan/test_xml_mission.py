@@ -4,7 +4,7 @@ import py_trees
 import pytest
 
 from rocs_bt import run
-from rocs_bt.catalog import Catalog, content_hash
+from rocs_bt.catalog import Catalog, PlannerSpec, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.errors import InputError
@@ -134,6 +134,36 @@ class TestProject:
         write("planners/nodes/broken.py", NODE.replace("Greet", "Other") + "\nraise RuntimeError\n")
         assert not check_content([project.find("mission", "meet").path]).has_errors
 
+    @pytest.fixture
+    def mixed(self, write, project):
+        """A Python mission with a tree in XML that uses a node of the project, one of Nav2, and a mission in Python."""
+        foreign = '<TruncatePath distance="1.0" input_path="{p}" output_path="{p}"/>'
+        body = f'<Sequence><Greet whom="R1"/><SubTree ID="corners"/>{foreign}</Sequence>'
+        write("planners/missions/parts/inner.xml", text(body))
+        write("planners/missions/both.py", BOTH)
+        return project.find("mission", "both")
+
+    @pytest.mark.parametrize("dialect", ["nav2", ""])  # by default it is recognised
+    def test_a_tree_in_a_python_mission_has_the_scenarios_dialect_and_the_projects_content(self, mixed, mind, tmp_path, dialect):
+        build = Catalog(tmp_path).load_mission("both", dialect)
+        first, second = build(mind.mission).children
+        for each in (first, second):  # also behind a Python mission below it
+            assert [type(n).__name__ for n in each.iterate()].count("Greet") == 1
+            assert any(n.name == "TruncatePath" for n in each.iterate())
+
+    def test_in_another_dialect_its_nodes_are_unknown(self, mixed, mind, tmp_path):
+        with pytest.raises(InputError, match=r"inner\.xml:2:\d+: .*TruncatePath"):
+            Catalog(tmp_path).load_mission("both", "rocs")(mind.mission)
+
+    def test_that_tree_and_its_nodes_count_for_the_hash(self, mixed, write, tmp_path):
+        planner = PlannerSpec(name="it", mission="both", doc="", nodes="nav2")
+        before = content_hash(Catalog(tmp_path).content_of_controller(planner))
+        for file, words in (("nodes/greet.py", NODE + "# more"), ("missions/parts/inner.xml", text("<Greet/>"))):
+            write(f"planners/{file}", words)
+            after = content_hash(Catalog(tmp_path).content_of_controller(planner))
+            assert after != before
+            before = after
+
     def test_what_is_included_counts_for_the_hash(self, project, write, tmp_path):
         write("planners/missions/parts/a.xml", "<root BTCPP_format='4'/>")
         file = write("planners/missions/b.xml", "<root BTCPP_format='4'><include path='parts/a.xml'/></root>")
@@ -157,6 +187,16 @@ class TestProject:
         assert result.summary.agents["R2"].outcome == "success"
         assert result.summary.agents["R2"].actions["GoTo"]["SUCCEEDED"] == 4
 
+
+BOTH = '''"""A mission of both kinds."""
+from pathlib import Path
+from py_trees.composites import Sequence
+
+INNER = Path(__file__).parent / "parts/inner.xml"
+
+def build(mission):
+    return Sequence("both", memory=True, children=[mission.tree(INNER), mission.tree(INNER)])
+'''
 
 FOREIGN = """<root BTCPP_format="4" main_tree_to_execute="A">
 <include ros_pkg="nav" path="x.xml"/>

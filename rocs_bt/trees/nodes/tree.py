@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import sys
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import replace
 from itertools import repeat
 from traceback import walk_tb
@@ -71,9 +71,7 @@ class Tree:
         self._watchers: list[Watch] = []
         self._after: list[Callable[[], None]] = []
         self._faults = faults
-        for key, value in (root.initial_keys if isinstance(root, Node) else {}).items():
-            if key not in self.board:
-                self.board.set_local(key, value)
+        _write_initial_keys(root, self.board)
         self.bind()
 
     def bind(self) -> None:
@@ -99,11 +97,18 @@ class Tree:
         coming = list(descendants(new))
         if new.parent is not None or any(node in self.boards for node in coming):
             raise TreeError(Fault(f"'{new.name}' belongs to a tree already.", hint="Create a new tree to swap in."))
-        board, leaving = self.boards[old], list(descendants(old))
+        board, leaving = self.boards[old], tuple(descendants(old))
         with keys_restored(board):
+            _write_initial_keys(new, board)
             nodes, boards = self._bind_below(new, board, _depth(old))
-        for node in leaving:
-            halt(node)
+        with ExitStack() as halts:  # all are halted, and the subtree is replaced, even if one of them raises
+            halts.callback(self._replace, old, new, nodes, boards)
+            for node in reversed(leaving):
+                halts.callback(halt, node)
+
+    def _replace(self, old: Behaviour, new: Behaviour, nodes: list[Behaviour], boards: list[Board]) -> None:
+        """Put the bound nodes of a new subtree in place of an old one."""
+        leaving = list(descendants(old))
         replace_node(old, new)
         if old is self.root:
             self.root = new
@@ -291,6 +296,12 @@ def _no_collections() -> Iterator[None]:
     finally:
         if was_enabled:
             gc.enable()
+
+
+def _write_initial_keys(root: Behaviour, board: Board) -> None:
+    for key, value in root.initial_keys.items() if isinstance(root, Node) else ():
+        if key not in board:
+            board.set_local(key, value)
 
 
 def _depth(node: Behaviour) -> int:

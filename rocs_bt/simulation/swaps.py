@@ -1,0 +1,189 @@
+"""Swaps: subtrees of missions that a run replaces at given times."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+
+import msgspec
+
+from ..agent import Agent
+from ..catalog import TREES, Catalog, Entry, ScenarioSpec
+from ..clock import SimulatedClock
+from ..errors import Fault, InputError, unknown
+from ..event import NullSink
+from ..plan import TreePlan, mission_faults
+from ..record import SubtreeSwap
+from ..trees.error import TreeError
+from ..units import TIME, convert
+from .options import Build
+from .replayed_agents import replayed_agents
+
+_FORM = "Write NODE=FILE@TIME or NODE=FILE:TREE@TIME, such as 'visit first=careful.xml@12.5'."
+_SAME = 1e-9  # [s]
+
+
+def read_swap(text: str) -> SubtreeSwap:
+    """Read a swap in the form `NODE=FILE@TIME` or `NODE=FILE:TREE@TIME`; the time is in seconds or has a unit.
+
+    The last `=` and the last `@` count, because the names of nodes may contain both.
+
+    Raises:
+        InputError: The text has another form.
+    """
+    rest, _, time = text.rpartition("@")
+    node, _, mission = rest.rpartition("=")
+    file, _, tree = mission.partition(":")
+    if not (node and file and time):
+        raise InputError(Fault(f"'{text}' is not a swap of a subtree.", hint=_FORM))
+    try:
+        at = float(time)
+    except ValueError:
+        at = convert(time, TIME, f"the time of the swap '{text}'")
+    return SubtreeSwap(node, file, at, tree)
+
+
+class SwapSchedule:
+    """Replaces subtrees of the missions of a run when their times have come.
+
+    Args:
+        swaps: Swaps that `rehearse_swaps` has returned.
+        agents: Agents of the run.
+        catalog: Source of the missions.
+
+    Raises:
+        InputError: A mission does not load.
+    """
+
+    def __init__(self, swaps: Sequence[SubtreeSwap], agents: Sequence[Agent], catalog: Catalog) -> None:
+        named = {agent.name: agent for agent in agents}
+        self._coming = deque(
+            (swap, named[agent], node, _plan(named[agent]).load(_entry(swap, catalog).path, swap.tree))
+            for swap in swaps
+            for agent, node in [swap.node.split(":", 1)]
+        )
+
+    def step(self, t: float) -> None:
+        """Make the swaps that are due at time t [s]; while the plan is in a turn, its swap waits for the next call."""
+        while self._coming and self._coming[0][0].at <= t + _SAME:
+            _, agent, node, root = self._coming[0]
+            if not agent.swap(node, root):
+                return
+            self._coming.popleft()
+
+    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
+        """Wrap `watch`, called at the beginning of each control period, in a function that first calls `step`."""
+
+        def swapping(t: float) -> bool:
+            self.step(t)
+            return watch(t)
+
+        return swapping if self._coming else watch
+
+
+def rehearse_swaps(
+    swaps: Sequence[SubtreeSwap],
+    scenario: ScenarioSpec,
+    catalog: Catalog,
+    *,
+    seed: int,
+    duration: float,
+    missions: Mapping[str, Build] | None = None,
+) -> tuple[SubtreeSwap, ...]:
+    """Make swaps on agents without a world, so that all faults of the swaps are found before the run.
+
+    Args:
+        swaps: The swaps.
+        scenario: The scenario.
+        catalog: Source of the content.
+        seed: Seed of the run.
+        duration: Maximum duration of the run [s].
+        missions: Mission functions that replace the scenario's, by agent.
+
+    Returns:
+        The swaps, ordered by time, with nodes in the form `AGENT:NODE`, and missions of the catalog by their names.
+
+    Raises:
+        InputError: A time is outside of the run, a node or a mission does not exist, or a mission does not load or does
+            not fit.
+    """
+    if not swaps:
+        return ()
+    for swap in swaps:
+        if not 0.0 <= swap.at < duration:
+            message = f"the swap '{swap}' is not within the run, which is from 0 s to {duration:g} s."
+            raise InputError(Fault(message, hint=_FORM))
+    with ExitStack() as stack:
+        agents = replayed_agents(
+            scenario, catalog, (), SimulatedClock(scenario.rate.physics), NullSink(), seed=seed, missions=missions
+        )
+        for agent in agents:
+            stack.callback(agent.close)
+            stack.callback(agent.stop, "the end of the rehearsal")
+        return tuple(_rehearsed(swap, agents, catalog) for swap in sorted(swaps, key=lambda swap: swap.at))
+
+
+def swapped_content(swaps: Sequence[SubtreeSwap], scenario: ScenarioSpec, catalog: Catalog) -> tuple[Entry, ...]:
+    """Catalog entries of the missions of swaps from `rehearse_swaps`, for the hash of the run's content."""
+    found: list[Entry] = []
+    for swap in swaps:
+        spec = next(a for a in scenario.agents if a.name == swap.node.partition(":")[0])
+        entry = _entry(swap, catalog)
+        found += [entry, *catalog.python_of(entry, dialect=spec.nodes)]
+    return tuple(dict.fromkeys(found))
+
+
+def _rehearsed(swap: SubtreeSwap, agents: Sequence[Agent], catalog: Catalog) -> SubtreeSwap:
+    agent, node = _place(swap.node, agents)
+    entry, plan = _entry(swap, catalog), _plan(agent)
+    before = mission_faults(plan.tree, agent.knowledge)
+    if faults := plan.place_faults(node, entry.path, swap.tree):
+        raise InputError(*faults)
+    plan.swap(node, plan.load(entry.path, swap.tree))
+    after = mission_faults(plan.tree, agent.knowledge)
+    if faults := [fault for fault in after if not fault.warning and fault not in before]:
+        raise InputError(*faults)
+    listed = next((e for e in catalog.list("mission") if e.name == entry.name), None)
+    named = listed is not None and listed.path.samefile(entry.path)
+    mission = entry.name if named else str(entry.path)
+    return msgspec.structs.replace(swap, node=f"{agent.name}:{node}", mission=mission)
+
+
+def _entry(swap: SubtreeSwap, catalog: Catalog) -> Entry:
+    entry = catalog.find("mission", swap.mission)
+    if entry.path.suffix not in TREES:
+        hint = "Give the mission of a swap in XML."
+        raise InputError(Fault(f"'{swap.mission}' is a mission in Python.", entry.path, hint=hint))
+    return entry
+
+
+def _plan(agent: Agent) -> TreePlan:
+    if not isinstance(agent.plan, TreePlan):
+        raise InputError(f"the mission of {agent.name} is no behaviour tree, so no subtree of it can be replaced.")
+    return agent.plan
+
+
+def _place(node: str, agents: Sequence[Agent]) -> tuple[Agent, str]:
+    """Agent and node that a swap names, as `NODE` or `AGENT:NODE`."""
+    name, _, rest = node.partition(":")
+    if rest and name in {agent.name for agent in agents}:
+        agents, node = [agent for agent in agents if agent.name == name], rest
+    trees = [agent for agent in agents if isinstance(agent.plan, TreePlan)] or [*agents]
+    found, faults = [], list[Fault]()
+    for agent in trees:
+        try:
+            _plan(agent).find(node)
+        except TreeError as error:
+            faults += error.faults
+        else:
+            found.append(agent)
+    if len(found) == 1:
+        return found[0], node
+    if found:
+        names = ", ".join(agent.name for agent in found)
+        raise InputError(Fault(f"the missions of {names} have a node '{node}'.", hint=f"Write {found[0].name}:{node}."))
+    if len(trees) == 1:
+        raise TreeError(*faults)
+    names = {each.name for agent in trees for each in _plan(agent).tree.nodes}
+    raise InputError(unknown("node", node, names, "The run"))
