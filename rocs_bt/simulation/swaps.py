@@ -185,5 +185,5 @@ def _place(node: str, agents: Sequence[Agent]) -> tuple[Agent, str]:
         raise InputError(Fault(f"the missions of {names} have a node '{node}'.", hint=f"Write {found[0].name}:{node}."))
     if len(trees) == 1:
         raise TreeError(*faults)
-    names = {each.name for agent in trees for each in _plan(agent).tree.nodes}
-    raise InputError(unknown("node", node, names, "The run"))
+    known = {each.name for agent in trees for each in _plan(agent).tree.nodes}
+    raise InputError(unknown("node", node, known, "The run"))
