@@ -147,8 +147,8 @@ class MissionContext:
         passed: Values of the mission's parameters that are texts; set only in a check.
         board: Blackboard of the root, where `build` may store values for nodes.
         content: Access to nodes, route planners and missions; empty unless a catalog loaded the mission.
-        dialect: Dialect of the XML trees that the mission loads: that of the scenario, or of the mission's own file if it
-            is one of Nav2; empty to recognise it.
+        dialect: Dialect of the XML trees that the mission loads: that of the scenario, or Nav2's if the mission's own
+            file is recognised as such; empty to recognise it.
         shared: Objects that nodes of the tree share, by purpose, such as route planners with their state.
         privileged: Information for oracle planners only, such as the map of a scene; empty for all others.
         ros: ROS connection of the robot; None without one, as in simulation.

@@ -144,7 +144,7 @@ class TestProject:
         return project.find("mission", "both")
 
     @pytest.mark.parametrize("dialect", ["nav2", ""])  # by default it is recognised
-    def test_a_tree_in_a_python_mission_has_the_scenarios_dialect_and_the_projects_content(self, mixed, mind, tmp_path, dialect):
+    def test_a_tree_in_a_python_mission_has_its_dialect_and_the_projects_content(self, mixed, mind, tmp_path, dialect):
         build = Catalog(tmp_path).load_mission("both", dialect)
         first, second = build(mind.mission).children
         for each in (first, second):  # also behind a Python mission below it
