@@ -20,7 +20,7 @@ def record(tmp_path_factory):
     def run(scenario, duration=None):
         if (scenario, duration) not in runs:
             out = tmp_path_factory.mktemp(scenario)
-            simulate(scenario, out=out, duration=duration)
+            simulate(scenario, out=out, duration=duration, report=False)
             runs[scenario, duration] = Recording.open(out)
         return runs[scenario, duration]
 
@@ -37,6 +37,21 @@ def exp1_bag(exp1, tmp_path_factory):
     folder = tmp_path_factory.mktemp("bags") / "exp1"
     export_rosbag(exp1, folder)
     return folder
+
+
+@pytest.fixture(scope="session")
+def read_export(record, tmp_path_factory):
+    """Function that exports a run once for all tests, and returns the messages of the bag by topic."""
+    bags = {}
+
+    def messages(scenario, duration=None):
+        if (scenario, duration) not in bags:
+            folder = tmp_path_factory.mktemp("bags") / scenario
+            export_rosbag(record(scenario, duration), folder)
+            bags[scenario, duration] = read(folder)
+        return bags[scenario, duration]
+
+    return messages
 
 
 @pytest.fixture

@@ -53,8 +53,8 @@ def yaw_of(q):
 
 
 @pytest.fixture(scope="module", params=["rosbags", "mcap-ros2-support"])
-def topics(request, exp1_bag):
-    return read(exp1_bag) if request.param == "rosbags" else by_mcap(exp1_bag)
+def topics(request, read_export, exp1_bag):
+    return read_export("exp1") if request.param == "rosbags" else by_mcap(exp1_bag)
 
 
 def test_ranges_are_those_of_the_sensor(exp1, topics):
@@ -141,8 +141,8 @@ def frames(topics):
 
 
 @pytest.mark.parametrize(("scenario", "duration"), [("exp1", None), ("exp3", 2.0), ("exp1_mecanum", 2.0)])
-def test_frames_are_one_tree(record, export, scenario, duration):
-    topics = read(export(record(scenario, duration)))
+def test_frames_are_one_tree(read_export, scenario, duration):
+    topics = read_export(scenario, duration)
     parents = frames(topics)
     assert all(len(found) == 1 for found in parents.values())
     used = {m.header.frame_id for messages in topics.values() for _, m in messages if hasattr(m, "header")} - {""}
@@ -151,8 +151,8 @@ def test_frames_are_one_tree(record, export, scenario, duration):
             (frame,) = parents[frame]
 
 
-def test_each_of_several_agents_has_a_namespace(record, export):
-    topics = read(export(record("exp3", 2.0)))
+def test_each_of_several_agents_has_a_namespace(read_export):
+    topics = read_export("exp3", 2.0)
     assert {"/r2/odom", "/r3/odom", "/r2/cmd_vel", "/r3/cmd_vel", "/r1/ground_truth"} <= set(topics)
     assert "/odom" not in topics
     assert topics["/r3/odom"][0][1].child_frame_id == "r3/base_link"
@@ -161,9 +161,8 @@ def test_each_of_several_agents_has_a_namespace(record, export):
     }
 
 
-def test_echoes_of_a_scan_are_where_the_rays_hit(record, export):
-    recording = record("exp1_mecanum", 2.0)
-    topics = read(export(recording))
+def test_echoes_of_a_scan_are_where_the_rays_hit(record, read_export):
+    recording, topics = record("exp1_mecanum", 2.0), read_export("exp1_mecanum", 2.0)
     body = next(b for b in recording.header.bodies if b.fans)
     ((sensor, fan),) = body.fans.items()
     (mount,) = [t for _, m in topics["/tf_static"] for t in m.transforms if t.child_frame_id == sensor]
@@ -186,18 +185,17 @@ def test_echoes_of_a_scan_are_where_the_rays_hit(record, export):
         assert float(scan.range_max) == pytest.approx(fan.reach)
 
 
-def test_frames_of_beams_that_look_up_and_down_are_vertical(record, export):
-    topics = read(export(record("inspect", 0.5)))
+def test_frames_of_beams_that_look_up_and_down_are_vertical(read_export):
+    topics = read_export("inspect", 0.5)
     mounts = {t.child_frame_id: t.transform.rotation for _, m in topics["/tf_static"] for t in m.transforms}
     for site, up in (("up", 1.0), ("down", -1.0)):
         turn = mounts[site]
         assert 2.0 * (turn.x * turn.z - turn.w * turn.y) == pytest.approx(up)  # z of the x axis of the frame
 
 
-def test_a_gyro_is_an_imu_without_orientation(record, export):
-    recording = record("exp3_localised", 1.0)
-    reads = events_of(recording, SensorRead, sensor="gyro")
-    messages = read(export(recording))[f"/{reads[0].agent.lower()}/imu"]
+def test_a_gyro_is_an_imu_without_orientation(record, read_export):
+    reads = events_of(record("exp3_localised", 0.5), SensorRead, sensor="gyro")
+    messages = read_export("exp3_localised", 0.5)[f"/{reads[0].agent.lower()}/imu"]
     assert [m.angular_velocity.z for _, m in messages] == [e.values[0] for e in reads]
     assert messages[0][1].orientation_covariance[0] == messages[0][1].linear_acceleration_covariance[0] == -1.0
 
@@ -230,9 +228,9 @@ def test_metadata_describe_the_bag(exp1_bag):
     assert latched == {"/tf_static", "/scene"}
 
 
-def test_the_scene_shows_the_ground(record, export):
+def test_the_scene_shows_the_ground(record, read_export):
     recording = record("patrol_rough", 0.2)
-    ((_, scene),) = read(export(recording))["/scene"]
+    ((_, scene),) = read_export("patrol_rough", 0.2)["/scene"]
     drawn = [len(marker.points) for marker in scene.markers if marker.ns == "ground"]
     assert drawn == [5] * len(recording.header.grounds)
     assert drawn

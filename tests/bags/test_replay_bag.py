@@ -11,6 +11,7 @@ from ruamel.yaml import YAML
 
 from rocs_bt.event import KnowledgeChanged, RuleChanged, SignalsWritten
 from rocs_bt.record import Recording
+from rocs_bt.record.figures import rules
 from rocs_bt.record.tables import signal_table
 
 from . import robots
@@ -26,6 +27,8 @@ def firings(out):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
+    """An empty project. Pictures of rules are not drawn: tests/cli/test_rules.py looks at them."""
+    monkeypatch.setattr(rules, "render_canvas", lambda name, make, form: name.encode())
     folder = tmp_path / "project"
     for name in ("robots", "rules", "planners", "scenarios"):
         (folder / name).mkdir(parents=True)
@@ -34,7 +37,8 @@ def project(tmp_path, monkeypatch):
 
 
 def replay(rocs_bt, bag, *more, robot="cart", rules="wall"):
-    return rocs_bt("replay", "--bag", bag, "--robot", robot, *(["--rules", rules] if rules else []), *more)
+    chosen = ["--rules", rules] if rules else []
+    return rocs_bt("replay", "--bag", bag, "--robot", robot, *chosen, *more)
 
 
 @pytest.mark.parametrize("options", [{}, {"ros2": "use_sim_time = true"}], ids=["log time", "simulated time"])

@@ -98,8 +98,8 @@ def test_a_follower_that_localises_itself_is_told_of_as_one(rocs_bt, tmp_path):
     assert "time within the follow band" in page
 
 
-@pytest.mark.parametrize("name", ["$$", "$x$", r"$\frac{", "a $ b_c ^"])
-def test_dollar_signs_in_names_are_no_mathematics(rocs_bt, project, name):
+def test_dollar_signs_in_names_are_no_mathematics(rocs_bt, project):
+    name = r"$$ $x$ $\frac{ a $ b_c ^"
     scenario = project / "scenarios" / "first.toml"
     scenario.write_text(scenario.read_text().replace('"gate"', f"'{name}'"))
     told = rocs_bt("run", "first")

@@ -221,25 +221,21 @@ def test_a_search_finds_the_post_in_the_way_and_leaves_nothing_else(yard):
     compile(test.read_text(), str(test), "exec")
 
 
-def test_the_same_seed_finds_the_same_scene_and_plays_nothing_twice(yard):
-    here, again, other = Here(), Here(), Here()
+def test_the_same_seed_finds_the_same_scene_and_plays_nothing_twice_even_if_it_was_killed(yard):
+    whole, again, before, after, other = Here(), Here(), Here(most=4), Here(), Here()
+    wanted = {"budget": 5, "fixed": {"blocked": 1}}
     with Store() as store:
-        first = sought(yard, executor=here, store=store, budget=7)
-        assert sought(yard, executor=again, store=store, budget=7) == first
+        undisturbed = sought(yard, executor=whole, store=store, **wanted)
+        assert sought(yard, executor=again, store=store, **wanted) == undisturbed
     assert again.played == []
-    assert len(here.played) == len(set(here.played))
-    assert sought(yard, executor=other, budget=7, seed=2).sampled != first.sampled
-
-
-def test_a_search_that_was_killed_goes_on_where_it_was(yard):
-    whole, before, after = Here(), Here(most=6), Here()
-    undisturbed = sought(yard, executor=whole, budget=7, fixed={"blocked": 1})
+    assert len(whole.played) == len(set(whole.played))
     with Store() as store:
         with pytest.raises(KeyboardInterrupt):
-            sought(yard, executor=before, store=store, budget=7, fixed={"blocked": 1})
+            sought(yard, executor=before, store=store, **wanted)
         kept = store.count()
-        assert sought(yard, executor=after, store=store, budget=7, fixed={"blocked": 1}) == undisturbed
+        assert sought(yard, executor=after, store=store, **wanted) == undisturbed
     assert len(after.played) <= len(whole.played) - kept
+    assert sought(yard, executor=other, budget=1, seed=2).sampled != undisturbed.sampled
 
 
 def test_only_the_failure_that_is_sought_counts(yard):

@@ -101,12 +101,25 @@ def ends_in_neutral(robot: UdpRobot) -> bool:
     return robot.moved and robot.commands[-3:] == [NEUTRAL] * 3
 
 
-BOTH = pytest.mark.parametrize("isolated", [False, True], ids=["own_process", "isolated"])
+def isolated(*quick: bool) -> pytest.MarkDecorator:
+    """Parameter `isolated`: whether the actuators have a process of their own; what is not named is for `make soak`."""
+    marks = {value: () if value in quick else pytest.mark.soak for value in (False, True)}
+    names = {False: "own_process", True: "isolated"}
+    return pytest.mark.parametrize("isolated", [pytest.param(v, marks=marks[v], id=names[v]) for v in marks])
 
 
-@BOTH
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal(creep, robot, isolated, number):
+@isolated(False, True)
+def test_sigterm(creep, robot, isolated):
+    assert_ended_by(signal.SIGTERM, creep, robot, isolated)
+
+
+@isolated(True)
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+def test_another_signal(creep, robot, isolated, number):
+    assert_ended_by(number, creep, robot, isolated)
+
+
+def assert_ended_by(number, creep, robot, isolated):
     creep(isolated=isolated)
     with driving() as process:
         robot.wait_until_moving()
@@ -119,7 +132,7 @@ def test_a_signal(creep, robot, isolated, number):
     assert Path("runs/real-1/report.html").exists()
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.soak), signal.SIGTERM])
 def test_a_signal_before_the_start_moves_nothing_and_writes_the_files(creep, robot, number):
     creep(isolated=True)
     robot.silent = {"sonar"}
@@ -132,7 +145,7 @@ def test_a_signal_before_the_start_moves_nothing_and_writes_the_files(creep, rob
     assert json.loads(Path("runs/real-1/summary.json").read_text())["agents"]["R2"]["path_length"] == 0.0
 
 
-@BOTH
+@isolated(True)
 def test_the_time_is_over(creep, robot, isolated):
     creep(isolated=isolated)
     with driving("--for", "1") as process:
@@ -141,7 +154,7 @@ def test_the_time_is_over(creep, robot, isolated):
     assert out.startswith("R2 timeout")
 
 
-@BOTH
+@isolated(False)
 def test_a_leaf_raises_until_the_mission_fails(creep, robot, isolated):
     creep(isolated=isolated, raises=True)
     with driving() as process:
@@ -150,7 +163,7 @@ def test_a_leaf_raises_until_the_mission_fails(creep, robot, isolated):
     assert out.startswith("R2 failed (real, seed 1): the mission failed: leaf 'both/worm' raised ValueError: a worm")
 
 
-@BOTH
+@isolated(True)
 def test_a_sensor_falls_silent(creep, robot, isolated):
     creep(isolated=isolated)
     with driving("--for", "30") as process:
@@ -165,7 +178,7 @@ def test_a_sensor_falls_silent(creep, robot, isolated):
     assert "the sensor" in out or "sensor sonar" in out
 
 
-@BOTH
+@isolated(False, True)
 def test_the_actuators_driver_raises(creep, robot, isolated):
     worm = '    def command(self, values):\n        """Send wheel speeds [m/s]; a lost network must not block."""\n'
     count = '        self.count = getattr(self, "count", 0) + 1\n        if self.count == 15 and any(values):\n'
@@ -194,7 +207,7 @@ drive("real", sinks=[Breaks()], out="out")
 """
 
 
-@BOTH
+@isolated(True)
 def test_the_callers_program_raises(creep, robot, isolated):
     creep(isolated=isolated)
     with driving(command=("-c", SINK)) as process:
@@ -205,7 +218,7 @@ def test_the_callers_program_raises(creep, robot, isolated):
     assert judged.outcome == "error"
 
 
-@BOTH
+@isolated(True)
 def test_two_signals_at_once(creep, robot, isolated):
     creep(isolated=isolated)
     with driving() as process:

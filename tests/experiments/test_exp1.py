@@ -77,7 +77,7 @@ def test_the_papers_macros_reach_the_origin_too(variant: Variant) -> None:
     assert found.tracking_error.cross_rms is None  # no follower
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.soak)])
 def test_fifty_hertz_control_works(variant: Variant, seed: int) -> None:
     catalog = variant(('control = "20 Hz"', 'control = "50 Hz"\nsensors = "50 Hz"'))
     sink = ListSink()
@@ -88,7 +88,7 @@ def test_fifty_hertz_control_works(variant: Variant, seed: int) -> None:
     assert stamps[:3] == pytest.approx([0.0, 0.02, 0.04])
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (2, 3))])
 def test_a_replay_decides_the_same(tmp_path: Path, catalog: Catalog, seed: int) -> None:
     run("exp1", catalog, seed=seed, out=tmp_path, report=False)
     assert replay(Recording.open(tmp_path / "run.mcap"), catalog) is None

@@ -55,7 +55,9 @@ def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     ]
 
 
-@pytest.mark.parametrize("scenario", ROBOTS)
+@pytest.mark.parametrize(
+    "scenario", [pytest.param(s, marks=pytest.mark.soak) if s == "exp1_humanoid" else s for s in ROBOTS]
+)  # the humanoid is slow: make test walks it in tests/robots only
 @pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.soak)])
 def test_exp1_is_clean_on_each_robot(scenario: str, seed: int) -> None:
     summary, _, touched = episode(scenario, seed)
@@ -95,7 +97,7 @@ def test_a_person_is_passed_sideways_with_one_heading(seed: int) -> None:
     assert robot[-1].y - min(pose.y for pose in robot) > 0.25, "out of the way and back to the line"
 
 
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.soak)])
 def test_a_circle_is_driven_once_around_the_box_with_the_box_ahead(seed: int) -> None:
     summary, poses, touched = episode("circle_box", seed)
     assert summary.agents["R2"].outcome == "success"

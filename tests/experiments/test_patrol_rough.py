@@ -12,9 +12,11 @@ import pytest
 import rocs_bt
 from rocs_bt import Summary
 from rocs_bt.catalog import Catalog, PushSpec
-from rocs_bt.cli.main import call
 from rocs_bt.event import BodyMoved, Event, ListSink, RobotPushed, RuleChanged
 from rocs_bt.geometry import Pose2
+from rocs_bt.record import Recording
+from rocs_bt.record.figures.plot import FIGURES
+from rocs_bt.record.history import History
 
 CATALOG = Catalog()
 SCENARIO = CATALOG.load_scenario("patrol_rough")
@@ -65,7 +67,8 @@ def test_a_push_is_felt_and_recorded() -> None:
     assert max(tilts[0]) > max(tilts[1]) + math.radians(2.0)
 
 
-@pytest.mark.parametrize("at", [10.0, pytest.param(18.0, marks=pytest.mark.soak)])
+@pytest.mark.soak  # falls and getting up: tests/simulation/test_fall.py
+@pytest.mark.parametrize("at", [10.0, 18.0])
 def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
     push = PushSpec("R2", (0.0, 270.0, 0.0), at, at, 0.1)
     summary, events = episode(1, push)
@@ -82,6 +85,7 @@ def test_a_fall_away_from_obstacles_costs_some_seconds(at: float) -> None:
 
 def test_height_and_tilt_are_drawn(tmp_path: Path) -> None:
     scenario = dataclasses.replace(SCENARIO, duration=1.0)
-    run = rocs_bt.run(scenario, CATALOG, seed=1, out=tmp_path / "run")
-    call(["plot", str(run.recording)])
-    assert (tmp_path / "run" / "figures" / "height.svg").is_file()
+    run = History(Recording.open(rocs_bt.run(scenario, CATALOG, seed=1, out=tmp_path, report=False).recording))
+    (height,) = [figure for figure in FIGURES if figure.name == "height"]
+    assert height.applies([run])
+    assert b"-tilt" in height.render([run], "svg")

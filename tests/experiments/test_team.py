@@ -18,6 +18,9 @@ DOORS = {"door_1": -2.4, "door_2": 0.0, "door_3": 2.4}  # [m] y of their middle;
 OPEN = {5: "door_1", 2: "door_2", 1: "door_3"}
 """A seed for each door."""
 
+SEEDS = [1, *(pytest.param(seed, marks=pytest.mark.soak) for seed in (2, 5))]
+"""Of OPEN; before the third door, the other two are found closed."""
+
 
 def play(catalog: Catalog, seed: int, out: Path | None = None) -> tuple[Summary, list[Event]]:
     sink = ListSink()
@@ -58,7 +61,7 @@ def assert_p_stays(summary: Summary, events: list[Event]) -> None:
     assert {name: agent.contacts for name, agent in summary.agents.items()} == {"Q": {}, "P": {}}
 
 
-@pytest.mark.parametrize("seed", [*OPEN, *(pytest.param(s, marks=pytest.mark.soak) for s in range(6, 20))])
+@pytest.mark.parametrize("seed", [*SEEDS, *(pytest.param(s, marks=pytest.mark.soak) for s in range(6, 20))])
 def test_both_robots_succeed_without_a_contact(seed: int) -> None:
     summary, events = shipped(seed)
     assert {name: (a.outcome, a.contacts, a.fell) for name, a in summary.agents.items()} == {
@@ -70,8 +73,9 @@ def test_both_robots_succeed_without_a_contact(seed: int) -> None:
     assert landed.height == pytest.approx(0.1, abs=0.02)
 
 
-@pytest.mark.parametrize(("seed", "door"), OPEN.items())
-def test_the_wheeled_robot_waits_and_then_passes_the_open_door(seed: int, door: str) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_wheeled_robot_waits_and_then_passes_the_open_door(seed: int) -> None:
+    door = OPEN[seed]
     _, events = shipped(seed)
     (known, is_open), *_ = learnt(events, "P", door, "open")
     assert is_open is True
@@ -82,8 +86,9 @@ def test_the_wheeled_robot_waits_and_then_passes_the_open_door(seed: int, door: 
     assert passing.y == pytest.approx(DOORS[door], abs=0.3)
 
 
-@pytest.mark.parametrize(("seed", "door"), OPEN.items())
-def test_the_finding_is_an_observation_made_in_front_of_the_door(seed: int, door: str) -> None:
+@pytest.mark.parametrize("seed", SEEDS)
+def test_the_finding_is_an_observation_made_in_front_of_the_door(seed: int) -> None:
+    door = OPEN[seed]
     _, events = shipped(seed)
     node = f"{door} seen by Q"
     (found, is_open), *_ = learnt(events, "Q", door, "open")
@@ -100,7 +105,7 @@ def test_the_finding_is_an_observation_made_in_front_of_the_door(seed: int, door
     assert 0.5 < there.height < 1.2  # above that, the beams pass over the wall
 
 
-@pytest.mark.parametrize("seed", OPEN)
+@pytest.mark.parametrize("seed", SEEDS)
 def test_every_door_before_the_open_one_was_found_closed(seed: int) -> None:
     _, events = shipped(seed)
     last = {name: found[-1][1] for name in DOORS if (found := learnt(events, "P", name, "open"))}
@@ -136,6 +141,7 @@ def test_a_door_that_is_only_said_to_be_open_is_not_driven_to(tmp_path: Path) ->
     assert next(e for e in poses(events, "P") if e.x > 0.0).y == pytest.approx(DOORS["door_3"], abs=0.3)
 
 
+@pytest.mark.soak  # tests/experiments/test_exp3_shared.py has a robot without shared knowledge
 def test_without_shared_knowledge_the_wheeled_robot_waits_in_vain(tmp_path: Path) -> None:
     catalog = changed(tmp_path, '"observation", "peer"]', '"peer"]')
     summary, events = play(catalog, 5)
@@ -146,6 +152,6 @@ def test_without_shared_knowledge_the_wheeled_robot_waits_in_vain(tmp_path: Path
 
 
 def test_the_run_is_reproducible_and_replays(tmp_path: Path) -> None:
-    summary, _ = play(Catalog(), 5, tmp_path)
-    assert summary.trajectory_hash == shipped(5)[0].trajectory_hash
+    summary, _ = play(Catalog(), 1, tmp_path)
+    assert summary.trajectory_hash == shipped(1)[0].trajectory_hash
     assert replay(Recording.open(tmp_path / "run.mcap")) is None

@@ -7,7 +7,7 @@ from rocs_bt.catalog import Catalog
 from . import runs
 
 CATALOG = Catalog()
-QUICK = (1, 2)  # the other seeds run in `make soak`
+QUICK = (1,)  # the other seeds run in `make soak`
 SHIPPED = runs.shipped(CATALOG)
 
 
