@@ -3,9 +3,18 @@
 Used by the command line and by the pytest plugin.
 """
 
-from .check import Findings, check_content
+from .check import Findings, check_content, check_scenario
+from .mission_use import mission_notes
 from .picture import FORMATS, draw_mission
 from .rules import fitted_rules, inactive_rules
-from .scenario import run_warnings
 
-__all__ = ["FORMATS", "Findings", "check_content", "draw_mission", "fitted_rules", "inactive_rules", "run_warnings"]
+__all__ = [
+    "FORMATS",
+    "Findings",
+    "check_content",
+    "check_scenario",
+    "draw_mission",
+    "fitted_rules",
+    "inactive_rules",
+    "mission_notes",
+]

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import suppress
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from ..analyze.local_map import CONTACT
 from ..catalog import (
     KINDS,
     TREES,
+    CachingCatalog,
     Catalog,
     Entry,
     at_parameters,
@@ -23,6 +24,7 @@ from ..catalog import (
 )
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
+from ..expression import one_for_each_signal
 from ..knowledge import SCHEMA, load_schema
 from ..plan import mission_arguments
 from ..raised import content_line, describe
@@ -36,6 +38,9 @@ from .scenario import check_scenario_file
 from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
+
+EXAMPLE = ", for example, "
+"""Text in a message before an example, which differs from robot to robot."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +65,23 @@ class Findings:
     @property
     def has_warnings(self) -> bool:
         """Whether any content runs but is probably a mistake; notes do not count."""
-        return any(fault.warning and not fault.note for fault in self.faults)
+        return bool(self.warnings)
+
+    @property
+    def warnings(self) -> tuple[Fault, ...]:
+        """Faults with which content runs but is probably a mistake; without notes."""
+        return tuple(fault for fault in self.faults if fault.warning and not fault.note)
+
+    def refuse(self) -> None:
+        """Raise the errors.
+
+        Raises:
+            InputError: There are errors; contains all of them.
+        """
+        if self.defect is not None:
+            raise self.defect
+        if errors := [fault for fault in self.faults if not fault.warning]:
+            raise InputError(*errors)
 
 
 def check_content(
@@ -89,17 +110,41 @@ def check_content(
     models = read_palettes(palettes)
     faults: list[Fault] = []
     entries: list[tuple[Entry, Catalog]] = []
+    catalogs: dict[Path | None, Catalog] = {}
     for path in paths or (_default(),):
         try:
-            entries += _entries(path, code)
+            entries += _entries(path.resolve(), code, catalogs)
         except InputError as error:
             faults += error.faults
     together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix in TREES])
     scenarios = frozenset(e.path for e, _ in entries if e.kind == "scenario")
     options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together, scenarios)
+    return _findings(entries, faults, options, progress)
+
+
+def check_scenario(name: str, catalog: Catalog) -> Findings:
+    """Check a scenario and the robots that it uses, as for `rocs-bt run`, which refuses what has errors here.
+
+    Args:
+        name: Name or path of the scenario.
+        catalog: Source of the content.
+
+    Raises:
+        InputError: The scenario does not exist.
+    """
+    return _findings([(catalog.find("scenario", name), catalog)], [], MissionOptions())
+
+
+def _findings(
+    entries: Sequence[tuple[Entry, Catalog]],
+    faults: list[Fault],
+    options: MissionOptions,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Findings:
+    """Check entries, and the robots that their scenarios use; `faults` are those already found."""
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     defect: BaseException | None = None
-    for done, (entry, catalog) in enumerate(entries):
+    for done, (entry, catalog) in enumerate(_with_robots(entries)):
         progress(done)
         found, ended = _faults(entry, catalog, checkers)
         faults += found
@@ -108,23 +153,31 @@ def check_content(
     return Findings(tuple(dict.fromkeys(e.path for e, _ in entries)), tuple(_once(ordered)), defect)
 
 
-_NO_SIGNAL = re.compile(r"no signal (?:or alias )?is named '(\w+)'")
+def _with_robots(entries: Sequence[tuple[Entry, Catalog]]) -> list[tuple[Entry, Catalog]]:
+    """The entries, and those of the robots that their scenarios use."""
+    found = {entry.path: (entry, catalog) for entry, catalog in entries}
+    for entry, catalog in entries:
+        with suppress(InputError):  # reported by the check of the scenario
+            for name in catalog.read_scenario(str(entry.path)).robots if entry.kind == "scenario" else ():
+                robot = catalog.find("robot", name)
+                found.setdefault(robot.path, (robot, catalog))
+    return list(found.values())
 
-_ADD_MAP = (
-    "The robot has no map: add a LocalMap with its scanner to robot.toml, as [[analyze]] with "
-    'class = "LocalMap" (docs/navigation.md).'
-)
 
+def _once(faults: Iterable[Fault]) -> list[Fault]:
+    """Remove faults that say less than another at their position, or the same with another example."""
+    found, seen = one_for_each_signal(faults), dict[tuple[object, ...], list[str]]()
+    for fault in found:
+        messages = seen.setdefault((fault.file, fault.line, fault.column), [])
+        if fault.message.partition(EXAMPLE)[0] not in [message.partition(EXAMPLE)[0] for message in messages]:
+            messages.append(fault.message)
 
-def _once(faults: Iterable[Fault]) -> Iterator[Fault]:
-    """One fault for each signal that a robot lacks and that expressions of a file use; the hint names a missing map."""
-    seen = set[tuple[Path | None, str]]()
-    for fault in faults:
-        if (found := _NO_SIGNAL.search(fault.message)) is None:
-            yield fault
-        elif (key := (fault.file, found[1])) not in seen:
-            seen.add(key)
-            yield replace(fault, hint=_ADD_MAP) if found[1] == CONTACT else fault
+    def is_kept(fault: Fault) -> bool:
+        messages = seen[fault.file, fault.line, fault.column]
+        longer = any(message != fault.message and message.startswith(fault.message) for message in messages)
+        return fault.message in messages and not longer
+
+    return [fault for fault in found if is_kept(fault)]
 
 
 def _faults(
@@ -152,10 +205,16 @@ def _default() -> Path:
     return find_project(Path.cwd()) or Catalog().shipped
 
 
-def _entries(path: Path, code: bool) -> Iterator[tuple[Entry, Catalog]]:
-    """Files to check: the given file, or all missions, rule files, robots and other content in a folder."""
-    path = path.resolve()
-    catalog = Catalog.here(path if path.is_dir() else path.parent, code=code)
+def _entries(path: Path, code: bool, catalogs: dict[Path | None, Catalog]) -> Iterator[tuple[Entry, Catalog]]:
+    """Files to check: the given file, or all missions, rule files, robots and other content in a folder.
+
+    Args:
+        path: File or folder.
+        code: Whether Python content may run.
+        catalogs: Catalogs by project, for files of the same project; a new one is added.
+    """
+    project = find_project(path if path.is_dir() else path.parent)
+    catalog = catalogs.setdefault(project, CachingCatalog(project, code=code))
     if path.is_dir():
         if not (files := _inside(path)):
             raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))

@@ -16,7 +16,8 @@ from ..expression.node import TEMPORAL_OPS
 from ..geometry import Pose2
 from ..reactive import Rule, RuleModel
 from ..reactive.rule_model import describe, stateless_rule
-from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
+from ..simulation import POSES_TRIED, FreePose, RunOptions, SimulatedWorld, build_world, free_goal_poses
+from ..simulation.ready_run import set_up
 from ..simulation.scripted_objects import FREE
 from ..units import TIME
 from .robot import trial_faults
@@ -30,15 +31,15 @@ _AWAY = 1000.0  # [m] distance of moving objects from the world while the goals 
 
 
 def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
-    """Check the feasibility of a scenario; an unreachable goal is a warning, since the scenario still runs.
+    """Set a scenario up and check its feasibility; an unreachable goal is a warning, since the scenario still runs.
 
     A goal needs a pose within its tolerance at which the robot has no contact and no reflex fires; a goal with few
     free poses is also reported. Every goal that an agent knows is checked.
 
     Raises:
-        InputError: The world does not compile, or a robot's start pose is not free.
+        InputError: A run of the scenario could not begin: for example, a robot's start pose is not free.
     """
-    yield from _outside(scenario, build_world(scenario, catalog, 1, NullSink()))
+    yield from _outside(scenario, _stage(scenario, catalog))
     for agent in scenario.agents:
         others = tuple(m for m in scenario.actors if not m.robot)
         world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
@@ -50,6 +51,16 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
             continue  # without readings the reflexes cannot be evaluated
         goals = [place for place in scenario.places if place.kind == "goal" and agent.name in place.agents]
         yield from _goal_warnings(world, built, agent, goals, scenario.file)
+
+
+def _stage(scenario: ScenarioSpec, catalog: Catalog) -> SimulatedWorld:
+    """World of the scenario, set up as for a run: with its agents, unless their missions may not be loaded."""
+    if not catalog.code:
+        return build_world(scenario, catalog, 1, NullSink())
+    ready = set_up(scenario, catalog, RunOptions())
+    for agent in ready.agents:
+        agent.close()
+    return ready.simulated
 
 
 def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:

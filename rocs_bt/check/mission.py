@@ -9,6 +9,7 @@ from typing import Any
 from ..agent import Controller
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
 from ..errors import Fault, InputError
+from ..expression import NO_NAME
 from ..plan import mission_parameters
 from ..trees.examine import blocking_faults
 from .mission_use import built_faults, idle_controller, mission_faults
@@ -100,10 +101,7 @@ def _misfit(faults: list[Fault]) -> tuple[int, int]:
 
 def _of_signals(faults: list[Fault]) -> list[Fault]:
     """Errors that depend on the signals of the robot."""
-    return [fault for fault in faults if not fault.warning and _NO_SIGNAL in fault.message]
-
-
-_NO_SIGNAL = "no signal or alias is named"
+    return [fault for fault in faults if not fault.warning and NO_NAME.search(fault.message)]
 
 
 def _noted(fault: Fault) -> Fault:

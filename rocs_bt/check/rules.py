@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from ..actions import ACTIONS
+from ..action import Action
+from ..actions import ACTIONS, action_table
 from ..agent.build import thresholds
-from ..catalog import Catalog, Entry
+from ..catalog import Catalog, Entry, RobotSpec
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment
+from ..plan import mission_actions
 from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
 from ..reactive.analysis import examine_rules
 from ..signal import OPTIONAL_SIGNALS
@@ -21,26 +23,44 @@ from .stub_agent import stub_agent
 
 def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """Check a rule file for the robots of the scenarios that use it, or else for any robot."""
-    users, inactive = _users(entry, catalog), list[tuple[str, InactiveRule]]()
-    for name in users or _any_robot(entry, catalog):
+    users, inactive = _users(entry, catalog), dict[tuple[str, InactiveRule], None]()
+    for name, mission, dialect in users or [(name, "", "") for name in _any_robot(entry, catalog)]:
         try:
             robot = catalog.load_robot(name)
             if robot.code and not catalog.code:
                 continue
             agent = stub_agent(robot, catalog.load_class)
+            build = catalog.load_mission(mission, dialect) if mission and catalog.code else None
         except InputError:
-            continue  # reported by the check of the robot
-        own, environment = thresholds(robot, entry.path), Environment.of(agent.knowledge.signals)
-        yield from examine_rules(entry.path, environment, ACTIONS, own)
+            continue  # reported by the check of the robot, or of the mission
+        environment = Environment.of(agent.knowledge.signals)
+        actions = action_table(*mission_actions(build)) if build else ACTIONS
+        yield from examined(entry.path, robot, environment, actions, catalog)
         with suppress(InputError):  # reported by examine_rules
-            rules = load_rules(entry.path, environment, ACTIONS, overrides=own)
-            yield from add_test_files(rules, environment, ACTIONS)[1]
+            rules = load_rules(entry.path, environment, actions, overrides=thresholds(robot, entry.path))
+            yield from add_test_files(rules, environment, actions)[1]
             yield from inactive_faults(rules, name, catalog)
-            inactive += [(name, rule) for rule in rules.inactive]
-            if name in users:  # otherwise no scenario combines this robot with these rules
-                yield from rule_misfits(rules.rules, ACTIONS, agent.knowledge)
-    for sentence, rule in inactive_rules(inactive):
+            inactive |= dict.fromkeys((name, rule) for rule in rules.inactive)
+            if mission:  # otherwise no scenario combines this robot with these rules
+                yield from rule_misfits(rules.rules, actions, agent.knowledge)
+    for sentence, rule in inactive_rules([*inactive]):
         yield Fault(sentence, warning=True, note=True).at(*_place(rule))
+
+
+def examined(
+    file: Path, robot: RobotSpec, environment: Environment, actions: Mapping[str, type[Action]], catalog: Catalog
+) -> list[Fault]:
+    """Faults of a rule file for a robot, which a `CachingCatalog` finds only once.
+
+    Args:
+        file: The rule file.
+        robot: The robot, with its values of thresholds.
+        environment: Signals of the robot.
+        actions: Actions of the agent, keyed by name.
+        catalog: Catalog that keeps the result.
+    """
+    key = "examined", file, robot.file, tuple(actions.values())
+    return catalog.cached(key, lambda: examine_rules(file, environment, actions, thresholds(robot, file)))
 
 
 def inactive_faults(rules: RuleSet, robot: str, catalog: Catalog) -> Iterable[Fault]:
@@ -117,7 +137,8 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
         InputError: The file or its test file has faults, or does not fit a robot.
     """
     found = []
-    for name in [robot] if robot is not None else _users(entry, catalog) or _any_robot(entry, catalog):
+    users = dict.fromkeys(name for name, _, _ in _users(entry, catalog))
+    for name in [robot] if robot is not None else users or _any_robot(entry, catalog):
         spec = catalog.load_robot(name)
         environment = Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
         own = {} if robot is None else thresholds(spec, entry.path)
@@ -142,13 +163,13 @@ def _any_robot(entry: Entry, catalog: Catalog) -> list[str]:
     return fitting[:1]
 
 
-def _users(entry: Entry, catalog: Catalog) -> list[str]:
-    """Names of the robots that use a rule file in a scenario."""
-    used: dict[str, None] = {}
+def _users(entry: Entry, catalog: Catalog) -> list[tuple[str, str, str]]:
+    """Robots that use a rule file in a scenario, each with its mission and the dialect of the mission."""
+    used: dict[tuple[str, str, str], None] = {}
     for scenario in catalog.list("scenario"):
         try:
             agents = catalog.read_scenario(scenario.name).agents
         except InputError:
             continue  # reported by the check of the scenario
-        used.update(dict.fromkeys(a.robot for a in agents if entry.name in a.rules))
+        used.update(dict.fromkeys((a.robot, a.mission, a.nodes) for a in agents if entry.name in a.rules))
     return list(used)

@@ -4,34 +4,49 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
-from dataclasses import replace
 
 from ..actions import action_table
 from ..agent.build import thresholds
 from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
 from ..errors import Fault, InputError
 from ..expression import Environment
-from ..plan import mission_actions, mission_arguments
+from ..plan import mission_actions
 from ..reactive import Rule, load_rules, rule_misfits
-from ..reactive.analysis import examine_fit
+from ..reactive.analysis import analyse_fit
 from ..record import TRUTH
 from ..simulation import (
     on_hardware,
     requirement_faults,
 )
 from ..simulation.share import share_faults
+from ..trees.examine import blocking_faults
 from .feasible import check_feasible
-from .identified import identified_faults
-from .mission_use import idle_controller, mission_faults, mission_notes, words_in
+from .mission_use import idle_controller, mission_faults, words_in
 from .protection import unprotected
-from .rules import inactive_faults
+from .rules import examined, inactive_faults
 from .stub_agent import stub_agent
 
 
 def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a scenario: its file, its agents' missions and rules, and whether its goals can be reached."""
+    """Check a scenario: its file, its agents' missions and rules, and whether its goals can be reached.
+
+    A scenario without other errors is set up as for a run, so that everything that a run refuses is an error here too.
+    """
     # Read with code allowed: reading runs no code, and most checks do not either.
     scenario = Catalog(catalog.project).load_scenario(str(entry.path))
+    found = []
+    for fault in _faults(scenario, catalog):
+        found.append(fault)
+        yield fault
+    robots = [catalog.load_robot(name) for name in scenario.robots]
+    # Not simulated: robots with code that may not run, and robots with drivers for hardware.
+    code = catalog.code or not any(robot.code for robot in robots)
+    if code and all(fault.warning for fault in found) and not any(on_hardware(catalog, robot) for robot in robots):
+        yield from check_feasible(scenario, catalog)
+
+
+def _faults(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
+    """Faults that are found without a simulated world."""
     for agent in scenario.agents:
         try:
             yield from _agent_faults(scenario, agent, catalog)
@@ -40,42 +55,6 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     yield from share_faults(scenario, catalog.load_schema())
     yield from _late_pushes(scenario)
     yield from _slow_sensors(scenario, catalog)
-    robots = [catalog.load_robot(name) for name in scenario.robots]
-    # Not simulated: robots with code that may not run, and robots with drivers for hardware.
-    if all((catalog.code or not robot.code) and not on_hardware(catalog, robot) for robot in robots):
-        yield from check_feasible(scenario, catalog)
-
-
-def run_warnings(scenario: ScenarioSpec, catalog: Catalog) -> list[Fault]:
-    """Warnings of `check_scenario_file` and about the identification of its robots, for a run that begins.
-
-    Notes about the files of missions come first.
-
-    Raises:
-        InputError: An agent can be built but has faults, such as a goal that is no place of the scenario.
-    """
-    warnings, notes = [*_late_pushes(scenario), *_slow_sensors(scenario, catalog)], list[Fault]()
-    for agent in scenario.agents:
-        try:
-            notes += mission_notes(agent, catalog)
-            found = list(_agent_faults(scenario, agent, catalog))
-            if wrong := [fault for fault in found if not fault.warning]:
-                _build(scenario, agent, catalog)
-        except InputError:
-            continue  # raised again with better positions when the agent is built
-        if wrong:
-            raise InputError(*dict.fromkeys(wrong))
-        warnings += found
-    try:
-        robots = [catalog.load_robot(name) for name in scenario.robots]
-        for robot in robots:
-            warnings += identified_faults(robot, catalog)
-        if not any(on_hardware(catalog, robot) for robot in robots):
-            warnings += check_feasible(scenario, catalog)
-    except Exception:  # noqa: BLE001 - a warning never prevents a run; `check` reports what is broken here
-        pass
-    shown = [fault for fault in warnings if fault.warning and not fault.note]
-    return [*dict.fromkeys([*notes, *shown])]
 
 
 _SLOW = 0.2  # [s] interval of readings above which reflexes and path following are late: that of the watchdog
@@ -109,24 +88,6 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
             yield Fault(message, scenario.file, push.line, hint=hint, warning=True)
 
 
-def _build(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> None:
-    """Build an agent with its mission and its rules.
-
-    Raises:
-        InputError: The agent cannot be built.
-    """
-    build = catalog.load_mission(agent.mission, agent.nodes)
-    controller = replace(
-        idle_controller(scenario, agent, catalog),
-        build=build,
-        mission=agent.mission,
-        parameters=mission_arguments(build, agent.parameters),
-        rules=[catalog.find("rules", name).path for name in agent.rules],
-        actions=mission_actions(build),
-    )
-    stub_agent(catalog.load_robot(agent.robot), catalog.load_class, controller, agent.name)
-
-
 def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
     robot = catalog.load_robot(agent.robot)
     if robot.code and not catalog.code:
@@ -140,9 +101,10 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     for name in agent.rules:
         file = catalog.find("rules", name).path
         own = thresholds(robot, file)
-        yield from examine_fit(file, environment, actions, own, period, modes)
+        yield from examined(file, robot, environment, actions, catalog)
         with suppress(InputError):  # reported already
             rules = load_rules(file, environment, actions, overrides=own)
+            yield from analyse_fit(rules.rules, environment, period, modes)
             yield from inactive_faults(rules, robot.name, catalog)
             yield from rule_misfits(rules.rules, actions, built.knowledge)
             found += rules.rules
@@ -151,6 +113,8 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     signals = built.knowledge.signals
     known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
     yield from requirement_faults(scenario, agent.name, known)
-    if build is None:
-        return
-    yield from mission_faults(scenario, agent, catalog, built)
+    for entry in catalog.content_of_controller(agent):
+        if entry.path.suffix == ".py":
+            yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+    if build is not None:
+        yield from mission_faults(scenario, agent, catalog, built)

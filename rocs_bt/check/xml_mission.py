@@ -11,7 +11,6 @@ from ..actions import action_table
 from ..catalog import TREES, Catalog, Entry, kind_of
 from ..errors import Fault, InputError
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
-from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
 from ..trees.xml import (
@@ -24,7 +23,6 @@ from ..trees.xml import (
     read_document,
     stub_nodes,
     times,
-    verify,
 )
 
 
@@ -82,8 +80,8 @@ def check_xml(
         file: File of the mission.
         catalog: Catalog of nodes and Python missions.
         options: Options of the check.
-        build_faults: Returns the faults of a `build` function with values of its required parameters. These are empty
-            texts, which no check judges.
+        build_faults: Returns the faults of a `build` function with values of its required parameters. These are 1, True
+            and empty texts, which no check judges.
     """
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
     beside = options.together.trees if foreign else {}
@@ -120,11 +118,8 @@ def check_xml(
             stubs=stubs,
         )
         required = {name: p for name, p in mission_parameters(build).items() if p.required}
-        if any(p.type in (bool, int, float) for p in required.values()):
-            outside = {name: found for name in outer_trees(document) if (found := missions.find(name))}
-            yield from [*document.faults, *verify(document, known, main=main, outside=outside, elsewhere=ELSEWHERE)]
-        else:
-            yield from build_faults(catalog.with_content(build, dialect), dict.fromkeys(required, ""))
+        given = {name: p.type(1) if p.type in (bool, int, float) else "" for name, p in required.items()}
+        yield from build_faults(catalog.with_content(build, dialect), given)
 
 
 class _Missions:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..catalog import Catalog, ScenarioSpec, is_path
+from ..catalog import CachingCatalog, Catalog, ScenarioSpec, is_path
 from ..errors import Fault, InputError
 from ..event import Event, EventSink, RulesReplaced
 from .outcome import exit_code, outcome_text
@@ -116,17 +116,20 @@ def play_scenario(
         sinks: Sinks for all events.
         progress: Function that is called once per control period, with the time [s].
     """
-    from ..check import run_warnings
+    from ..check import check_scenario, mission_notes
     from ..simulation import RunOptions, StopSignals
 
     scenario, seed, duration = shared.scenario, shared.seed, shared.duration
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
-    catalog = catalog_for(scenario, code=not shared.no_code)
-    spec = catalog.load_scenario(scenario)
-    warnings = run_warnings(spec, catalog)
-    for warning in warnings[:_SHOWN]:
-        echo(str(warning), err=True)
+    project = catalog_for(scenario, code=not shared.no_code)
+    catalog = CachingCatalog(project.project, code=project.code)  # the check and the run read each file once
+    findings = check_scenario(scenario, catalog)
+    findings.refuse()
+    spec, warnings = catalog.load_scenario(scenario), findings.warnings
+    notes = [note for agent in spec.agents for note in mission_notes(agent, catalog)]
+    for fault in dict.fromkeys([*notes, *warnings[:_SHOWN]]):
+        echo(str(fault), err=True)
     if len(warnings) > _SHOWN:
         echo(f"{len(warnings) - _SHOWN} more warnings: rocs-bt check {scenario}", err=True)
     folder, signals = shared.out or _default_folder(f"{spec.name}-{seed}", keep), StopSignals(_NOTICE)

@@ -3,6 +3,7 @@
 The package depends on signals and units only, so any module that reads a condition from a file may import it.
 """
 
+from .absent import ABSENT, NO_NAME, one_for_each_signal
 from .compiler import Expression, compile_expression, compile_node, compile_plain
 from .environment import Environment, Forms
 from .functions import FUNCTIONS, Misuse
@@ -16,10 +17,12 @@ from .reading import reading
 from .requirement import Requirement, parse_requirement
 
 __all__ = [
+    "ABSENT",
     "FUNCTIONS",
     "MAX_DEPTH",
     "MAX_LENGTH",
     "MAX_SIZE",
+    "NO_NAME",
     "PLAIN",
     "TRUTH",
     "Environment",
@@ -37,6 +40,7 @@ __all__ = [
     "compile_plain",
     "evaluate",
     "lower",
+    "one_for_each_signal",
     "parse",
     "parse_requirement",
     "reading",

@@ -18,6 +18,7 @@ from typing import Any
 from ..errors import Fault, InputError, did_you_mean, unknown
 from ..signal import Signal
 from ..units import NONE, TIME, Quantity
+from .absent import absent_name
 from .environment import Environment
 from .functions import FUNCTIONS, Misuse, same_dimension, same_size
 from .interpreter import evaluate
@@ -126,7 +127,7 @@ class _Reader:
                 node,
                 unknown("function", node.id, FUNCTIONS, "The language")
                 if id(node) in called
-                else unknown("signal or alias", node.id, self._names.names),
+                else absent_name(node.id, self._names.names),
             )
             for node in ast.walk(tree)
             if isinstance(node, ast.Name) and not self._known(node.id)

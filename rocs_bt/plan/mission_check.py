@@ -20,8 +20,8 @@ from ..expression import Expression
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline
 from ..ros_link import RosTypes
-from ..trees.examine import Flow, examine, flow_of
-from ..trees.nodes import Node, Port, SubTree, Tree, descendants
+from ..trees.examine import Flow, examine, flow_of, initial_value
+from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
 from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
@@ -66,16 +66,16 @@ def infeasible_actions(
         robot: Robot in messages; empty if it is an arbitrary one, the limits of which do not count.
     """
     if robot:
-        yield from _beyond_limits(tree, knowledge, robot)
+        yield from _beyond_limits(tree, flow, knowledge, robot)
     yield from dict.fromkeys(_unknown_goals(tree, flow, knowledge, later))
 
 
-def _beyond_limits(tree: Tree, knowledge: Knowledge, robot: str) -> Iterator[Fault]:
+def _beyond_limits(tree: Tree, flow: Flow, knowledge: Knowledge, robot: str) -> Iterator[Fault]:
     limits = knowledge.graph.attributes(knowledge.agent)
     for node in tree.nodes:
         if not isinstance(node, Act):
             continue
-        for name, (value, dimension) in _values(node).items():
+        for name, (value, dimension) in _values(node, flow).items():
             attribute, unit = _LIMITS.get(dimension, ("", "")) if dimension else ("", "")
             limit = limits.get(attribute, math.inf)
             if isinstance(value, Real) and isinstance(limit, Real) and abs(float(value)) > float(limit) * (1 + 1e-9):
@@ -123,14 +123,7 @@ def _pose_ports(tree: Tree) -> Iterator[tuple[Node, Port[Any]]]:
 
 def _initial(node: Node, port: Port[Any], flow: Flow) -> str | None:
     """Text that a port reads in the first tick; None if there is no text, or if a node may change it before."""
-    key = node.key(port.name)
-    if key is None:
-        value = node.given.get(port.name)
-    elif any(use.changes for use in flow.of(node.board, key)):
-        return None
-    else:
-        entry = node.board.entry(key)
-        value = None if entry is None else entry.value
+    value = initial_value(node, port, flow)
     return value if isinstance(value, str) and value else None
 
 
@@ -148,7 +141,7 @@ def _pose_faults(
             yield fault
 
 
-def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
+def _values(node: Act, flow: Flow) -> dict[str, tuple[Any, Dimension | None]]:
     """Values of the parameters of a leaf's action that are known before the first tick, with their dimensions."""
     if not isinstance(node, ActionNode):
         try:
@@ -158,12 +151,13 @@ def _values(node: Act) -> dict[str, tuple[Any, Dimension | None]]:
         declared = parameters_of(type(action))
         return {n: (v, declared[n].dimension) for n, v in action.parameters.items() if n in declared}
     found = {}
-    for name, given in node.given.items():
+    for name in node.given:
         port = node.ports[name]
-        if node.key(name) is None:
+        value = initial_value(node, port, flow) if port.direction is Direction.INPUT else None
+        if value is not None:
             try:
-                found[name] = (port.value(given) if isinstance(given, str) else given, port.dimension)
-            except InputError:  # reported when the node was made
+                found[name] = (port.value(value) if isinstance(value, str) else value, port.dimension)
+            except InputError:  # reported otherwise
                 continue
     return found
 

@@ -11,7 +11,7 @@ from typing import Any
 from ..action import Action, Parameter, misfits_of, parameters_of
 from ..document import Table
 from ..errors import Fault, InputError, unknown
-from ..expression import TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
+from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
 from ..knowledge import Knowledge
 from ..units import TIME, Dimension, convert
 from ..words import listed
@@ -121,11 +121,11 @@ class ExpressionReader:
 
     def _explained(self, fault: Fault) -> Fault:
         """Fault about a name that is known on other robots, with a hint about `require`; other faults are unchanged."""
-        found = _NO_NAME.fullmatch(fault.message)
+        found = NO_NAME.fullmatch(fault.message)
         if found is None or found[1] not in self.absent:
             return fault
         missing = self.absent[found[1]]
-        message = f"the robot has no signal {listed(missing)}"
+        message = f"{ABSENT} {listed(missing)}"
         reads = "" if missing == (found[1],) else f", which the alias '{found[1]}' reads"
         written = ", ".join(f'"{name}"' for name in missing)
         lack = "it" if len(missing) == 1 else "them"
@@ -146,7 +146,6 @@ def words(text: str) -> set[str]:
 
 
 _WORD = re.compile(r"[A-Za-z_]\w*")
-_NO_NAME = re.compile(re.escape(unknown("signal or alias", "NAME", ()).message).replace("NAME", r"(\w+)"))
 _PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
 
 

@@ -34,7 +34,7 @@ from typing import Any
 from ..action import Action
 from ..document import Table
 from ..errors import Fault, InputError, unknown
-from ..expression import Environment, Node
+from ..expression import Environment, Node, one_for_each_signal
 from ..signal import OPTIONAL_SIGNALS
 from .arguments import ExpressionReader, read_action, read_arguments
 from .include import Document, read_documents
@@ -130,7 +130,7 @@ def read_rules(
         document.table.raw("doc", "")
         with contextlib.suppress(InputError):  # the table keeps its faults, with warnings
             document.table.done()
-        faults.extend(document.table.faults)
+        faults.extend(one_for_each_signal(document.table.faults))
     found = RuleSet(
         name=label,
         rules=tuple(rule for rule, _ in rules if isinstance(rule, Rule)),

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.check import check_content, run_warnings
+from rocs_bt.check import check_content, check_scenario
 
 ROBOT = """\
 format = "robot/3"
@@ -61,7 +61,7 @@ def warnings(folder: Path, rules: str) -> list[str]:
     file.parent.mkdir(exist_ok=True)
     file.write_text(SCENARIO.format(rules))
     catalog = Catalog.here(folder)
-    found = [str(fault) for fault in run_warnings(catalog.load_scenario("mine"), catalog)]
+    found = [str(fault) for fault in check_scenario("mine", catalog).warnings if "stops the robot" in fault.message]
     assert [fault for fault in map(str, check_content([file]).faults) if "stops the robot" in fault] == found
     return found
 

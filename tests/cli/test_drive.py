@@ -28,7 +28,9 @@ def test_a_mission_on_hardware_gives_the_files_and_texts_of_a_run(rocs_bt, tmp_p
     assert re.match(r"R2 success in [2-9]\.\d s \(real, seed 1\)\n  moved [01]\.\d\d m; [2-9]\.\d s in all\n", told.out)
     assert "collision" not in told.out
     assert "clearance" not in told.out
-    table = [line.split() for line in told.err.splitlines()]
+    warning, *lines = told.err.splitlines()
+    assert "nothing sends neutral to 'wheels'" in warning
+    table = [line.split() for line in lines]
     assert [row[0] for row in table] == ["sensor", "sonar", "position", "orientation", "encoders"]
     sonar = table[1]
     assert sonar[1:3] == ["udp.py:UdpSensor", f"udp://127.0.0.1:{robot.port}"]

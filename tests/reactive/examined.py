@@ -5,7 +5,8 @@ from typing import Annotated
 
 from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.expression import Environment
-from rocs_bt.reactive.analysis import examine_fit, examine_rules
+from rocs_bt.reactive import load_rules
+from rocs_bt.reactive.analysis import analyse_fit, examine_rules
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, TURN_RATE, MetresPerSecond, PositiveSeconds, Radians
 
@@ -66,7 +67,7 @@ def faults_of(tmp_path, text, period=None, modes=None):
     file = tmp_path / "rules.toml"
     file.write_text(text, encoding="utf-8")
     if period is not None:
-        return examine_fit(file, ENVIRONMENT, ACTIONS, None, period, modes)
+        return analyse_fit(load_rules(file, ENVIRONMENT, ACTIONS).rules, ENVIRONMENT, period, modes)
     return examine_rules(file, ENVIRONMENT, ACTIONS)
 
 

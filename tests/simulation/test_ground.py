@@ -12,8 +12,8 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog, GroundSpec, PushSpec
 from rocs_bt.catalog.scenario_file import read_scenario
+from rocs_bt.check import check_scenario
 from rocs_bt.check.feasible import check_feasible
-from rocs_bt.check.scenario import check_scenario_file, run_warnings
 from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import BlockError, InputError
@@ -476,7 +476,7 @@ def test_ground_with_the_name_of_a_geom_of_the_world_is_a_fault(swinging, tmp_pa
 
 def warnings(catalog: Catalog) -> list[str]:
     """Warnings of the check of the scenario `swing`."""
-    return [str(fault) for fault in check_scenario_file(catalog.find("scenario", "swing"), catalog) if fault.warning]
+    return [str(fault) for fault in check_scenario("swing", catalog).warnings]
 
 
 def test_ground_outside_of_the_world_does_not_extend_it(swinging, tmp_path) -> None:
@@ -507,4 +507,3 @@ def test_a_push_after_the_end_of_the_run_is_a_warning_at_its_line(swinging, tmp_
     found = warnings(catalog)
     assert len(found) == bool(fault)
     assert all(f"swing.toml:20: warning: {fault}" in each for each in found)
-    assert [str(each) for each in run_warnings(catalog.load_scenario("swing"), catalog)] == found

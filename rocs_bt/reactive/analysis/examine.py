@@ -116,22 +116,6 @@ def examine_rules(
     return _without_duplicates([*faults, *analyse_rules(sound, environment, actions)])
 
 
-def examine_fit(
-    file: Path | Table,
-    environment: Environment,
-    actions: Mapping[str, type[Action]],
-    overrides: Mapping[str, Override] | None,
-    period: float,
-    modes: Collection[str] | None,
-) -> list[Fault]:
-    """Errors and warnings of a rule file, as found by `check_rules` and `analyse_fit`, with their arguments."""
-    try:
-        found, faults = read_rules(file, environment, actions, "", overrides or {})
-    except InputError as error:
-        return list(error.faults)
-    return [*faults, *analyse_fit(found.rules, environment, period, modes)]
-
-
 def _lines(rule: Rule) -> set[tuple[Path | None, int]]:
     """Lines of a rule's keys except `priority` and `action`. An error on one of these lines prevents its analysis."""
     exempt = ("priority", "action")

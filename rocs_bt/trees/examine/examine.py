@@ -26,6 +26,7 @@ from ..script import (
 from ..value import from_string
 from .flow import flow_faults, flow_of, scripts_of
 from .restarts import restart_faults
+from .values import value_faults
 
 
 def node_faults(tree: Tree) -> Iterator[Fault]:
@@ -214,7 +215,7 @@ def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
 
 
 def examine(tree: Tree) -> list[Fault]:
-    """Errors and warnings of a tree: blackboard keys, scripts, the nodes' own checks, nodes that are never ticked.
+    """Errors and warnings of a tree: keys, their values, scripts, the nodes' own checks, nodes that are never ticked.
 
     Args:
         tree: Tree to check.
@@ -223,7 +224,9 @@ def examine(tree: Tree) -> list[Fault]:
 
 
 def _all(tree: Tree) -> Iterator[Fault]:
-    yield from flow_faults(tree, flow_of(tree))
+    flow = flow_of(tree)
+    yield from flow_faults(tree, flow)
+    yield from value_faults(tree, flow)
     yield from node_faults(tree)
     yield from script_faults(tree)
     yield from unreachable(tree)

@@ -1,0 +1,47 @@
+"""Faults about signals that a robot lacks."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+from ..errors import Fault, unknown
+
+ABSENT = "the robot has no signal"
+"""Beginning of the message about a signal that other robots have."""
+
+NO_NAME = re.compile(r"no signal (?:or alias )?is named '(\w+)'\.")
+"""Message about a name that is no signal, with the name as a group."""
+
+_ADD_MAP = (
+    "The robot has no map: add a LocalMap with its scanner to robot.toml, as [[analyze]] with "
+    'class = "LocalMap" (docs/navigation.md).'
+)
+_SOURCES = {"contact_time": _ADD_MAP}  # signals of blocks that any robot may have
+
+
+def absent_name(name: str, known: Iterable[str]) -> Fault:
+    """Create a fault about a name that is neither a signal nor an alias.
+
+    Args:
+        name: Unknown name.
+        known: Names of the signals and aliases.
+    """
+    fault = unknown("signal or alias", name, known)
+    return replace(fault, hint=_SOURCES.get(name, fault.hint))
+
+
+def one_for_each_signal(faults: Iterable[Fault]) -> list[Fault]:
+    """Remove all but the first fault about each signal that the expressions of a file use and a robot lacks."""
+    seen, kept = set[tuple[Path | None, str]](), []
+    for fault in faults:
+        found = NO_NAME.search(fault.message)
+        if found or fault.message.startswith(ABSENT):
+            key = fault.file, found[1] if found else fault.message
+            if key in seen:
+                continue
+            seen.add(key)
+        kept.append(fault)
+    return kept
