@@ -27,7 +27,7 @@ def firings(out):
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    """An empty project. Pictures of rules are not drawn: tests/cli/test_rules.py looks at them."""
+    """An empty project. Pictures of rules are not drawn: tests/cli/test_rules_on_runs.py looks at them."""
     monkeypatch.setattr(rules, "render_canvas", lambda name, make, form: name.encode())
     folder = tmp_path / "project"
     for name in ("robots", "rules", "planners", "scenarios"):

@@ -1,10 +1,16 @@
-"""A mind's Plan and Execute on the robot without physics: plan at 10 Hz, control at 20 Hz, a reflex at will."""
+"""A mind's Plan and Execute on the robot without physics: plan at 10 Hz, control at 20 Hz, a reflex at will.
+
+Nodes for ROS 2 get a fake connection.
+"""
 
 import pytest
 
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.pipeline import Priority
-from rocs_bt.plan import Mission, TreePlan
+from rocs_bt.plan import Mission, TreePlan, mission_nodes
+from rocs_bt.trees.xml import load_xml
+
+from .ros_fake import Link
 
 
 class Mind:
@@ -53,3 +59,23 @@ class Mind:
 @pytest.fixture
 def mind(rig):
     return Mind(rig)
+
+
+@pytest.fixture
+def link(mind):
+    mind.mission.ros = Link()
+    return mind.mission.ros
+
+
+@pytest.fixture
+def grow(mind):
+    """A tree from one line of XML, ready for its first tick."""
+
+    def grow(line, **keys):
+        nodes = mission_nodes(mind.rig.actions)
+        root = load_xml(f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>', nodes)
+        for key, value in keys.items():
+            mind.mission.board[key] = value
+        return TreePlan(root, mind.mission).tree
+
+    return grow

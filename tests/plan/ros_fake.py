@@ -112,3 +112,8 @@ class Link:
 
     def action_server(self, *of):
         return self.open("action_server", *of)
+
+
+def after(mind, seconds):
+    """Advance the clock of the test robot."""
+    mind.rig.clock.advance(round(seconds / mind.rig.clock.step))
