@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import suppress
 
@@ -33,6 +34,11 @@ def ancestors(node: Behaviour) -> Iterator[Behaviour]:
     while (parent := node.parent) is not None:
         yield parent
         node = parent
+
+
+def until(deadline: float, text: str = "") -> str:
+    """Text of a wait with its deadline [s]; without a deadline only the text."""
+    return ", ".join(filter(None, (text, f"until {deadline:.2f} s" if math.isfinite(deadline) else "")))
 
 
 def wait_text(node: Behaviour) -> str:

@@ -4,10 +4,18 @@ import pytest
 from py_trees.behaviours import Running
 from py_trees.decorators import Retry
 
+from rocs_bt.catalog import Catalog
 from rocs_bt.event import NodeTicked
 from rocs_bt.geometry import Pose2
+from rocs_bt.plan.nav2 import OWN
+from rocs_bt.plan.ros2 import NAV2_SERVERS, ROS_NODES
+from rocs_bt.trees.nodes import BUILTIN, Instant, Node
+
+from .ros_fake import Link
 
 RETRY = '<RetryUntilSuccessful num_attempts="-1">{}</RetryUntilSuccessful>'
+
+WAITING = '<PipelineSequence>{}<AlwaysSuccess/>{}<Sleep msec="60000"/></PipelineSequence>'
 
 CASES = [  # body of the tree, the leaf in which it waits, what it waits for
     ('<Sleep name="rest" msec="60000"/>', "rest", "until 60.00 s"),
@@ -43,6 +51,23 @@ CASES = [  # body of the tree, the leaf in which it waits, what it waits for
     ),
     ('<Parallel><Sleep name="a" msec="60000"/><Sleep name="b" msec="90000"/></Parallel>', "a", "90.00 s"),
 ]
+NAV2 = [
+    (WAITING.format('<RateController hz="0.1">', "</RateController>"), "ticks its child again at 10.00 s"),
+    (WAITING.format('<DistanceController distance="2">', "</DistanceController>"), "after 2 m, moved 0.0 m"),
+    (WAITING.format('<SpeedController min_rate="0.1">', "</SpeedController>"), "ticks its child again at 10.0 s"),
+    (WAITING.format("<GoalUpdatedController>", "</GoalUpdatedController>"), "ticks its child again with a new goal"),
+    (RETRY.format('<TimeExpired name="no" seconds="60"/>'), "until 60."),
+    (RETRY.format('<DistanceTraveled name="no" distance="2"/>'), "moved 0.0 m of 2 m"),
+    ('<AssistedTeleop time_allowance="60"/>', "until 60.00 s"),
+]
+ROS = [
+    ('<RosSubscribe topic="a" type="std_msgs/msg/String" timeout="60 s"/>', "waits for 'a': no message, until 60.00 s"),
+    ('<RosService service="a" type="std_srvs/srv/SetBool" wait="60 s"/>', "waits for a server of 'a', until 60.00 s"),
+    ('<RosAction action="a" type="nav2_msgs/action/Spin" wait="60 s"/>', "waits for a server of 'a', until 60.00 s"),
+    ('<RosActionServer action="a" type="nav2_msgs/action/Spin"><AlwaysSuccess/></RosActionServer>', "a goal of 'a'"),
+]
+WITHOUT = {"ComputeAndTrackRoute"}
+"""Leaves that can be RUNNING and do not tell what they wait for."""
 
 
 @pytest.mark.parametrize(("body", "leaf", "waits"), CASES)
@@ -58,6 +83,41 @@ def test_the_reason_of_a_timeout_names_the_leaf_that_waits_its_values_and_its_de
     assert waits in plan.running
     told = [e.feedback for e in mind.rig.of(NodeTicked)]
     assert all(any(part in text for text in told) for part in waits.split("; "))
+
+
+def waiting(mind, body, dialect=""):
+    """What a plan is doing after half a second."""
+    mind.mission.dialect = dialect
+    document = f'<root BTCPP_format="4"><BehaviorTree ID="main">{body}</BehaviorTree></root>'
+    plan = mind.start(mind.mission.tree(document))
+    mind.run(10)
+    assert plan.status == "RUNNING"
+    return plan.running
+
+
+@pytest.mark.parametrize(("body", "waits"), NAV2)
+def test_nodes_of_nav2_tell_what_they_wait_for(mind, body, waits):
+    assert waits in waiting(mind, body, "nav2")
+
+
+@pytest.mark.parametrize(("body", "waits"), ROS)
+def test_nodes_for_ros_tell_what_they_wait_for_and_until_when(mind, body, waits):
+    mind.mission.ros = Link()
+    mind.mission.ros.here = False
+    assert waits in waiting(mind, body)
+
+
+def test_a_follower_tells_that_it_waits_for_its_leader(mind):
+    mind.rig.knowledge.graph.add("R2", "peer", pose=Pose2(3.0, 0.0))
+    plan = mind.start(mind.mission.act("FollowRobot", leader="R2", rest="5 s"))
+    mind.run(10)
+    assert "and waits until its leader R2 has been stationary for 5 s (it last moved at" in plan.running
+
+
+def test_each_leaf_that_can_be_running_tells_what_it_waits_for():
+    nodes = [*BUILTIN.values(), *OWN, *NAV2_SERVERS, *ROS_NODES, *Catalog().load_nodes()]
+    leaves = [node for node in nodes if node.max_children == 0 and not issubclass(node, Instant)]
+    assert {node.tag for node in leaves if node.wait_text is Node.wait_text} == WITHOUT
 
 
 def test_the_values_in_the_recording_are_those_of_each_tick(mind):

@@ -10,6 +10,7 @@ from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Leaf, Outc
 from ...trees.nodes.node import LazyAttribute
 from ...trees.value import from_string
 from ..context import mission_of
+from ..waits import until
 from .decorators import goals_of
 from .lenient import Framed, Lenient
 from .path import PathInput, PathSearch, length, poses_in
@@ -90,6 +91,9 @@ class TimeExpired(_RelativeCondition):
     def holds(self) -> bool:
         return self.runtime.now() - self._since >= self.seconds - 1e-9
 
+    def wait_text(self) -> str:
+        return until(self._since + self.seconds)
+
 
 class DistanceTraveled(Framed, _RelativeCondition):
     """SUCCESS if the robot has moved a distance since the first tick, or since the condition was last true."""
@@ -101,6 +105,9 @@ class DistanceTraveled(Framed, _RelativeCondition):
 
     def holds(self) -> bool:
         return robot_pose(mission_of(self)).distance(self._at) >= self.distance
+
+    def wait_text(self) -> str:
+        return f"moved {robot_pose(mission_of(self)).distance(self._at):.1f} m of {self.distance:.3g} m"
 
 
 class PathExpiringTimer(_Condition):
@@ -188,6 +195,9 @@ class _StopTest(Lenient):
             self._since = None
             return SUCCESS
         return RUNNING
+
+    def wait_text(self) -> str:
+        return "" if self._since is None else until(self._since + self.duration_stopped / 1000.0, "stationary")
 
     def halted(self) -> None:
         self._since = None

@@ -62,6 +62,14 @@ class _Throttled(Lenient, RunAwareDecorator):
         """Whether the interval is over and the child must be ticked again."""
         raise NotImplementedError
 
+    def wait_text(self) -> str:
+        running = self.status is not RUNNING or self.decorated.status is RUNNING
+        return "" if running else f"ticks its child again {self.next_tick()}"
+
+    def next_tick(self) -> str:
+        """Event after which the child is ticked again, with its values."""
+        raise NotImplementedError
+
 
 class RateController(_Throttled):
     """Ticks its child at most at a rate; a RUNNING child is ticked until it ends. RUNNING in between."""
@@ -74,6 +82,9 @@ class RateController(_Throttled):
     def due(self) -> bool:
         return (self.runtime.now() - self._since + 1e-9) * self.hz >= 1.0
 
+    def next_tick(self) -> str:
+        return f"at {self._since + 1.0 / self.hz:.2f} s"
+
 
 class DistanceController(Framed, _Throttled):
     """Ticks its child each time the robot has moved by a distance. RUNNING in between."""
@@ -84,8 +95,14 @@ class DistanceController(Framed, _Throttled):
         self._at = robot_pose(mission_of(self))
 
     def due(self) -> bool:
-        moved = robot_pose(mission_of(self)).distance(self._at)
+        moved = self._moved()
         return math.isnan(moved) or moved >= self.distance
+
+    def next_tick(self) -> str:
+        return f"after {self.distance:.3g} m, moved {self._moved():.1f} m"
+
+    def _moved(self) -> float:
+        return robot_pose(mission_of(self)).distance(self._at)
 
 
 class SpeedController(_Throttled):
@@ -102,14 +119,19 @@ class SpeedController(_Throttled):
         self._since, self._goals = self.runtime.now(), goals_of(self)
 
     def due(self) -> bool:
-        if not same(goals_of(self), self._goals):
-            return True
+        elapsed = self.runtime.now() - self._since + 1e-9
+        return not same(goals_of(self), self._goals) or elapsed * self._present_rate() >= 1.0
+
+    def next_tick(self) -> str:
+        return f"at {self._since + 1.0 / self._present_rate():.1f} s at this speed, or with a new goal"
+
+    def _present_rate(self) -> float:
+        """Rate at the robot's speed [Hz]."""
         mission = mission_of(self)
         speed = abs(mission.knowledge.robot.speed(mission.clock.now()))
         low, high = self.min_speed, max(self.max_speed, self.min_speed + 1e-9)
         share = 0.0 if math.isnan(speed) else min(max((speed - low) / (high - low), 0.0), 1.0)
-        rate = self.min_rate + share * (self.max_rate - self.min_rate)
-        return (self.runtime.now() - self._since + 1e-9) * rate >= 1.0
+        return float(self.min_rate + share * (self.max_rate - self.min_rate))
 
 
 class GoalUpdatedController(_Throttled):
@@ -123,6 +145,9 @@ class GoalUpdatedController(_Throttled):
 
     def due(self) -> bool:
         return not same(goals_of(self), self._goals)
+
+    def next_tick(self) -> str:
+        return "with a new goal"
 
 
 class SingleTrigger(RunAwareDecorator):

@@ -14,6 +14,7 @@ from ...geometry import Pose2, wrap_angle
 from ...knowledge import segment_distance
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from ..action_node import ActionNode
+from ..waits import until
 from .path import PathInput, corners_of, poses_in
 from .poses import robot_pose
 from .servers import Cancellable
@@ -139,6 +140,9 @@ class _TimeLimited(_Move):
         if outcome is RUNNING and self.time_allowance > 0.0 and self.runtime.now() > self._until:
             return self._fail(Failure(Reason.TIMEOUT, f"after {self.time_allowance:g} s"))
         return outcome
+
+    def wait_text(self) -> str:
+        return until(self._until if self.time_allowance > 0.0 else math.inf, super().wait_text())
 
 
 EMPTY = "the path is empty"
@@ -280,7 +284,7 @@ class Wait(Cancellable, Leaf):
         return SUCCESS
 
     def wait_text(self) -> str:
-        return f"until {self._until:.2f} s" if self.status is RUNNING else ""
+        return until(self._until) if self.status is RUNNING else ""
 
 
 class AssistedTeleop(Cancellable, Leaf):
@@ -292,6 +296,9 @@ class AssistedTeleop(Cancellable, Leaf):
     def initialise(self) -> None:
         super().initialise()
         self._until = self.runtime.now() + self.time_allowance
+
+    def wait_text(self) -> str:
+        return until(self._until) if self.status is RUNNING else ""
 
     def update(self) -> Outcome:
         if self.cancelled:

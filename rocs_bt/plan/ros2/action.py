@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from ...action import Failure, Reason
@@ -102,6 +103,12 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         if self._goal is not None and not self._goal.state.done:
             self._goal.cancel()
         self._goal = None
+
+    def deadline(self) -> float:
+        if self._goal is None:
+            return math.inf if self.interruption else self._begun + self.wait
+        sent = self._goal.state is GoalState.SENT
+        return self._begun + min(self.acknowledgement if sent else math.inf, self.timeout)
 
     @property
     def acknowledgement(self) -> float:

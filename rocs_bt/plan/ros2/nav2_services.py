@@ -62,6 +62,9 @@ class Nav2Service(Lenient, UsesRos[RosServiceClient], Leaf):
         self._call = None
         self._until = self.runtime.now() + PATIENCE
 
+    def deadline(self) -> float:
+        return self._until
+
     def update(self) -> Outcome:
         client = self.opened()
         if isinstance(client, Failure):
@@ -69,6 +72,7 @@ class Nav2Service(Lenient, UsesRos[RosServiceClient], Leaf):
         name, late = self.names()[0], self.runtime.now() >= self._until
         if self._call is None:
             if not client.ready():
+                self.feedback_message = f"waits for a server of '{name}'"
                 why = f"no server of the service '{name}' within {PATIENCE:g} s"
                 return self.failed(Failure(Reason.UNHEARD, why)) if late else RUNNING
             try:
@@ -82,6 +86,7 @@ class Nav2Service(Lenient, UsesRos[RosServiceClient], Leaf):
             return self.failed(Failure(Reason.REFUSED, f"the service '{name}' failed: {self._call.error}"))
         if self._call.response is not None:
             return self.responded(self._call.response)
+        self.feedback_message = f"waits for the response of '{name}'"
         why = f"no response of the service '{name}' within {PATIENCE:g} s"
         return self.failed(Failure(Reason.TIMEOUT, why)) if late else RUNNING
 

@@ -39,6 +39,9 @@ class RosService(UsesRos[RosServiceClient], Leaf):
         self._call = None
         self._until = self.runtime.now() + self.wait
 
+    def deadline(self) -> float:
+        return self._until
+
     def update(self) -> Outcome:
         client = self.opened()
         if isinstance(client, Failure):

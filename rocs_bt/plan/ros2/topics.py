@@ -45,6 +45,9 @@ class RosPublish(UsesRos[RosPublisher], Leaf):
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.wait
 
+    def deadline(self) -> float:
+        return self._until
+
     def update(self) -> Outcome:
         publisher = self.opened()
         if isinstance(publisher, Failure):
@@ -87,6 +90,9 @@ class RosSubscribe(UsesRos[RosSubscription], Leaf):
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.timeout
         self._seen: int | None = None
+
+    def deadline(self) -> float:
+        return self._until
 
     def update(self) -> Outcome:
         subscription = self.opened()

@@ -20,9 +20,10 @@ from ...ros_link import (
     index_path,
 )
 from ...trees.error import TreeError
-from ...trees.nodes import FAILURE, Node, Outcome
+from ...trees.nodes import FAILURE, RUNNING, Node, Outcome
 from ...trees.nodes.tree import fault_at
 from ..context import MissionContext
+from ..waits import until
 from .assignments import FieldInput, FieldInputs, FieldOutput, FieldOutputs, inputs_of, parse_outputs
 from .fields import converted, field_at, message
 
@@ -168,6 +169,13 @@ class UsesRos(Node, Generic[E]):
             except LookupError as error:
                 return f"the message has no '{index_path(item.path)}': {error}"
         return ""
+
+    def deadline(self) -> float:
+        """Time until which a RUNNING node waits [s]; infinite without a limit."""
+        return math.inf
+
+    def wait_text(self) -> str:
+        return until(self.deadline() if self.status is RUNNING else math.inf, self.feedback_message)
 
     def failed(self, failure: Failure) -> Outcome:
         """End the node with a failure."""
