@@ -283,3 +283,23 @@ def test_texts_are_read_as_by_the_cpp_engine(row):
     for kind in ("int", "float"):
         if TABLE[row][kind] != REFUSED and value_of(row) not in ENUMS:
             assert theirs(row, kind) == TABLE[row][kind]
+
+
+@pytest.mark.parametrize("given", ["true", "abc"])
+@pytest.mark.parametrize("code", ["flag := false", "flag = false", "flag := 1", "flag := 'x'", "flag := flag"])
+def test_a_script_on_a_text_that_a_subtree_was_given_does_what_it_does_in_the_cpp_engine(given, code):
+    engine = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    text = (
+        f'<root BTCPP_format="4" main_tree_to_execute="M"><BehaviorTree ID="M"><SubTree ID="S" flag="{given}"/>'
+        f'</BehaviorTree><BehaviorTree ID="S"><Script code="{code}"/></BehaviorTree></root>'
+    )
+    try:
+        tree = engine.BehaviorTreeFactory().create_tree_from_text(text, engine.Blackboard.create())
+        expected = str(tree.tick_exactly_once()).rpartition(".")[2]
+    except RuntimeError:
+        expected = REFUSED
+    try:
+        found = outcome_name(Tree(load_xml(text)).tick())
+    except InputError:
+        found = REFUSED
+    assert found == expected
