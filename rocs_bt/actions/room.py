@@ -9,6 +9,7 @@ import numpy as np
 
 from ..action import Body
 from ..control.arcs import BENDS, HEADINGS, STRAIGHT
+from ..control.body_values import corner_sweep as hull_sweep
 from ..control.locomotion import Array
 
 BEHIND = 0.25
@@ -61,7 +62,7 @@ def corner_sweep(body: Body) -> float:
     """Width beside the hull that its corners sweep in a turn on the spot [m]; NaN if the hull's size is unknown."""
     robot = body.knowledge.graph.attributes(body.knowledge.agent)
     length, width = robot.get("length") or math.nan, robot.get("width") or math.nan
-    return 0.5 * (math.hypot(length, width) - width)
+    return hull_sweep(length, width)
 
 
 def room_back(body: Body) -> float:

@@ -114,7 +114,7 @@ def build_agent(
     check_queries(knowledge, controller.facts)
     actions = action_table(*controller.actions)
     pipeline = Pipeline(clock, sink, name, latency=controller.latency)
-    environment = Environment.of(knowledge.signals)
+    environment = Environment.of(knowledge.signals, robot.values)
     rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 from ..arguments import Positions
 from ..clock import Clock
 from ..confine import is_file
+from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
 from ..device import Actuator
@@ -19,7 +21,7 @@ from ..event import EventSink
 from ..geometry import Pose2
 from ..python_content import is_reference
 from ..safety import Landing, Limits, SafetyGate
-from ..units import NONE, Dimension
+from ..units import NONE, Dimension, Quantity
 from ..words import counted
 from .values import to_si
 
@@ -244,6 +246,11 @@ class RobotSpec:
         """Line and column of the first of the keys that a table of robot.toml has; else of the table, or of `base`."""
         names = (*(f"{table}.{key}" for key in keys), table, "")
         return next((self.positions[name] for name in names if name in self.positions), (0, 0))
+
+    @cached_property
+    def values(self) -> Mapping[str, Quantity]:
+        """Constants of the body that rule files may use, by the names of `control.body_values.BODY_VALUES`."""
+        return body_values(robot_locomotion(self.locomotion), self.length, self.width)
 
     def beside(self, name: str) -> Path:
         """Path of a file that robot.toml names: in the robot's folder, else in that of the nearest base that has it."""

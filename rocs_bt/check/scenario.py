@@ -93,7 +93,7 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     if robot.code and not catalog.code:
         return
     built = stub_agent(robot, catalog.load_class, idle_controller(scenario, agent, catalog), agent.name)
-    environment = Environment.of(built.knowledge.signals)
+    environment = Environment.of(built.knowledge.signals, robot.values)
     build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
     actions = action_table(*(mission_actions(build) if build else ()))
     period, modes = scenario.rate.control_rate.period, words_in(catalog.find("mission", agent.mission).path)

@@ -8,6 +8,7 @@ import click
 
 from ..catalog import Catalog
 from ..dialect import DIALECTS
+from ..units import Quantity
 from ..words import inactive_rule
 from .play_scenario import catalog_for
 from .terminal import echo
@@ -79,7 +80,7 @@ def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:
     if compiled:
         return python_source(lower_rules(rules.rules))
     lines = [rules.doc] if rules.doc else []
-    lines += [f"{threshold} = {value:g}" for threshold, value in rules.thresholds.items()]
+    lines += [f"{name} = {Quantity(value, rules.dimensions[name])}" for name, value in rules.thresholds.items()]
     for rule in sorted(rules.rules, key=lambda r: -r.priority):
         lines.append(f"{rule.priority:>8}  {rule.name.rpartition('/')[2]}: {rule.doc}".rstrip(": "))
         lines.append(f"          when {rule.when.text}")

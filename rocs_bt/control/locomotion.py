@@ -257,6 +257,16 @@ class Locomotion:
         return course * self.response.latency + (sum(parts) if self.wheeled else max(parts))
 
     @cached_property
+    def deceleration(self) -> float:
+        """Deceleration of the braking body in the plane, in the direction in which it is least [m/s2]."""
+        return min(self._decelerations[:2])
+
+    @cached_property
+    def turn_deceleration(self) -> float:
+        """Angular deceleration on the spot [rad/s2]: that of braking wheels, else the acceleration limit."""
+        return self._decelerations[0] / self.arm if self.wheeled else self.turn_acceleration_limit
+
+    @cached_property
     def _decelerations(self) -> tuple[float, float, float]:
         """Deceleration along forward, left and up [m/s2]: as declared, else by the acceleration limits."""
         brake, axes = self.response.deceleration, self.axes

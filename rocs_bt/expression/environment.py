@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from ..signal import Signal
+from ..units import Quantity
 from .node import Node
 
 
@@ -53,20 +54,23 @@ class Environment:
         offsets: First index of each signal in the snapshot, by name.
         aliases: Expressions that have a name of their own, by name.
         forms: Additional syntax, such as that of queries, or None.
+        robot: Constants of the robot that a rule file may name in its `[robot]` table; empty without a robot.
     """
 
     signals: Mapping[str, Signal]
     offsets: Mapping[str, int]
     aliases: Mapping[str, Node] = field(default_factory=dict)
     forms: Forms | None = None
+    robot: Mapping[str, Quantity] = field(default_factory=dict)
 
     @staticmethod
-    def of(table: SignalLayout) -> Environment:
-        """Environment of a signal table; the layout of the table must not change afterwards."""
+    def of(table: SignalLayout, robot: Mapping[str, Quantity] | None = None) -> Environment:
+        """Environment of a signal table and of constants of the robot; the table must not change later."""
         names = list(table.names)
         return Environment(
             signals={name: table.spec(name) for name in names},
             offsets={name: table.slice_of(name).start for name in names},
+            robot=robot or {},
         )
 
     @staticmethod

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from ..expression import Expression, Node
+from ..units import Dimension
 
 
 @dataclass(frozen=True)
@@ -186,7 +187,8 @@ class RuleSet:
         rules: Rules in the order of the file, those of included files first; without the inactive ones.
         inactive: Rules that are inactive, because the robot lacks signals that they require.
         files: Files from which the rules were read; the including file is last.
-        thresholds: Values of the named thresholds after overrides by the robot, SI units.
+        thresholds: Values of the robot and of the named thresholds, after overrides by the robot, SI units.
+        dimensions: Dimension of each threshold.
     """
 
     name: str
@@ -195,6 +197,7 @@ class RuleSet:
     doc: str = ""
     files: tuple[Path, ...] = ()
     thresholds: Mapping[str, float] = field(default_factory=dict)
+    dimensions: Mapping[str, Dimension] = field(default_factory=dict)
 
 
 MOST_TIES = 4  # maximum number of reported ties per rule

@@ -34,13 +34,13 @@ from typing import Any
 from ..action import Action
 from ..document import Table
 from ..errors import Fault, InputError, unknown
-from ..expression import Environment, Node, one_for_each_signal
+from ..expression import Environment, one_for_each_signal
 from ..signal import OPTIONAL_SIGNALS
 from .arguments import ExpressionReader, read_action, read_arguments
 from .include import Document, read_documents
 from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, tie, ties
 from .rule_test import read_tests
-from .threshold import NAME, Override, override, read_thresholds, usable
+from .threshold import NAME, Override, read_thresholds, usable
 
 FORMAT = "reflex/1"
 MAX_PRIORITY = 1_000_000
@@ -68,7 +68,7 @@ def load_rules(
     Args:
         file: Path of the file, or its root table if the file is already parsed. With a table, a fault in an expression
             has the column of its key.
-        environment: Signals of the robot.
+        environment: Signals and constants of the robot.
         actions: Actions of the agent, keyed by name.
         name: Name of the rule set; by default the name of the file without suffix.
         overrides: Values of thresholds that the robot declares, keyed by name.
@@ -110,11 +110,9 @@ def read_rules(
     documents = read_documents(file)
     top = documents[-1].table
     label = name or top.file.stem
-    thresholds = dict[str, Node]()
     for document in documents:
         document.table.choice("format", [FORMAT])
-        thresholds = read_thresholds(document.table, thresholds, environment.signals)
-    thresholds, faults = override(thresholds, overrides, label)
+    thresholds, faults = read_thresholds(documents, environment, overrides, label)
     for key, node in thresholds.items():
         environment = environment.with_alias(key, node)
     doc, rules = top.text("doc", ""), list[_Read]()
@@ -138,6 +136,7 @@ def read_rules(
         doc=doc,
         files=tuple(document.table.file for document in documents),
         thresholds={key: float(node.value) for key, node in thresholds.items()},
+        dimensions={key: node.kind.dimension for key, node in thresholds.items() if node.kind.dimension is not None},
     )
     return found, faults
 

@@ -1,27 +1,40 @@
-"""Named thresholds: numbers of a rule file that a robot may override.
+"""Named thresholds: constants of a rule file, which follow the robot that the file is loaded for.
 
-[threshold]                     # in rules/avoid_collision.toml
-near = "0.40 m"
+[robot]                         # in a rule file: values of the robot; those written here hold without a robot
+latency = "0.1 s"
+deceleration = "3 m/s2"
 
-[rules.avoid_collision]         # in a robot's robot.toml
-near = "0.50 m"
+[threshold]
+fast = "0.5 m/s"
+margin = "0.2 m"
+near = "fast * latency + fast * fast / (2 * deceleration) + margin"
+
+[rules.avoid_collision]         # in robot.toml: a value of its own, from which those above follow, too
+margin = "0.3 m"
 """
 
 from __future__ import annotations
 
 import keyword
+import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ..control.body_values import BODY_VALUES as ROBOT_VALUES
 from ..document import Table
-from ..errors import Fault, InputError, did_you_mean
-from ..expression import FUNCTIONS, Kind, Node
+from ..errors import Fault, InputError, did_you_mean, unknown
+from ..expression import FUNCTIONS, Environment, Kind, Node, evaluate
 from ..units import NONE, Quantity, convert, parse_quantity, unit_names
+from .arguments import ExpressionReader, words
+from .include import Document
 
+DIGITS = 4
+"""Significant digits of a computed threshold."""
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+_OPERATION = re.compile(r"[-+*(]|\s/")
 WORDS = frozenset({"inf", "always", "within", "implies"})
 
 
@@ -53,68 +66,149 @@ def usable(name: str, taken: Collection[str]) -> bool:
     return NAME.fullmatch(name) is not None and name not in words
 
 
-def read_thresholds(table: Table, known: Mapping[str, Node], signals: Collection[str]) -> dict[str, Node]:
-    """Read the `[threshold]` table of a file and add it to the thresholds of its included files.
-
-    Args:
-        table: Root table of the document.
-        known: Thresholds of included files, which the file may override.
-        signals: Names of signals, which a threshold cannot have.
-    """
-    thresholds = dict(known)
-    written = table.table("threshold")
-    for name in written.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
-        value = written.raw(name)
-        if not usable(name, signals):
-            hint = "It must be a new word: no signal, function or unit."
-            written.fault(name, f"'{name}' cannot be a threshold.", hint=hint)
-            continue
-        try:
-            thresholds[name] = _node(name, value, known.get(name))
-        except InputError as error:
-            written.adopt(name, error)
-    return thresholds
-
-
-def override(
-    thresholds: Mapping[str, Node], given: Mapping[str, Override], rules: str
+def read_thresholds(
+    documents: Sequence[Document], environment: Environment, overrides: Mapping[str, Override], rules: str
 ) -> tuple[dict[str, Node], list[Fault]]:
-    """Replace thresholds by the values that a robot declares; returns the thresholds and the faults of the values.
+    """Read the `[robot]` and `[threshold]` tables of a rule file and of its included files.
 
     Args:
-        thresholds: Thresholds of the rule file.
-        given: Values that the robot declares, keyed by threshold.
-        rules: Name of the rule file.
+        documents: Rule file and its included files; a later file overrides the thresholds of earlier ones.
+        environment: Signals, because a threshold cannot have their names, and values of the robot.
+        overrides: Values that the robot declares, by name of the threshold.
+        rules: Name of the rule file, for messages.
+
+    Returns:
+        Constants by name, and the faults of `overrides`; the faults of a file are recorded in its table.
     """
-    result, faults = dict(thresholds), list[Fault]()
-    for name, own in given.items():
-        if name not in thresholds:
-            hint = did_you_mean(name, thresholds, f"The rule file '{rules}'")
-            fault = Fault(f"no threshold of '{rules}' is named '{name}'.", hint=hint)
-            faults.append(replace(fault, file=own.file, line=own.line, column=own.column))
-            continue
+    reader = _ThresholdReader(environment, overrides)
+    for document in documents:
+        for key in ("robot", "threshold"):
+            reader.declare(document, key)
+    return reader.read(rules)
+
+
+@dataclass(frozen=True)
+class _Declaration:
+    """One declaration of a threshold: its table, and the file's document."""
+
+    table: Table
+    document: Document
+    robot: bool
+
+
+class _ThresholdReader:
+    """Reader of thresholds, which may name each other in any order."""
+
+    def __init__(self, environment: Environment, overrides: Mapping[str, Override]) -> None:
+        self._environment = environment
+        self._overrides = overrides
+        self._declared: dict[str, list[_Declaration]] = {}
+        self._nodes: dict[str, Node] = {}
+        self._open: list[str] = []  # thresholds that are being read
+        self._faults: list[Fault] = []
+
+    def declare(self, document: Document, key: str) -> None:
+        """Add the thresholds of one table of a file."""
+        table, robot = document.table.table(key), key == "robot"
+        for name in table.keys():  # noqa: SIM118 - a Table is no mapping and cannot be iterated
+            table.raw(name)
+            before = self._declared.get(name, [])
+            if not usable(name, self._environment.signals):
+                hint = "It must be a new word: no signal, function or unit."
+                table.fault(name, f"'{name}' cannot be a threshold.", hint=hint)
+            elif robot and name not in ROBOT_VALUES:
+                table.adopt(name, InputError(unknown("value of a robot", name, ROBOT_VALUES, "A robot")))
+            elif before and (before[-1].document is document or before[-1].robot is not robot):
+                other = "[robot]" if before[-1].robot else "[threshold]"
+                table.fault(name, f"'{name}' is declared in {other} already.", hint="Use another name.")
+            else:
+                self._declared[name] = [*before, _Declaration(table, document, robot)]
+
+    def read(self, rules: str) -> tuple[dict[str, Node], list[Fault]]:
+        """Values of all thresholds, and the faults of the overrides."""
+        for name in self._declared:
+            self._node(name)
+        for name, own in self._overrides.items():
+            if name not in self._declared:
+                hint = did_you_mean(name, self._declared, f"The rule file '{rules}'")
+                fault = Fault(f"no threshold of '{rules}' is named '{name}'.", hint=hint)
+                self._faults.append(replace(fault, file=own.file, line=own.line, column=own.column))
+        return {name: self._nodes[name] for name in self._declared if name in self._nodes}, self._faults
+
+    def _node(self, name: str) -> Node | None:
+        """Node of a threshold: the robot's value, else the last one of the files; None if it is invalid."""
+        if name in self._nodes or name in self._open:
+            return self._nodes.get(name)
+        self._open.append(name)
+        node: Node | None = None
+        for declaration in self._declared[name]:
+            try:
+                node = self._written(name, declaration, node)
+            except InputError as error:
+                declaration.table.adopt(name, error)
+        if node is not None and (own := self._overrides.get(name)) is not None:
+            try:
+                node = _constant(name, _quantity(name, own.value, node))
+            except InputError as error:
+                self._faults.extend(error.at(own.file, own.line, own.column).faults)
+        self._open.pop()
+        if node is not None:
+            self._nodes[name] = node
+        return node
+
+    def _written(self, name: str, declaration: _Declaration, before: Node | None) -> Node | None:
+        """Node of one declaration; None if its expression is invalid, with the faults recorded."""
+        value = declaration.table.raw(name)
+        if declaration.robot:
+            quantity = _quantity(name, value, _constant(name, Quantity(0.0, ROBOT_VALUES[name].dimension)))
+            return _constant(name, self._environment.robot.get(name, quantity))
         try:
-            result[name] = _node(name, own.value, thresholds[name])
-        except InputError as error:
-            faults.extend(error.at(own.file, own.line, own.column).faults)
-    return result, faults
+            return _constant(name, _quantity(name, value, before))
+        except InputError:
+            if isinstance(value, str) and (_OPERATION.search(value) or words(value) & self._declared.keys()):
+                return self._computed(name, value, declaration, before)
+            raise
+
+    def _computed(self, name: str, text: str, declaration: _Declaration, before: Node | None) -> Node | None:
+        """Constant of an expression over other thresholds."""
+        used = sorted(words(text) & self._declared.keys())
+        if circle := [other for other in used if other in self._open]:
+            chain = [*self._open[self._open.index(circle[0]) :], circle[0]]
+            raise InputError(f"the thresholds depend on each other: {' -> '.join(chain)}.")
+        known = {other: node for other in used if (node := self._node(other)) is not None}
+        if len(known) < len(used):
+            return None  # reported where they are declared
+        if read := sorted(words(text) & self._environment.signals.keys()):
+            message = f"a threshold is constant, but '{text}' reads the signal '{read[0]}'."
+            raise InputError(Fault(message, hint="Write an [alias] instead."))
+        document = declaration.document
+        others = dict.fromkeys(self._declared, Node("number", Kind()))  # for the list of valid names only
+        environment = Environment({}, {}, aliases=others | known)
+        reader = ExpressionReader(document.table, environment, document.lines, {})
+        node = reader.node(declaration.table, name, text)
+        if node is None:
+            return None
+        if node.kind.boolean or node.kind.size or (before is not None and before.kind != node.kind):
+            expected = "a number" if before is None else before.kind.words
+            raise InputError(f"'{name}' must be {expected}, but {text} is {node.kind.words}.")
+        value = evaluate(node, ()) if node.constant else None
+        if value is None or not math.isfinite(value):
+            raise InputError(f"'{name}' has no value: {text} cannot be computed.")
+        # Rounded, so that messages show the value that is used; the robot's constants have at most three digits.
+        return Node("number", node.kind, value=float(f"{value:.{DIGITS}g}"), text=name)
 
 
-def _node(name: str, value: Any, before: Node | None) -> Node:
-    """Expression node of a threshold.
-
-    Args:
-        name: Name of the threshold.
-        value: Value as written.
-        before: Node of the overridden threshold; the value must have its dimension. None for a new threshold.
-    """
+def _quantity(name: str, value: Any, before: Node | None) -> Quantity:
+    """Quantity of a threshold as written; it must have the dimension of the threshold that it replaces, if any."""
     if before is not None and before.kind.dimension is not None:
-        number = convert(value, before.kind.dimension, what=f"'{name}'")
-        quantity = Quantity(number, before.kind.dimension)
-    elif isinstance(value, str):
-        quantity = parse_quantity(value)
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        quantity = Quantity(float(value), NONE)
-    else:
-        raise InputError(f"'{name}' must be a quantity, such as \"0.5 m\", found {value!r}.")
+        return Quantity(convert(value, before.kind.dimension, what=f"'{name}'"), before.kind.dimension)
+    if isinstance(value, str):
+        return parse_quantity(value)
+    if isinstance(value, (int, float)) and not isinstance(value, bool):
+        return Quantity(float(value), NONE)
+    raise InputError(f"'{name}' must be a quantity, such as \"0.5 m\", found {value!r}.")
+
+
+def _constant(name: str, quantity: Quantity) -> Node:
+    """Expression node of a threshold."""
     return Node("number", Kind(quantity.dimension), value=quantity.value, text=name)

@@ -5,9 +5,8 @@ Open loop means that the rules are evaluated on the recorded signals, and that t
 
 from __future__ import annotations
 
-import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -23,7 +22,7 @@ from ..expression import Node, compile_node, reading
 from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rules, lower_rules
 from ..record import AgentInfo, Recording, environment_of, samples_of
 from ..record.figures.rules import Compared, RuleTrace, spans
-from ..units import Dimension, parse_quantity
+from ..units import Dimension
 from ..words import listed
 
 Series = NDArray[np.float64]
@@ -130,10 +129,9 @@ def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, 
     try:
         robot = catalog.load_robot(agent.robot)
     except UnknownName:  # the robot belongs to another project
-        overrides = {}
-    else:
-        overrides = thresholds(robot, file)
-    return load_rules(file, environment_of(agent), ACTIONS, overrides={**overrides, **(own or {})})
+        return load_rules(file, environment_of(agent), ACTIONS, overrides=own)
+    environment = replace(environment_of(agent), robot=robot.values)
+    return load_rules(file, environment, ACTIONS, overrides={**thresholds(robot, file), **(own or {})})
 
 
 def replay_rules(rules: RuleSet, inputs: ReflexInput) -> RuleReplay:
@@ -211,10 +209,8 @@ def threshold_dimension(threshold: str, rules: RuleSet) -> Dimension:
     Raises:
         InputError: There is no such threshold.
     """
-    for file in reversed(rules.files):
-        written = tomllib.loads(file.read_text(encoding="utf-8")).get("threshold", {}).get(threshold)
-        if written is not None:
-            return parse_quantity(str(written)).dimension
+    if threshold in rules.dimensions:
+        return rules.dimensions[threshold]
     fault = unknown("threshold", threshold, rules.thresholds, f"The rule file '{rules.name}'")
     hint = f"{fault.hint} Thresholds are declared under [threshold].".strip()
     raise InputError(Fault(fault.message, rules.files[-1] if rules.files else None, hint=hint))

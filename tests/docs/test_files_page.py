@@ -208,6 +208,15 @@ format = "reflex/1"
 doc = "All keys."
 # zzz rules
 include = ["nothing_more.toml"]
+[robot]
+latency = "0.1 s"
+deceleration = "1 m/s2"
+turn_deceleration = "1 rad/s2"
+speed_limit = "1 m/s"
+length = "1 m"
+front_sweep = "0.1 m"
+side_sweep = "0.1 m"
+# zzz rules.robot
 [threshold]
 far = "0.5 m"
 [alias]

@@ -19,22 +19,27 @@ from .case import Case
 from .checks import check_first_window, check_guards, check_modes, check_parameters, check_period, check_times
 from .pairs import check_pairs
 
+_KINDS = {"robot": "value of the robot", "threshold": "threshold", "alias": "alias"}
 _PROSE = frozenset({"doc", "name", "tags", "modes", "trigger", "on_invalid", "require", "waits_for"})
 
 
 def unused_names(document: Document) -> list[Fault]:
     """Warnings about aliases and thresholds of the file that its expressions do not use; included files are exempt."""
     root = document.table
-    used = {word for text in _texts({key: root.data.get(key) for key in ("alias", "rule")}) for word in words(text)}
+    used = {
+        word
+        for text in _texts({key: root.data.get(key) for key in ("threshold", "alias", "rule")})
+        for word in words(text)
+    }
     return [
         Fault(
-            f"the {kind} '{name}' is not used in this file.",
+            f"the {_KINDS[kind]} '{name}' is not used in this file.",
             root.file,
             *table.position(name),
             hint="Remove it, or use it in a rule.",
             warning=True,
         )
-        for kind in ("threshold", "alias")
+        for kind in _KINDS
         for table in [Table(root.file, {}, (kind,), root.positions)]
         for name in (root.data[kind] if isinstance(root.data.get(kind), dict) else ())
         if name not in used

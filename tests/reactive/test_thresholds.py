@@ -1,0 +1,93 @@
+"""Thresholds that are computed: from each other, from an including file, and from constants of the robot."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.control.body_values import BODY_VALUES
+from rocs_bt.document import read_toml
+from rocs_bt.expression import Environment
+from rocs_bt.reactive import Override, check_rules, load_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, TIME, Quantity
+
+SIGNALS = Environment.packed([Signal("front", 3, (LENGTH,)), Signal("speed", 1, (SPEED,))])
+RULE = '\n[rule.A]\nwhen = "min(front) < near"\npriority = 1\naction = { name = "Stop" }\n'
+ROBOT = '[robot]\nlatency = "0.1 s"\ndeceleration = "2 m/s2"\n'
+NEAR = '[threshold]\nnear = "fast * latency + fast * fast / (2 * deceleration) + gap"\ngap = "0.2 m"\nfast = "1 m/s"\n'
+
+
+def write(folder, text, name="a.toml"):
+    file = folder / name
+    file.write_text('format = "reflex/1"\n' + text + RULE * (name == "a.toml"), encoding="utf-8")
+    return file
+
+
+def thresholds(file, robot=None, **overrides):
+    own = {name: Override(value) for name, value in overrides.items()}
+    return load_rules(file, replace(SIGNALS, robot=robot or {}), ACTIONS, overrides=own).thresholds
+
+
+def test_a_threshold_follows_from_others_in_any_order_and_from_the_robot(tmp_path):
+    file = write(tmp_path, ROBOT + NEAR)
+    assert thresholds(file)["near"] == pytest.approx(0.1 + 0.25 + 0.2)
+    assert thresholds(file, robot={"latency": Quantity(0.4, TIME)})["near"] == pytest.approx(0.4 + 0.25 + 0.2)
+    assert thresholds(file, gap="0.5 m", latency="0 s")["near"] == pytest.approx(0.25 + 0.5)
+    assert thresholds(file, gap="0.5 m", near="0.3 m")["near"] == 0.3
+
+
+def test_an_including_file_changes_what_follows_from_its_thresholds(tmp_path):
+    write(tmp_path, ROBOT + NEAR, "parts.toml")
+    top = write(tmp_path, 'include = ["parts.toml"]\n[threshold]\nfast = "2 m/s"\ngap = "fast * 0.1 s"\n')
+    assert thresholds(top)["near"] == pytest.approx(0.2 + 1.0 + 0.2)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_chains_have_the_values_of_python(tmp_path, seed):
+    rng, lines, values = np.random.default_rng(seed), [], {}
+    for i in range(8):
+        known = [*values, "0.5 m"]
+        a, b = rng.choice(known, 2)
+        text = f"{rng.choice(['min', 'max'])}({a}, {b}) + {rng.integers(1, 9)} * {rng.choice(known)}"
+        values[f"t{i}"] = eval(text.replace(" m", ""), {"min": min, "max": max} | values)
+        lines.append(f't{i} = "{text}"')
+    rng.shuffle(lines)
+    found = thresholds(write(tmp_path, '[threshold]\nnear = "0.4 m"\n' + "\n".join(lines) + "\n"))
+    assert {name: found[name] for name in values} == pytest.approx(values, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ('gap = "near"\nnear = "2 * gap"', "the thresholds depend on each other: gap -> near -> gap"),
+        ('gap = "2 * gap"\nnear = "1 m"', "the thresholds depend on each other: gap -> gap"),
+        ('near = "2 * min(front)"', "a threshold is constant, but '2 * min(front)' reads the signal 'front'"),
+        ('near = "gapp + 1 m"\ngap = "1 m"', "'gapp'. Did you mean 'gap'?"),
+        ('gap = "1 s"\nnear = "gap + 1 m"', "'+' needs one unit"),
+        ('gap = "1 m"\nnear = "gap < 2 m"', "'near' must be a number, but gap < 2 m is true or false"),
+        ('gap = "0 m"\nnear = "1 m * (gap / gap)"', "cannot be computed"),
+        ('near = "0.4 m +"', "not an expression"),
+        ('near = "1 m"\n[robot]\nlatncy = "1 s"', "no value of a robot is named 'latncy'. Did you mean 'latency'?"),
+        ('near = "1 m"\n[robot]\nlatency = "1 m"', "'latency' must be in s"),
+        ('latency = "1 s"\nnear = "1 m"\n[robot]\nlatency = "1 s"', "'latency' is declared in [robot] already"),
+    ],
+)
+def test_mistakes_are_told_at_their_line(tmp_path, line, told):
+    file = write(tmp_path, f"[threshold]\n{line}\n")
+    faults = [str(f) for f in check_rules(file, SIGNALS, ACTIONS)]
+    assert any(told in fault and fault.startswith(str(file)) for fault in faults), faults
+
+
+def test_a_wrong_override_of_a_computed_threshold_is_told_at_the_robots_file(tmp_path):
+    file, robot = write(tmp_path, ROBOT + NEAR), tmp_path / "robot.toml"
+    (fault,) = check_rules(file, SIGNALS, ACTIONS, {"near": Override("1 s", robot, 7, 3)})
+    assert str(fault).startswith(f"{robot}:7:3: 'near' must be in m")
+
+
+def test_every_constant_of_a_body_can_be_named(tmp_path):
+    lines = "\n".join(f'{name} = "1 {value.dimension}"' for name, value in BODY_VALUES.items())
+    text = f'format = "reflex/1"\n[threshold]\nnear = "1 m"\n[robot]\n{lines}\n{RULE}'
+    rules = load_rules(read_toml(tmp_path / "a.toml", text), SIGNALS, ACTIONS)
+    assert {name: rules.dimensions[name] for name in BODY_VALUES} == {n: v.dimension for n, v in BODY_VALUES.items()}

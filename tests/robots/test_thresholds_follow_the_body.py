@@ -1,0 +1,83 @@
+"""Thresholds of avoid_collision and contact on each shipped robot on wheels, and on variants of its body."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt.actions import ACTIONS
+from rocs_bt.agent.build import thresholds
+from rocs_bt.catalog import Catalog, robot_locomotion
+from rocs_bt.expression import Environment
+from rocs_bt.geometry import Twist2
+from rocs_bt.reactive import RuleModel, load_rules
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, TIME, TURN_RATE
+
+from ..docs.thresholds import PAGE, page, wheeled
+
+CATALOG = Catalog()
+ROBOTS = wheeled()
+GROUPS = [Signal(name, 1, (LENGTH,)) for name in ("front", "left_gap", "right_gap", "rear", "goal_distance")]
+MOTION = [Signal("speed", 1, (SPEED,)), Signal("turn_rate", 1, (TURN_RATE,)), Signal("contact_time", 1, (TIME,))]
+
+
+def rules_of(name, robot):
+    """Rules of a file on a robot."""
+    file = CATALOG.find("rules", name).path
+    environment = dataclasses.replace(Environment.packed([*GROUPS, *MOTION]), robot=robot.values)
+    return load_rules(file, environment, ACTIONS, overrides=thresholds(robot, file))
+
+
+def variant(name, length=1.0, width=1.0, **response):
+    """Robot with other factors of its size, and other values of its response."""
+    robot = CATALOG.load_robot(name)
+    parameters = robot.locomotion.parameters
+    changed = {**parameters, "response": dataclasses.replace(parameters["response"], **response)}
+    locomotion = dataclasses.replace(robot.locomotion, parameters=changed)
+    return dataclasses.replace(robot, locomotion=locomotion, length=length * robot.length, width=width * robot.width)
+
+
+def test_the_robots_on_wheels_are_these():
+    assert {"jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"} <= {*ROBOTS}
+
+
+def test_the_table_in_the_manual_is_that_of_the_robots():
+    assert page() == PAGE.read_text("utf-8"), "run: python -m tests.docs.thresholds"
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_thresholds_are_ordered_and_leave_room_to_stop_and_turn(name):
+    robot, found = CATALOG.load_robot(name), rules_of("avoid_collision", CATALOG.load_robot(name)).thresholds
+    stop = robot_locomotion(robot.locomotion).stop_distance(Twist2(found["pace"]))
+    ahead = 0.5 * (math.hypot(robot.length, robot.width) - robot.length)
+    assert 0.0 < found["flinch_near"] < found["flinch_clear"] < found["near"] < found["clear"]
+    assert found["near"] >= stop + ahead + found["flinch_near"], "no Flinch after an AvoidCollision in time"
+    assert found["clear"] < 1.0, "the ranges of sonars end there"
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_a_later_weaker_or_longer_robot_turns_away_earlier(name):
+    latency = CATALOG.load_robot(name).values["latency"].value
+    own = rules_of("avoid_collision", variant(name)).thresholds
+    late = rules_of("avoid_collision", variant(name, latency=latency + 0.3)).thresholds
+    assert late["near"] == pytest.approx(own["near"] + 0.3 * own["pace"], abs=1e-3)
+    weak = rules_of("avoid_collision", variant(name, deceleration={"vx": 0.5, "vy": 0.5})).thresholds
+    assert weak["near"] == pytest.approx(own["near"] + own["pace"] ** 2 * (1.0 - 0.5 / own["deceleration"]), abs=1e-3)
+    large = rules_of("avoid_collision", variant(name, length=2.0, width=2.0)).thresholds
+    assert large["near"] == pytest.approx(own["near"] + own["front_sweep"], abs=1e-3)
+    assert large["margin"] == pytest.approx(own["margin"] + own["side_sweep"], abs=1e-3)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_contact_brakes_in_the_time_that_the_robot_needs(name):
+    rng = np.random.default_rng(1)
+    for _ in range(20):
+        latency, deceleration, speed = rng.uniform(0.0, 0.5), rng.uniform(0.3, 5.0), rng.uniform(-1.5, 1.5)
+        robot = variant(name, latency=latency, deceleration={"vx": deceleration, "vy": deceleration})
+        need = 0.1 + latency + abs(speed) / deceleration
+        for time, brakes in ((need - 0.01, True), (need + 0.01, False)):
+            model = RuleModel(rules_of("contact", robot))
+            model.react(np.array([1.0, 1.0, 1.0, 1.0, math.inf, speed, 0.0, time]), 0.0)
+            assert ("contact/Brake" in model.latched) is brakes
