@@ -326,6 +326,7 @@ class Catalog:
             nodes=self.load_nodes,
             defined=self.defined_nodes,
             missions=self.python_tree,
+            beside=self.tree_files(),
             dialect=dialect,
         )
 
@@ -401,9 +402,10 @@ class Catalog:
         if mission.path.suffix in TREES:
             from ..plan.nav2 import ROUTES
             from ..plan.xml_mission import dialect_in, shipped_nodes, tags_of, values_of
-            from ..trees.xml import outer_trees, read_document
+            from ..trees.xml import add_siblings, outer_trees, read_document
 
             document = read_document(mission.path, within=self.root_of(mission.path))
+            add_siblings(document, self.tree_files())
             dialect = dialect_in(document, dialect, self.defined_nodes)
             tags, texts = tags_of(document) - set(shipped_nodes(dialect)), values_of(document)
             texts |= set(ROUTES if parts_of(dialect)[0] == "nav2" else ())
@@ -414,6 +416,10 @@ class Catalog:
         named = texts | {value for value in values if isinstance(value, str)}
         routes = [entry for entry in self.list("route") if entry.name in named]
         return (*self._node_files(tags), *routes, *(self.find("mission", name) for name in sorted(missions)))
+
+    def tree_files(self) -> dict[str, Path]:
+        """Files of the missions in XML by name; a SubTree refers to the tree of the same name in such a file."""
+        return {name: e.path for name, e in self._entries("mission").items() if e.path.suffix in TREES}
 
     def _tags_in(self, tree: Entry) -> set[str]:
         """Names of the node classes in an XML file; none if it is not a mission."""
@@ -426,12 +432,17 @@ class Catalog:
             return set()  # another file, such as a world; a mission is reported where it is loaded
 
     def _trees_in(self, mission: Entry) -> Iterable[Entry]:
-        """XML files beside a Python mission that it names, as for `mission.tree`."""
-        if mission.path.suffix != ".py":
-            return []
-        names = {text for file in mission.files() for text in texts_in(file) if text.endswith(TREES)}
-        files = [mission.path.parent / name for name in sorted(names)]
-        return [make_entry(file, "mission", mission.origin) for file in files if is_file(file)]
+        """XML files with trees that a mission names: by the name of a mission, or as a file beside a Python mission."""
+        from ..trees.xml import add_siblings, read_document
+
+        named, files = self.tree_files(), list[Path]()
+        if mission.path.suffix in TREES:
+            files = add_siblings(read_document(mission.path, within=self.root_of(mission.path)), named)
+        elif mission.path.suffix == ".py":
+            texts = sorted({text for file in mission.files() for text in texts_in(file)})
+            files = [mission.path.parent / text if text.endswith(TREES) else named.get(text) for text in texts]
+            files = [file for file in files if file is not None and is_file(file)]
+        return [make_entry(file, "mission", mission.origin) for file in dict.fromkeys(files)]
 
     def load_python(self, entry: Entry) -> ModuleType:
         """Load the module of a Python content file; it runs once per process.

@@ -84,7 +84,7 @@ def check_xml(
             and empty texts, which no check judges.
     """
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
-    beside = options.together.trees if foreign else {}
+    beside = options.together.trees if foreign else catalog.tree_files()
     document = read_document(file, within=within)
     add_siblings(document, beside)
     if not document.trees:

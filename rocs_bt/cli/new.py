@@ -15,7 +15,7 @@ from .terminal import echo
 
 _PROJECT = Path(__file__).parent / "project"
 _CONTENT = Path(__file__).parent / "content"
-_ROBOT = "pioneer_p3dx"
+_ROBOT = "jackal"
 _IGNORED = shutil.ignore_patterns("__pycache__", "*.pyc")
 _UNMEASURED = shutil.ignore_patterns("__pycache__", "*.pyc", "identified.toml")  # of another body soon
 
@@ -36,7 +36,7 @@ _NEXT = {
     "rules": 'rocs-bt rules test @NAME@   and write in a scenario: rules = ["@NAME@"]',
     "robot": 'rocs-bt identify @NAME@   and write in a scenario: robot = "@NAME@"',
     "scenario": "rocs-bt run @NAME@",
-    "planner": "rocs-bt episode @NAME@ exp1   or   rocs-bt compare @NAME@ tree --family maze --scenes 5",
+    "planner": "rocs-bt episode @NAME@ maze-1   or   rocs-bt compare @NAME@ tree --family maze --scenes 5",
 }
 
 

@@ -68,6 +68,10 @@ class Content(Protocol):
         """Load the `build` function of a Python mission that a SubTree names; None if there is no such mission."""
         ...
 
+    def tree_files(self) -> Mapping[str, Path]:
+        """Files of the missions in XML by name."""
+        ...
+
     def root_of(self, file: Path) -> Path:
         """Folder in which the files that a document includes must lie."""
         ...
@@ -95,6 +99,10 @@ class NoContent:
 
     def python_tree(self, name: str) -> None:
         """Return None."""
+
+    def tree_files(self) -> dict[str, Path]:
+        """Return no files."""
+        return {}
 
     def root_of(self, file: Path) -> Path:
         """Return the file's folder."""

@@ -204,7 +204,7 @@ class Mission(MissionContext):
             mission.tree(Path(__file__).with_name("dock.xml"), goal="dock", speed="{cruise}")
 
         Args:
-            source: Path of a file, or text of a document.
+            source: Path of a file, text of a document, or name of a mission in XML, such as `navigate`.
             main: ID of the tree; the document's main tree by default.
             nodes: Node classes in addition to the robot's actions, the nodes of `planners/nodes`, and the nodes of the
                 scenario's dialect.

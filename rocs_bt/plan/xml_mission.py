@@ -252,7 +252,7 @@ def embedded(
 
     Args:
         mission: Mission that uses the subtree.
-        source: Path of a file, or text of a document.
+        source: Path of a file, text of a document, or name of a mission in XML.
         nodes: Node classes in addition to those of the mission's dialect and content.
         main: ID of the tree; by default the document's main tree.
         values: Values and remappings of the subtree's blackboard keys.
@@ -262,12 +262,24 @@ def embedded(
     """
     document = document_of(mission, source)
     name = document.main(main).name
-    return SubTree(name, content_tree(document, mission, nodes, main), ID=name, **values)
+    given = {**defaults_of(document, name), **values}
+    return SubTree(name, content_tree(document, mission, nodes, main), ID=name, **given)
 
 
 def document_of(mission: MissionContext, source: Path | str) -> Document:
-    """Read a document that a mission uses; it may include files of the mission's project."""
-    return read_document(source, within=mission.content.root_of(source) if isinstance(source, Path) else None)
+    """Read a document that a mission uses: a file, a text, or the mission in XML of this name.
+
+    Raises:
+        InputError: The document cannot be read, or no mission in XML has this name.
+    """
+    files = mission.content.tree_files()
+    if isinstance(source, str) and "<" not in source:
+        if source not in files:
+            raise InputError(unknown("mission in XML", source, files))
+        source = files[source]
+    document = read_document(source, within=mission.content.root_of(source) if isinstance(source, Path) else None)
+    add_siblings(document, files)
+    return document
 
 
 def content_tree(document: Document, mission: MissionContext, nodes: Sequence[type[Node]], main: str) -> Node:

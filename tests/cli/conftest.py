@@ -10,6 +10,8 @@ import pytest
 
 from rocs_bt.cli.main import call
 
+from ..direct_project import drive_straight
+
 
 @dataclass(frozen=True)
 class Told:
@@ -42,5 +44,6 @@ def rocs_bt(capsys, monkeypatch, tmp_path) -> Callable[..., Told]:
 def project(rocs_bt, monkeypatch, tmp_path) -> Path:
     """A new project, and the current folder in it."""
     assert rocs_bt("new", tmp_path / "yard").code == 0
+    drive_straight(tmp_path / "yard")
     monkeypatch.chdir(tmp_path / "yard")
     return tmp_path / "yard"

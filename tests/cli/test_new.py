@@ -34,9 +34,9 @@ def test_a_file_of_each_kind_is_added_and_all_together_run(rocs_bt, project):
     assert rocs_bt("run", "my_scenario", "--no-report").code == 0
     text = scenario.read_text("utf-8")
     for old, new in (
-        ('robot = "pioneer_p3dx"', 'robot = "my_robot"'),
-        ('mission = "go_to"', 'mission = "my_mission"'),
-        ('rules = ["avoid_collision"]', 'rules = ["my_rules"]'),
+        ('robot = "jackal"', 'robot = "my_robot"'),
+        ('mission = "navigate"', 'mission = "my_mission"'),
+        ('rules = ["contact"]', 'rules = ["my_rules"]'),
         ('goal = "goal"\ncruise', 'first = "goal"\nsecond = "goal"\ncruise'),
     ):
         assert old in text

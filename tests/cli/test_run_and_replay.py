@@ -5,6 +5,8 @@ import shutil
 
 import pytest
 
+from ..direct_project import drive_straight
+
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
@@ -61,6 +63,7 @@ def test_a_cut_off_recording_is_compared_as_far_as_it_goes(rocs_bt, recorded):
 
 def test_a_replay_away_from_its_project_says_where_to_go(rocs_bt, tmp_path, monkeypatch):
     assert rocs_bt("new", tmp_path / "yard").code == 0
+    drive_straight(tmp_path / "yard")
     monkeypatch.chdir(tmp_path / "yard")
     assert rocs_bt("run", "first", "--for", "0.5", "--out", tmp_path / "r", "--no-report").code == 1
     monkeypatch.chdir(tmp_path)

@@ -13,6 +13,8 @@ import pytest
 
 from rocs_bt.cli.main import call
 
+from ..direct_project import drive_straight
+
 LONG = """format = "scenario/2"
 base = "rounds"
 duration = "3600 s"
@@ -29,6 +31,7 @@ BEGUN = 150_000
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A new project with the scenario `long`, which drives for an hour; the current folder."""
     assert call(["new", str(tmp_path / "yard")]) == 0
+    drive_straight(tmp_path / "yard")
     monkeypatch.chdir(tmp_path / "yard")
     (tmp_path / "yard/scenarios/long.toml").write_text(LONG)
     return tmp_path / "yard"

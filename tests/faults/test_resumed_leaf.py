@@ -10,6 +10,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import NodeTicked
 from rocs_bt.trees.nodes import Leaf
 
+from ..direct_project import drive_straight
 from .test_content import Rotten
 
 
@@ -106,6 +107,7 @@ def build(mission: Mission, *, first: str, second: str, cruise: PositiveMetresPe
 def test_on_the_command_line_the_line_of_content_is_named(tmp_path, capsys, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert call(["new", "mine"]) == 0
+    drive_straight(tmp_path / "mine")
     monkeypatch.chdir(tmp_path / "mine")
     (tmp_path / "mine/planners/missions/patrol.py").write_text(MISSION)
     capsys.readouterr()

@@ -326,19 +326,29 @@ def survey(files: Iterable[Path]) -> Survey:
     return found
 
 
-def add_siblings(document: Document, beside: Mapping[str, Path]) -> None:
+def add_siblings(document: Document, beside: Mapping[str, Path]) -> list[Path]:
     """Add the trees of other files to which the document, or a tree added before, refers.
 
     Args:
         document: Document, extended in place.
-        beside: File that contains each tree, by the tree's ID, as in `Survey.trees`.
+        beside: File that may contain each tree, by the tree's ID, as in `Survey.trees`.
+
+    Returns:
+        Files of the added trees.
+
+    Raises:
+        InputError: A file cannot be read.
     """
     read: dict[Path, Document] = {}
-    while names := sorted(outer_trees(document) & beside.keys()):
+    missing: set[str] = set()
+    while names := sorted((outer_trees(document) & beside.keys()) - missing):
         for name in names:
             file = beside[name]
             other = read[file] if file in read else read.setdefault(file, read_document(file))
-            tree = other.trees[name]
+            if (tree := other.trees.get(name)) is None:
+                missing.add(name)
+                continue
             document.trees[name] = TreeElement(name, tree.element, tree.body, included=True)
             for model in other.models.values():
                 document.models.setdefault(model.name, model)
+    return [*read]

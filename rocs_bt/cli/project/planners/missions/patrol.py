@@ -1,6 +1,7 @@
 """Visit two places in order and wait at each.
 
-The scenario defines the places. The reflex rules avoid obstacles.
+The scenario defines the places. The shipped mission `navigate` drives to each of them: it plans a path in the map that
+the robot builds from its scans, and plans again as the map grows.
 """
 
 import py_trees
@@ -21,6 +22,6 @@ def build(
     """Sequence: drive to each place and wait there."""
     tree = py_trees.composites.Sequence("patrol", memory=True)
     for place in (first, second):
-        tree.add_child(mission.act("GoTo", goal=place, cruise=cruise))
+        tree.add_child(mission.tree("navigate", goal=place, cruise=cruise))
         tree.add_child(mission.wait(rest))
     return tree
