@@ -319,18 +319,17 @@ class _Compiler:
         if node.temporal:
             raise section.fault("a query looks at one moment; held, once, since and rate look at many.")
         if (single := self._reduced(node)) is not None:
-            hint = f"For the row with the largest, write: order by {single.args[0].text} descending limit 1."
+            value = single.args[0]
+            order = f"For the row with the largest, write: order by {value.text} descending limit 1."
+            hint = f"Write: {value.text}." if value.kind.boolean else order
             raise section.fault(f"'{single.text}' is of one value: an expression sees one row, not all rows.", hint)
         return node
 
     def _reduced(self, node: Node) -> Node | None:
         """First use of a function of groups, such as `max`, on one value of a row; None if there is none."""
         for each in node.walk():
-            if (
-                each.op in FUNCTIONS
-                and "(group" in FUNCTIONS[each.op].usage
-                and [a.kind.size for a in each.args] == [0]
-            ):
+            groups = each.args[:1] if each.op in ("dot", "min_valid") else each.args
+            if each.op in FUNCTIONS and "(group" in FUNCTIONS[each.op].usage and [a.kind.size for a in groups] == [0]:
                 slots = [self._scope.slots[i] for i in each.reads()]
                 if any(slot.variables or slot.links for slot in slots):  # not a signal with one value
                     return each
