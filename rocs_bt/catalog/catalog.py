@@ -440,8 +440,8 @@ class Catalog:
             files = add_siblings(read_document(mission.path, within=self.root_of(mission.path)), named)
         elif mission.path.suffix == ".py":
             texts = sorted({text for file in mission.files() for text in texts_in(file)})
-            files = [mission.path.parent / text if text.endswith(TREES) else named.get(text) for text in texts]
-            files = [file for file in files if file is not None and is_file(file)]
+            found = [mission.path.parent / text if text.endswith(TREES) else named.get(text) for text in texts]
+            files = [file for file in found if file is not None and is_file(file)]
         return [make_entry(file, "mission", mission.origin) for file in dict.fromkeys(files)]
 
     def load_python(self, entry: Entry) -> ModuleType:
