@@ -16,6 +16,7 @@ import click
 from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..words import counted
+from .content import no_code_option
 from .progress import Progress
 from .terminal import echo, show_table
 
@@ -80,7 +81,7 @@ _WIDE = 1000  # characters, wider than any table
 @click.option(
     "--json", "as_json", is_flag=True, help="Print results and verdicts as JSON; equal content gives equal bytes."
 )
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(
     planners: Sequence[str],
     robots: Sequence[str],

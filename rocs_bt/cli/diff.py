@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .play_scenario import catalog_for
+from .content import catalog_for, no_code_option
 from .terminal import echo, show_table, styled
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ _NAMES = ("robot", "mission", "rules", "script")  # settings that are always lis
 @click.argument("second")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, with content hashes.")
 @click.option("--markdown", is_flag=True, help="As Markdown: differences, and the names of equal settings.")
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(first: str, second: str, as_json: bool, markdown: bool, no_code: bool) -> None:
     """List common and differing content, settings and code of the scenarios FIRST and SECOND.
 
@@ -35,7 +35,7 @@ def command(first: str, second: str, as_json: bool, markdown: bool, no_code: boo
     """
     from ..simulation.reuse import diff
 
-    catalog = catalog_for(first, code=not no_code)
+    catalog = catalog_for(first, no_code=no_code)
     found = diff(catalog.load_scenario(first), catalog.load_scenario(second), catalog)
     if as_json:
         echo(json.dumps(dataclasses.asdict(found), indent=2))

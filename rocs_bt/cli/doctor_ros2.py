@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ..errors import DeviceError, Fault, InputError
-from .play_scenario import catalog_for
+from .content import catalog_for
 from .terminal import echo, show_table
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ def examine_ros2(robot: str | None, network: str, duration: float) -> int:
     from ..drivers import Ros2Settings
     from ..simulation.ros2_doctor import examine
 
-    spec = None if robot is None else catalog_for(robot).load_robot(robot)
+    spec = None if robot is None else catalog_for(robot, no_code=True).load_robot(robot)
     if spec is not None and spec.ros2 is None:
         raise InputError(
             Fault(f"the robot '{spec.name}' has no [ros2] table.", spec.file, hint="See rocs-bt docs: ros2.md.")

@@ -8,6 +8,7 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
+from .content import no_code_option
 from .outcome import exit_code
 from .terminal import echo
 
@@ -17,7 +18,8 @@ from .terminal import echo
 @click.argument("scene")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the episode.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default in runs.")
-def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
+@no_code_option
+def command(planner: str, scene: str, seed: int, out: Path | None, no_code: bool) -> int:
     """Play PLANNER in SCENE, as in a comparison, and write summary.json, run.mcap and report.html.
 
     SCENE is a scenario, or a scene of a family such as barn_like-17. Exit codes are those of `rocs-bt run`.
@@ -25,7 +27,7 @@ def command(planner: str, scene: str, seed: int, out: Path | None) -> int:
     from ..compare.replay import replay_episode
 
     folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
-    result = replay_episode(planner, scene, seed, Catalog.here(), folder)
+    result = replay_episode(planner, scene, seed, Catalog.here(code=not no_code), folder)
     echo(str(result))
     if result.report is not None:
         echo(f"Report: {result.report}")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from .play_scenario import catalog_for
+from .content import catalog_for, no_code_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 @click.argument("robot")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, SI units.")
 @click.option("--dry-run", is_flag=True, help="Write no file.")
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(robot: str, as_json: bool, dry_run: bool, no_code: bool) -> None:
     """Measure the motion of ROBOT, a name or a file, on an infinite plane, and write identified.toml beside robot.toml.
 
@@ -30,7 +30,7 @@ def command(robot: str, as_json: bool, dry_run: bool, no_code: bool) -> None:
     from ..simulation.identified_file import write_identified
     from ..simulation.identify import identify
 
-    catalog = catalog_for(robot, code=not no_code)
+    catalog = catalog_for(robot, no_code=no_code)
     spec = catalog.load_robot(robot)
     found = identify(spec, catalog)
     twists = "axes" in spec.locomotion.parameters

@@ -8,6 +8,7 @@ import click
 
 from ..catalog import Catalog
 from ..dialect import DIALECTS
+from .content import no_code_option
 from .terminal import echo
 
 
@@ -21,7 +22,7 @@ from .terminal import echo
     show_default=True,
     help="Dialect of the nodes.",
 )
-@click.option("--no-code", is_flag=True, help="Omit the nodes of planners/nodes, which are Python.")
+@no_code_option
 def command(out: Path | None, dialect: str, no_code: bool) -> None:
     """Write a TreeNodesModel of all actions and nodes of rocs_bt and of the project, with ports, types and defaults.
 

@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..catalog import CachingCatalog, Catalog, ScenarioSpec, is_path
+from ..catalog import CachingCatalog, Catalog, ScenarioSpec
 from ..errors import Fault, InputError
 from ..event import Event, EventSink, RulesReplaced
+from .content import catalog_for, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
 from .terminal import discard_if_closed, echo
@@ -40,7 +41,7 @@ _LAST = (
     click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
     click.option("--btlog", is_flag=True, help="Also write AGENT.btlog for replay in Groot2."),
     click.option("--no-report", is_flag=True, help="Write no report.html."),
-    click.option("--no-code", is_flag=True, help="Refuse Python content."),
+    no_code_option,
     click.option(
         "--knowledge",
         type=click.Path(path_type=Path, dir_okay=False),
@@ -122,7 +123,7 @@ def play_scenario(
     scenario, seed, duration = shared.scenario, shared.seed, shared.duration
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
-    project = catalog_for(scenario, code=not shared.no_code)
+    project = catalog_for(scenario, no_code=shared.no_code)
     catalog = CachingCatalog(project.project, code=project.code)  # the check and the run read each file once
     findings = check_scenario(scenario, catalog)
     findings.refuse()
@@ -200,8 +201,3 @@ class _Replacements:
         """Print a RulesReplaced event."""
         if isinstance(event, RulesReplaced):
             echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
-
-
-def catalog_for(name: str, *, code: bool = True) -> Catalog:
-    """Catalog of the project around a file given by path, else around the current folder."""
-    return Catalog.here(Path(name).parent if is_path(name) else None, code=code)

@@ -10,6 +10,7 @@ import click
 from ..catalog import Catalog
 from ..errors import InputError
 from ..words import counted
+from .content import catalog_for, no_code_option
 from .terminal import echo
 
 
@@ -30,6 +31,7 @@ from .terminal import echo
 @click.option("--from", "begin", metavar="SECONDS", type=float, help="With --bag: begin at this time in the bag.")
 @click.option("--for", "duration", metavar="SECONDS", type=float, help="With --bag: end after this time.")
 @click.option("--rate", metavar="HZ", type=float, help="With --bag: control rate; by default 20 Hz.")
+@no_code_option
 def command(
     run: Path | None,
     why: float | None,
@@ -43,6 +45,7 @@ def command(
     begin: float | None,
     duration: float | None,
     rate: float | None,
+    no_code: bool,
 ) -> int:
     """Re-run the agents of RUN on its recorded sensor data, and compare their events with the recorded ones.
 
@@ -59,16 +62,18 @@ def command(
             raise click.UsageError("--bag excludes RUN, --why, --all, --agent and --changed-content.")
         if robot is None:
             raise click.UsageError("--bag needs --robot, a robot with sensors that read topics of ROS 2.")
-        _replay_bag(bag, robot, rules, out, begin or 0.0, duration, 20.0 if rate is None else rate)
+        _replay_bag(bag, robot, rules, out, begin or 0.0, duration, 20.0 if rate is None else rate, no_code)
         return 0
     if run is None:
         raise click.UsageError("Missing argument 'RUN', or --bag.")
     if any(given.values()):
         raise click.UsageError("--robot, --rules, --out, --from, --for and --rate need --bag.")
-    return _replay_run(run, why, agent, everything, changed_content)
+    return _replay_run(run, why, agent, everything, changed_content, no_code)
 
 
-def _replay_run(run: Path, why: float | None, agent: str | None, everything: bool, changed_content: bool) -> int:
+def _replay_run(
+    run: Path, why: float | None, agent: str | None, everything: bool, changed_content: bool, no_code: bool
+) -> int:
     from ..record import Recording
 
     recording = Recording.open(run)
@@ -79,7 +84,7 @@ def _replay_run(run: Path, why: float | None, agent: str | None, everything: boo
         return 0
     from ..simulation import replay
 
-    difference = replay(recording, Catalog.here(), agent=agent, changed_content=changed_content)
+    difference = replay(recording, Catalog.here(code=not no_code), agent=agent, changed_content=changed_content)
     if difference is None:
         cut = "" if recording.complete else ", up to the end of the recording, which was cut off"
         echo(f"All events are equal{cut}.")
@@ -96,16 +101,16 @@ def _replay_bag(
     begin: float,
     duration: float | None,
     rate: float,
+    no_code: bool,
 ) -> None:
     from ..simulation.bag_replay import replay_bag
-    from .play_scenario import catalog_for
     from .rules import replay_rules_on
 
     limit = math.inf if duration is None else duration
     if not (0.0 <= begin < math.inf and limit > 0.0):
         raise InputError(f"--from must be 0 or more seconds and --for positive, found {begin:g} and {limit:g}.")
-    catalog = catalog_for(robot)
-    files = [catalog_for(file).find("rules", file).path for file in rules]
+    catalog = catalog_for(robot, no_code=no_code)
+    files = [catalog_for(file, no_code=no_code).find("rules", file).path for file in rules]
     folder = out or Path("runs") / bag.resolve().stem
     found = replay_bag(bag, catalog.load_robot(robot), catalog, folder, start=begin, duration=limit, control=rate)
     for sensor, topics in found.topics.items():

@@ -12,7 +12,7 @@ import click
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
 from ..words import counted, inactive_rule
-from .play_scenario import catalog_for
+from .content import catalog_for, no_code_option
 from .terminal import echo, styled
 
 if TYPE_CHECKING:
@@ -31,7 +31,8 @@ def command() -> None:
 @command.command()
 @click.argument("files", metavar="[FILE|NAME]...", nargs=-1)
 @click.option("--robot", help="Test for this robot; by default for all robots that use the file in a scenario.")
-def test(files: tuple[str, ...], robot: str | None) -> int:
+@no_code_option
+def test(files: tuple[str, ...], robot: str | None, no_code: bool) -> int:
     """Run the tests in rule files and in rules/tests; by default those of all rule files of the project.
 
     Exits with 0 if all tests pass, with 1 if one fails, with 2 if a file is wrong.
@@ -40,7 +41,7 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
     from ..reactive import run_tests
 
     done = failed = wrong = 0
-    for entry, catalog in _entries(files):
+    for entry, catalog in _entries(files, no_code):
         count = 0
         try:
             fitted = fitted_rules(entry, catalog, robot)
@@ -74,14 +75,15 @@ def test(files: tuple[str, ...], robot: str | None) -> int:
 @click.option("--agent", help="Use the signals of this agent; by default of all agents that use the file.")
 @click.option("--rule", "wanted", metavar="RULE", multiple=True, help="Draw the signals of this rule; may be repeated.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
-def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out: Path | None) -> None:
+@no_code_option
+def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out: Path | None, no_code: bool) -> None:
     """Evaluate the rules of FILE on the signals recorded in RUN; print firings, and draw signals, latches and winners.
 
     RUN is a run's folder or its run.mcap. Nothing is simulated: the actions of the rules have no effect.
     """
     from ..record import Recording
 
-    catalog, recording = catalog_for(file), Recording.open(run)
+    catalog, recording = catalog_for(file, no_code=no_code), Recording.open(run)
     folder = out or (run if run.is_dir() else run.parent) / "rules"
     replay_rules_on(recording, catalog.find("rules", file).path, catalog, folder, agent=agent, wanted=wanted)
 
@@ -136,6 +138,7 @@ def replay_rules_on(
 )
 @click.option("--agent", help="Use the signals of this agent; by default of all agents that use the file.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), help="Output folder; by default RUN/rules.")
+@no_code_option
 def tune(
     file: str,
     runs: tuple[Path, ...],
@@ -146,6 +149,7 @@ def tune(
     steps: int,
     agent: str | None,
     out: Path | None,
+    no_code: bool,
 ) -> None:
     """Count the firings of a rule of FILE in each RUN for a range of values of a threshold."""
     import numpy as np
@@ -155,7 +159,7 @@ def tune(
     from ..simulation.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
     from ..units import convert
 
-    catalog = catalog_for(file)
+    catalog = catalog_for(file, no_code=no_code)
     path = catalog.find("rules", file).path
     recordings = [Recording.open(run) for run in runs]
     fitting = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
@@ -195,16 +199,16 @@ def _print_inactive(rules: RuleSet, robot: str) -> None:
         echo(inactive_rule(rule.name, [robot], rule.missing), err=True)
 
 
-def _entries(files: Sequence[str]) -> list[tuple[Entry, Catalog]]:
+def _entries(files: Sequence[str], no_code: bool) -> list[tuple[Entry, Catalog]]:
     """Rule files to test: the given ones, else all of the project, else all shipped ones."""
     from ..catalog import is_path
     from ..reactive import tested_file
 
     if files:
         named = [str(tested_file(Path(file))) if is_path(file) else file for file in files]
-        catalogs = [(file, catalog_for(file)) for file in named]
+        catalogs = [(file, catalog_for(file, no_code=no_code)) for file in named]
         return [(catalog.find("rules", file), catalog) for file, catalog in catalogs]
-    catalog = Catalog.here()
+    catalog = Catalog.here(code=not no_code)
     found = catalog.list("rules")
     own = [entry for entry in found if entry.origin == "project"]
     return [(entry, catalog) for entry in own or found]

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..catalog import Catalog
+from .content import no_code_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -24,8 +25,16 @@ if TYPE_CHECKING:
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
 @click.option("--dry-run", is_flag=True, help="Print the difficulty; write nothing.")
 @click.option("--json", "as_json", is_flag=True, help="Difficulty as JSON, SI units.")
+@no_code_option
 def command(
-    family: str, index: int, count: int, values: tuple[str, ...], out: Path, dry_run: bool, as_json: bool
+    family: str,
+    index: int,
+    count: int,
+    values: tuple[str, ...],
+    out: Path,
+    dry_run: bool,
+    as_json: bool,
+    no_code: bool,
 ) -> None:
     """Generate scenes of FAMILY, from INDEX on (0 by default), as scenarios with their worlds.
 
@@ -34,7 +43,7 @@ def command(
     from ..compare import load_family
     from ..compare.replay import parse_parameters
 
-    made = load_family(Catalog.here(), family, parse_parameters(values))
+    made = load_family(Catalog.here(code=not no_code), family, parse_parameters(values))
     scenes = [made.scene(i) for i in range(index, index + count)]
     written = [] if dry_run else [scene.write(out) for scene in scenes]
     if as_json:

@@ -14,6 +14,7 @@ import click
 from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..words import counted
+from .content import no_code_option
 from .progress import Progress
 from .terminal import echo
 
@@ -59,7 +60,7 @@ _LISTED = 12  # maximum number of listed obstacles
 @click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
 @click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, including scenario and world of the scene.")
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(
     planner: str,
     family: str,

@@ -10,7 +10,7 @@ from ..catalog import Catalog
 from ..dialect import DIALECTS
 from ..units import Quantity
 from ..words import inactive_rule
-from .play_scenario import catalog_for
+from .content import catalog_for, no_code_option
 from .terminal import echo
 
 
@@ -30,7 +30,7 @@ from .terminal import echo
 @click.option("--nodes", "dialect", type=click.Choice(DIALECTS), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(
     name: str,
     form: str,
@@ -48,7 +48,7 @@ def command(
     """
     from ..check import draw_mission
 
-    catalog = catalog_for(name, code=not no_code)
+    catalog = catalog_for(name, no_code=no_code)
     rules = compiled or name.endswith(".toml") or name not in {e.name for e in catalog.list("mission")}
     if rules and (name.endswith(".toml") or compiled or name in {e.name for e in catalog.list("rules")}):
         echo(_rules(catalog, name, robot, compiled))

@@ -11,7 +11,7 @@ import click
 from ..errors import Fault, InputError
 from ..event import CommandExpired, ContactBegan, Event
 from ..words import counted
-from .play_scenario import catalog_for
+from .content import catalog_for, no_code_option
 from .terminal import discard_if_closed, echo, show_table
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
     help="Publish the transform from map to odom of robots with ground-truth odometry.",
 )
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
-@click.option("--no-code", is_flag=True, help="Refuse Python content.")
+@no_code_option
 def command(
     scenario: str,
     ros2: bool,
@@ -108,7 +108,7 @@ def command(
     if not 0.0 <= rate < math.inf:
         raise InputError(Fault(f"--rate must be 0 or more and finite, found {rate:g}."))
     settings = Ros2Settings(transport=transport, distro=distro, network=network, namespace=namespace)
-    catalog = catalog_for(scenario, code=not no_code)
+    catalog = catalog_for(scenario, no_code=no_code)
     spec = catalog.load_scenario(scenario, missions=False)
     with StopSignals(_NOTICE) as signals, closing(open_transport(settings, "rocs_bt_sim")) as opened:
         simulation = Ros2Simulation(

@@ -61,7 +61,7 @@ def replay_episode(planner: PlannerSpec | str, scene: str, seed: int, catalog: C
         InputError: The planner or scene does not exist, or its content is invalid.
     """
     chosen = catalog.load_planner(planner) if isinstance(planner, str) else planner
-    prepared = EpisodeRunner(catalog.project).prepare(scene_by_name(scene, catalog))
+    prepared = EpisodeRunner(catalog.project, code=catalog.code).prepare(scene_by_name(scene, catalog))
     again = episode_command(chosen.name, scene, seed)
     return run(prepared.with_planner(chosen), prepared.catalog, seed=seed, out=out, command=again)
 

@@ -55,15 +55,22 @@ doctor --ros2 jackal_ros2
 """
 RUN_ALL = """
 import os, sys
+from rocs_bt import python_content
+def load_module(path, load=python_content.load_module):
+    loaded.append(path)
+    return load(path)
+python_content.load_module = load_module  # the only door of Python content
 from rocs_bt.cli.main import main
 os.environ["PYTHONPATH"] = os.pathsep  # empty entries are the current folder; PYTHONPATH=$PYTHONPATH:/lib makes one
 for command in sys.argv[1:]:
-    sys.argv[1:] = command.split()
+    mark, _, line = command.partition(":")
+    sys.argv[1:], loaded = line.split(), []
     try:
         main()
     except SystemExit as end:
         if end.code == 3: raise
     assert "PYTHONSAFEPATH" not in os.environ, "scripts that a user's code starts do not see their folder"
+    assert mark == "code" or not loaded, f"'{line}' runs {loaded[0]}"
 """
 TRAP = "open({mark!r}, 'w').close()\n"
 
@@ -123,7 +130,8 @@ def test_the_trap_works(folder: Path) -> None:
 
 def test_no_command_imports_a_file_of_the_current_folder(folder: Path) -> None:
     table = lines()
-    python(folder, "-P", "-c", RUN_ALL, *dict(table), *(f"{each} --no-code" for each, has in table if has))
+    free = [f"{'code' if has else ''}:{each}" for each, has in table]
+    python(folder, "-P", "-c", RUN_ALL, *free, *(f":{each} --no-code" for each, has in table if has))
     assert marks(folder) == []
 
 
