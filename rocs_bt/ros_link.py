@@ -262,6 +262,18 @@ class RosActionServer(Protocol):
         ...
 
 
+class RosTrigger(Protocol):
+    """Server of a service of type std_srvs/srv/Trigger, which answers each request with success."""
+
+    def taken(self) -> bool:
+        """Whether there was a request since the last look."""
+        ...
+
+    def close(self) -> None:
+        """Close the server."""
+        ...
+
+
 class RosLink(Protocol):
     """ROS 2 connection of a robot. Names of topics, services and actions without a leading `/` get its namespace.
 
@@ -301,6 +313,10 @@ class RosLink(Protocol):
 
     def action_server(self, name: str, type: str) -> RosActionServer:
         """Open a server of an action; see `publisher`."""
+        ...
+
+    def trigger(self, name: str) -> RosTrigger:
+        """Open a server of a service of type std_srvs/srv/Trigger; see `publisher`."""
         ...
 
 

@@ -61,6 +61,7 @@ class Link:
         self.mismatch, self.servers = "", {"1": "/r1/servers"}
         self.matched, self.calls, self.goals = 1, [], []
         self.accepting, self.asked = False, None
+        self.topics, self.triggered = {}, set()
 
     def open(self, kind, *of):
         if self.refuses:
@@ -69,7 +70,8 @@ class Link:
         return SimpleNamespace(
             matched=lambda: self.matched,
             publish=self.publish,
-            newest=lambda: self.newest,
+            newest=lambda: self.topics.get(of[0], self.newest),
+            taken=lambda: bool(self.triggered & {of[0]}) and not self.triggered.discard(of[0]),
             ignored="",
             ready=lambda: self.here,
             mismatch=lambda: self.mismatch,
@@ -112,6 +114,9 @@ class Link:
 
     def action_server(self, *of):
         return self.open("action_server", *of)
+
+    def trigger(self, *of):
+        return self.open("trigger", *of)
 
 
 def after(mind, seconds):

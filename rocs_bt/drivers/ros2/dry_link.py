@@ -14,6 +14,7 @@ from ...ros_link import (
     RosPublisher,
     RosServiceClient,
     RosSubscription,
+    RosTrigger,
     RosTypes,
 )
 
@@ -51,6 +52,10 @@ class DryLink:
 
     def action_server(self, name: str, type: str) -> RosActionServer:
         """Server that gets no goals."""
+        return _DryServer()
+
+    def trigger(self, name: str) -> RosTrigger:
+        """Server that gets no requests."""
         return _DryServer()
 
 
@@ -94,6 +99,9 @@ class _DryServer:
 
     def goal(self) -> AcceptedGoal | None:
         return None
+
+    def taken(self) -> bool:
+        return False
 
     def close(self) -> None:
         pass

@@ -8,7 +8,15 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ...errors import DeviceError, Fault, InputError
-from ...ros_link import Received, RosActionClient, RosActionServer, RosPublisher, RosServiceClient, RosSubscription
+from ...ros_link import (
+    Received,
+    RosActionClient,
+    RosActionServer,
+    RosPublisher,
+    RosServiceClient,
+    RosSubscription,
+    RosTrigger,
+)
 from .known_types import KnownTypes
 from .node import MAX_AHEAD, RosNode, of_the_future
 from .plain import PlainMessage
@@ -73,6 +81,10 @@ class NodeLink:
     def action_server(self, name: str, type: str) -> RosActionServer:
         """Open a server of an action; see `RosLink`."""
         return self._rclpy(f"'{name}'").action_server(self._node.settings.topic(name), type)
+
+    def trigger(self, name: str) -> RosTrigger:
+        """Open a server of std_srvs/srv/Trigger; see `RosLink`."""
+        return self._rclpy(f"'{name}'").trigger(self._node.settings.topic(name))
 
     def close(self) -> None:
         """Send what is still to be sent, such as cancellations, and close the services and actions."""

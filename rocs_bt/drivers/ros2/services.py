@@ -62,6 +62,10 @@ class RosServices:
         """Open a server of an action with a full name; see `service`."""
         return ActionServer(self, name, message_class(type))
 
+    def trigger(self, name: str) -> TriggerServer:
+        """Open a server of std_srvs/srv/Trigger with a full name; see `service`."""
+        return TriggerServer(self, name)
+
     def do(self, step: Callable[[], object]) -> None:
         """Run a function on the thread, soon."""
         key = object()
@@ -348,6 +352,26 @@ class ActionServer:
     def close(self) -> None:
         self.open(False)
         self.services.do(self._server.destroy)
+
+
+class TriggerServer:
+    """Server of std_srvs/srv/Trigger; see `RosTrigger`."""
+
+    def __init__(self, services: RosServices, name: str) -> None:
+        self.services = services
+        self._asked = False
+        self._server = services.node.create_service(message_class("std_srvs/srv/Trigger"), name, self._answer)
+
+    def taken(self) -> bool:
+        asked, self._asked = self._asked, False
+        return asked
+
+    def close(self) -> None:
+        self.services.do(lambda: self.services.node.destroy_service(self._server))
+
+    def _answer(self, request: Any, response: Any) -> Any:
+        self._asked = response.success = True
+        return response
 
 
 class AcceptedGoal:

@@ -206,8 +206,8 @@ class ValidatePath(_CostLimited, Instant):
 
     unseen_is_valid = False
     max_cost = Input(int, 254, "least cost that is an obstacle")
-    layer_name = Input(str, "", "layer of the costmap in Nav2; not used")
-    footprint = Input(str, "", "outline in Nav2; here it is that of the robot")
+    layer_name = Input(str, "", "layer of the costmap; for a running Nav2 only")
+    footprint = Input(str, "", "outline; for a running Nav2 only")
     stop_at_first_collision = Input(bool, True, "whether `collision_poses` contains only the first bad pose")
     max_lookahead_distance = Input(float, -1.0, "length of the path that is tested [m]; all of it if not above 0")
     collision_poses = Output(object, "poses of the path that collide")

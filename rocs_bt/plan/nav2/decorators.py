@@ -182,12 +182,16 @@ class GoalUpdater(Lenient, Decorator):
     def tick_once(self) -> Outcome:
         self.status = RUNNING
         for name in ("goal", "goals"):
-            if (value := value_of(self, f"input_{name}")) is not None:
+            if (value := self.goal(name)) is not None:
                 self.write(f"output_{name}", value)
         outcome = self.tick_child()
         if outcome is SUCCESS or outcome is FAILURE:
             self.status = outcome
         return outcome
+
+    def goal(self, name: str) -> Any:
+        """Present `goal` or `goals`; None without a value."""
+        return value_of(self, f"input_{name}")
 
 
 class PathLongerOnApproach(Lenient, RunAwareDecorator):

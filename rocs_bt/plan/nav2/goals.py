@@ -35,7 +35,7 @@ class WaypointStatus:
     error_msg: str = ""
 
 
-class _Statuses(Lenient):
+class Statuses(Lenient):
     """Base of nodes that remove goals and write down what became of them."""
 
     input_waypoint_statuses = Input(object, None, "states of all goals")
@@ -56,7 +56,7 @@ class _Statuses(Lenient):
         return True
 
 
-class RemovePassedGoals(_Statuses, Framed, Instant):
+class RemovePassedGoals(Statuses, Framed, Instant):
     """Removes goals from the beginning of a list while the robot is near the first one; the last one remains."""
 
     input_goals = PosesInput("{goals}", "goals in order")
@@ -78,7 +78,7 @@ class RemovePassedGoals(_Statuses, Framed, Instant):
         return SUCCESS
 
 
-class RemoveInCollisionGoals(_Statuses, OccupancyTest, Instant):
+class RemoveInCollisionGoals(Statuses, OccupancyTest, Instant):
     """Removes goals that are occupied in the robot's map; FAILURE for an empty list, or a goal without a pose."""
 
     input_goals = PosesInput("{goals}", "goals in order")

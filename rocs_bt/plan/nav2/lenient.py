@@ -30,8 +30,8 @@ def absent(port: Port[Any]) -> Any:
 class Served(Lenient):
     """Base of nodes that call an action server in Nav2; here they ignore its address."""
 
-    server_name = Input(str, "", "address of the server in Nav2; not used")
-    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; not used")
+    server_name = Input(str, "", "address of the server; for a running Nav2 only")
+    server_timeout = Input(float, 0.0, "timeout of the server in Nav2 [ms]; for a running Nav2 only")
     error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
     error_msg = Output(str, "error message")
 
@@ -43,8 +43,8 @@ class Served(Lenient):
 class Serviced(Lenient):
     """Base of nodes that call a service in Nav2; here they ignore its address."""
 
-    service_name = Input(str, "", "address of the service in Nav2; not used")
-    server_timeout = Input(float, 0.0, "timeout of the service in Nav2 [ms]; not used")
+    service_name = Input(str, "", "address of the service; for a running Nav2 only")
+    server_timeout = Input(float, 0.0, "timeout of the service in Nav2 [ms]; for a running Nav2 only")
 
 
 class Framed(Lenient):

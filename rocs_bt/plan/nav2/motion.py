@@ -129,7 +129,7 @@ class _TimeLimited(_Move):
     """Base of motion nodes that fail after `time_allowance`."""
 
     time_allowance = Input(float, 10.0, "maximum duration [s]")
-    disable_collision_checks = Input(bool, False, "not used: the robot's reflexes are always active")
+    disable_collision_checks = Input(bool, False, "whether Nav2 does not check; the robot's reflexes are always active")
 
     def initialise(self) -> None:
         self._until = self.runtime.now() + self.time_allowance
@@ -162,10 +162,10 @@ class FollowPath(_Move):
     }  # fmt: skip  # a table
 
     path = PathInput("{path}", "path; also corners, (x, y) in the world frame [m]")
-    controller_id = Input(str, "", "name of a controller in Nav2; here the follower drives")
-    goal_checker_id = Input(str, "", "name of a goal checker in Nav2; not used")
-    progress_checker_id = Input(str, "", "name of a progress checker in Nav2; not used")
-    path_handler_id = Input(str, "", "name of a path handler in Nav2; not used")
+    controller_id = Input(str, "", "name of a controller; for a running Nav2 only")
+    goal_checker_id = Input(str, "", "name of a goal checker; for a running Nav2 only")
+    progress_checker_id = Input(str, "", "name of a progress checker; for a running Nav2 only")
+    path_handler_id = Input(str, "", "name of a path handler; for a running Nav2 only")
     tracking_feedback = Output(object, "position on the path, in each tick")
     empty_code = 1
     """Error code for an empty path: Nav2 rejects such a goal since Lyrical."""

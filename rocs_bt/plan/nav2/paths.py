@@ -44,8 +44,8 @@ class TruncatePathLocal(Lenient, Instant):
     distance_forward = Input(float, 8.0, "length of the part after the nearest pose [m]; negative for the whole rest")
     distance_backward = Input(float, 4.0, "length of the part before the nearest pose [m]")
     robot_base_frame = Input(str, "base_link", "frame in Nav2; not used")
-    robot_frame = Input(str, "base_link", "name of `robot_base_frame` before Lyrical; not used")
-    transform_tolerance = Input(float, 0.2, "tolerance in Nav2 [s]; not used")
+    robot_frame = Input(str, "base_link", "name of `robot_base_frame` before Lyrical; for a running Nav2 only")
+    transform_tolerance = Input(float, 0.2, "tolerance in Nav2 [s]; for a running Nav2 only")
     pose = PoseInput(None, "pose of the robot; that of Knowledge by default")
     angular_distance_weight = Input(float, 0.0, "weight of the angle between the orientations [m/rad]")
     max_robot_pose_search_dist = Input(float, math.inf, "length that is searched after the pose found before [m]")
@@ -124,9 +124,9 @@ class SmoothPath(Served, Instant):
     """Smooths a path between its ends; FAILURE, without a change of the outputs, if it is empty or then collides."""
 
     unsmoothed_path = PathInput(None, "path")
-    max_smoothing_duration = Input(float, 3.0, "maximum duration in Nav2 [s]; not used")
+    max_smoothing_duration = Input(float, 3.0, "maximum duration in Nav2 [s]; for a running Nav2 only")
     check_for_collisions = Input(bool, False, "whether a path that collides is a failure")
-    smoother_id = Input(str, "", "name of a smoother in Nav2; not used")
+    smoother_id = Input(str, "", "name of a smoother; for a running Nav2 only")
     smoothed_path = Output(object, "smoothed path")
     smoothing_duration = Output(float, "always 0 s: smoothing takes no simulated time")
     was_completed = Output(bool, "always true")

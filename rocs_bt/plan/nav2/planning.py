@@ -99,7 +99,7 @@ class ComputePathToPose(Planning, Instant):
 
     goal = PoseInput("{goal}", "goal")
     use_start = Input(bool, True, "whether to use `start` if given")
-    viapoints = PosesInput(None, "poses that the path should pass in Nav2; not used")
+    viapoints = PosesInput(None, "poses that the path should pass; for a running Nav2 only")
 
     def update(self) -> Outcome:
         goal = self.goal

@@ -14,16 +14,20 @@ from .planning import route_planners
 from .poses import PoseInput, PosesInput, known, pose_of, robot_pose
 
 
-class _Selector(Lenient, Instant):
-    """Base of nodes that write a name: in Nav2 the last text on a topic, here always the default."""
+class Selector(Lenient, Instant):
+    """Base of nodes that write a name: in Nav2 the last text on a topic, without ROS always the default."""
 
     what: ClassVar[str] = ""
     _kept = ""
 
-    topic_name = Input(str, "", "topic in Nav2; not used")
+    topic_name = Input(str, "", "topic; for a running Nav2 only")
+
+    def selected(self) -> str:
+        """Name that another program has selected; empty without one."""
+        return ""
 
     def update(self) -> Outcome:
-        self._kept = self.read(f"default_{self.what}") or self._kept
+        self._kept = self.selected() or self.read(f"default_{self.what}") or self._kept
         if not self._kept:
             return FAILURE
         self.write(f"selected_{self.what}", self._kept)
@@ -37,7 +41,7 @@ class _WouldHelp(Lenient, Instant):
     helped: ClassVar[tuple[int, ...]] = ()
 
     error_code = Input(int, None, "error code of the node that failed")
-    error_codes_to_check = Input(str, "", "port in Nav2's palette; not used")
+    error_codes_to_check = Input(str, "", "port in Nav2's palette; for a running Nav2 only")
 
     def update(self) -> Outcome:
         return SUCCESS if self.error_code in self.helped else FAILURE
@@ -52,7 +56,7 @@ class _Clear(Serviced, Instant):
     around_pose: ClassVar[bool] = False
     outside: ClassVar[bool] = False
 
-    plugins = Input(object, None, "layers of the costmap in Nav2; not used")
+    plugins = Input(object, None, "layers of the costmap; for a running Nav2 only")
 
     def update(self) -> Outcome:
         mission = mission_of(self)
@@ -74,9 +78,11 @@ class _Nothing(Serviced, Instant):
         return SUCCESS
 
 
-class _Battery(Lenient, Instant):
+class Battery(Lenient, Instant):
+    """Base of conditions on the state of a battery; FAILURE without ROS."""
+
     kind = "Condition"
-    battery_topic = Input(str, "/battery_status", "topic in Nav2; not used")
+    battery_topic = Input(str, "/battery_status", "topic; for a running Nav2 only")
 
     def update(self) -> Outcome:
         return FAILURE
@@ -115,38 +121,38 @@ _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
     ),
 }
 _NO_BATTERY = "FAILURE: the robots of the simulator have no battery, as if no message had arrived."
-_TREE = {"behavior_tree": Input(str, "", "file of a behaviour tree in Nav2; not used")}
+_TREE = {"behavior_tree": Input(str, "", "file of a behaviour tree; for a running Nav2 only")}
 _UNDOCK = {
-    "dock_type": Input(str, "", "plugin in Nav2; not used"),
-    "max_undocking_time": Input(float, 30.0, "maximum duration in Nav2 [s]; not used"),
-    "success": Output(bool, "never written"),
+    "dock_type": Input(str, "", "plugin; for a running Nav2 only"),
+    "max_undocking_time": Input(float, 30.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
+    "success": Output(bool, "for a running Nav2 only"),
 }
 _DOCK = {
-    "use_dock_id": Input(bool, True, "not used"),
-    "dock_id": Input(str, "", "name of the dock in Nav2; not used"),
-    "dock_pose": PoseInput(None, "pose of the dock; not used"),
-    "dock_type": Input(str, "", "plugin in Nav2; not used"),
-    "max_staging_time": Input(float, 1000.0, "maximum duration in Nav2 [s]; not used"),
-    "navigate_to_staging_pose": Input(bool, True, "not used"),
-    "success": Output(bool, "never written"),
-    "num_retries": Output(int, "never written"),
+    "use_dock_id": Input(bool, True, "whether the dock is given by its name, not its pose; for a running Nav2 only"),
+    "dock_id": Input(str, "", "name of the dock; for a running Nav2 only"),
+    "dock_pose": PoseInput(None, "pose of the dock; for a running Nav2 only"),
+    "dock_type": Input(str, "", "plugin; for a running Nav2 only"),
+    "max_staging_time": Input(float, 1000.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
+    "navigate_to_staging_pose": Input(bool, True, "whether to drive to the staging pose; for a running Nav2 only"),
+    "success": Output(bool, "for a running Nav2 only"),
+    "num_retries": Output(int, "for a running Nav2 only"),
 }
 _OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
     "ReinitializeGlobalLocalization": (_Nothing, "SUCCESS: the robot's localisation is not started again here.", {}),
     "ToggleCollisionMonitor": (
         _Nothing,
         "SUCCESS: the robot's reflexes stay on, whatever the value of `enable`.",
-        {"enable": Input(bool, True, "whether Nav2's collision monitor is on; not used")},
+        {"enable": Input(bool, True, "whether Nav2's collision monitor is on; for a running Nav2 only")},
     ),
     "IsBatteryLow": (
-        _Battery,
+        Battery,
         _NO_BATTERY,
         {
-            "min_battery": Input(float, 0.0, "threshold in Nav2; not used"),
-            "is_voltage": Input(bool, False, "whether the threshold is a voltage; not used"),
+            "min_battery": Input(float, 0.0, "threshold; for a running Nav2 only"),
+            "is_voltage": Input(bool, False, "whether the threshold is a voltage; for a running Nav2 only"),
         },
     ),
-    "IsBatteryCharging": (_Battery, _NO_BATTERY, {}),
+    "IsBatteryCharging": (Battery, _NO_BATTERY, {}),
     **{
         tag: (
             _Unavailable,
@@ -166,10 +172,10 @@ _OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
         {
             "code": 902,
             "why": "no object is detected: there is no topic with its pose here; use FollowRobot",
-            "pose_topic": Input(str, "dynamic_pose", "topic in Nav2; not used"),
-            "max_duration": Input(float, 0.0, "maximum duration in Nav2 [s]; not used"),
-            "tracked_frame": Input(str, "", "frame in Nav2; not used"),
-            "total_elapsed_time": Output(float, "never written"),
+            "pose_topic": Input(str, "dynamic_pose", "topic; for a running Nav2 only"),
+            "max_duration": Input(float, 0.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
+            "tracked_frame": Input(str, "", "frame; for a running Nav2 only"),
+            "total_elapsed_time": Output(float, "for a running Nav2 only"),
         },
     ),
 }
@@ -184,15 +190,24 @@ def table_nodes() -> Iterator[type[Node]]:
             f"selected_{what}": Output(str, "the same"),
             "what": what,
         }
-        yield _made(f"{camel}Selector", _Selector, f"Writes `default_{what}` to `selected_{what}`.", ports)
+        yield made_node(f"{camel}Selector", Selector, f"Writes `default_{what}` to `selected_{what}`.", ports)
     for camel, (nodes, codes) in _HELPED.items():
         doc = f"SUCCESS if a recovery may help after this error code of {nodes}."
-        yield _made(f"WouldA{camel}RecoveryHelp", _WouldHelp, doc, {"helped": codes})
+        yield made_node(f"WouldA{camel}RecoveryHelp", _WouldHelp, doc, {"helped": codes})
     for tag, (doc, ports) in _CLEARED.items():
-        yield _made(tag, _Clear, doc, ports)
+        yield made_node(tag, _Clear, doc, ports)
     for tag, (base, doc, members) in _OTHERS.items():
-        yield _made(tag, base, doc, members)
+        yield made_node(tag, base, doc, members)
 
 
-def _made(tag: str, base: type[Node], doc: str, members: Mapping[str, Any]) -> type[Node]:
-    return type(tag, (base,), {**members, "tag": tag, "__doc__": doc, "__module__": __name__})
+def made_node(tag: str, base: type[Node], doc: str, members: Mapping[str, Any], module: str = __name__) -> type[Node]:
+    """Create a node class from a row of a table.
+
+    Args:
+        tag: Name of the class.
+        base: Base class.
+        doc: Docstring.
+        members: Ports and other attributes.
+        module: Module that defines the row.
+    """
+    return type(tag, (base,), {**members, "tag": tag, "__doc__": doc, "__module__": module})

@@ -48,7 +48,7 @@ class UsesRos(Node, Generic[E]):
 
     Attributes:
         named: Port with the name of the topic, service or action.
-        parts: Suffix of the type in each port with fields, such as `_Goal`.
+        parts: Suffix of each part of the type, such as `_Goal`, by the port with its fields, if there is one.
     """
 
     named: ClassVar[str] = "topic"
@@ -92,7 +92,7 @@ class UsesRos(Node, Generic[E]):
             yield from (("type", fault) for fault in error.faults)
             return
         for port, suffix in self.parts.items():
-            if self.key(port) is None:
+            if port in self.ports and self.key(port) is None:
                 yield from self._field_faults(port, type + suffix, types)
 
     def setup(self, **kwargs: Any) -> None:

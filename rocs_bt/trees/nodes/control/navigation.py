@@ -229,7 +229,7 @@ class PauseResumeController(_Nav):
         if self.status is not RUNNING:
             self._state = _State.RESUMED
             self.status = RUNNING
-        pause = self.paused
+        pause = self.wanted()
         if pause and self._state in (_State.RESUMED, _State.ON_RESUME):
             self._turn(_State.ON_PAUSE)
         elif not pause and self._state in (_State.PAUSED, _State.ON_PAUSE):
@@ -245,6 +245,10 @@ class PauseResumeController(_Nav):
                 return self._finish(SUCCESS)
             self._next()
         return RUNNING
+
+    def wanted(self) -> bool:
+        """Whether the node is to be paused now."""
+        return self.paused
 
     def halted(self) -> None:
         super().halted()
