@@ -100,6 +100,7 @@ def test_a_path_that_opens_is_found(name):
     knowledge = knowing(wall(0.42))
     planner = ROUTES[name](knowledge)
     refused(planner)
+    see(knowledge, [(-1.0, 3.0)])  # the wall is gone: what the newest scan sees is kept
     knowledge.world.occupancy.clear(2.5, 0.0, 2.0)
     assert len(planner.route(START, GOAL, CLEARANCE)) >= 2
 
