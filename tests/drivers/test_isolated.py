@@ -206,7 +206,21 @@ def test_a_neutral_that_raises_is_reported(tmp_path):
     with linked(tmp_path, "does not stop") as (link, log):
         link.neutral()
         until_neutral(log)
-        assert "OSError: the wire is cut (wheels.py:" in failure(link)[1]
+        kind, why = failure(link)
+    assert kind == "raised"
+    assert why.startswith("OSError: the wire is cut (wheels.py:")
+    assert "the main process cannot send neutral: OSError: the wire is cut" in why
+    assert log.last == END
+
+
+def test_the_main_process_stops_a_device_whose_driver_cannot_stop_it_in_its_process(tmp_path):
+    with linked(tmp_path, "does not stop apart") as (link, log):
+        link.neutral()
+        until_neutral(log)
+        kind, why = failure(link)
+        assert not psutil.pid_exists(log.process)
+    assert (kind, why.partition(" (")[0]) == ("raised", "OSError: the wire is cut")
+    assert "cannot send neutral" not in why
     assert log.last == END
 
 

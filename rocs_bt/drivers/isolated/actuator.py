@@ -134,16 +134,18 @@ class IsolatedActuator(Actuator):
         last = time.monotonic()
         while self._failure is None and not self._closed:
             self._channel.wait(TICK)
-            raised, progress = "", False
+            raised, helpless, progress = "", False, False
             for message in self._channel.receive():
                 if isinstance(message, Failed):
-                    raised = raised or message.message
+                    raised, helpless = raised or message.message, helpless or message.neutral
                 elif isinstance(message, Done):
                     progress, self._answered = True, max(self._answered, message.number)
             now = time.monotonic()
             why = self._silence.after(now - last, progress=progress, waiting=self._answered != self._number)
             last = now
-            if raised:  # the process has sent the device to neutral, and goes on to do so on request
+            if helpless:  # the driver's neutral raises there: perhaps that of a new driver does not
+                self._replace("raised", raised)
+            elif raised:  # the process has sent the device to neutral, and goes on to do so on request
                 self._fail("raised", raised)
             elif self._channel.ended or self._process.poll() is not None:
                 self._replace("ended", f"its process {self._end()}")

@@ -92,10 +92,12 @@ class Failed:
     Attributes:
         message: Description of the exception.
         faults: Faults, if the exception is an InputError, which only the construction of the driver raises.
+        neutral: Whether `neutral` raised it, so that the process cannot stop the device.
     """
 
     message: str
     faults: tuple[Fault, ...] = ()
+    neutral: bool = False
 
 
 class Channel:

@@ -193,15 +193,16 @@ class DeviceProcess:
         try:
             self._device.neutral()
         except Exception as error:  # noqa: BLE001 - the watchdog must survive a faulty driver
-            self._report(error)
+            self._report(error, neutral=True)
 
-    def _report(self, error: BaseException) -> None:
+    def _report(self, error: BaseException, *, neutral: bool = False) -> None:
         """Report an exception to the main process: a DeviceError by its message, others with type and location."""
         if isinstance(error, DeviceError):
-            self._channel.send(Failed(str(error)))
+            self._channel.send(Failed(str(error), neutral=neutral))
         else:
             location = raised_at(error, self._device)
-            self._channel.send(Failed(describe(error) + (f" ({location})" if location is not None else "")))
+            text = describe(error) + (f" ({location})" if location is not None else "")
+            self._channel.send(Failed(text, neutral=neutral))
 
     def _leave(self) -> None:
         """Send the device to neutral several times, close it, and exit, even if the driver hangs."""

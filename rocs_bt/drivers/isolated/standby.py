@@ -63,7 +63,14 @@ class Standby:
                     return
                 self._device = self._device or self._make()
             self._active, self._problem = True, "the driver's neutral has not returned yet"
-            repeat_neutral(self.neutral)
-            self._problem = ""
+            repeat_neutral(self._try)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's driver may raise anything
+            self._problem = describe(error)
+
+    def _try(self) -> None:
+        """Send the device to neutral; the next attempt is made also if this one raises."""
+        try:
+            self.neutral()
+            self._problem = ""
+        except Exception as error:  # noqa: BLE001 - a user's driver may raise anything
             self._problem = describe(error)
