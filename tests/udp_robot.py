@@ -6,12 +6,14 @@ import json
 import math
 import re
 import socket
+import struct
 import threading
 from pathlib import Path
 from types import TracebackType
 
 PAGE = Path(__file__).resolve().parents[1] / "docs/put-it-on-your-robot.md"
 TRACK, PERIOD = 0.331, 0.05  # [m], [s]
+SO_TIMESTAMPNS = 35  # of Linux
 
 
 class UdpRobot:
@@ -22,16 +24,19 @@ class UdpRobot:
         silent: Keys that are not sent.
         extra: Values that are sent instead of the robot's own, by key.
         received: Wheel speeds in the order of arrival, each with the time since the start in periods.
+        times: Times of these arrivals by the system's stamps [s since 1970].
     """
 
     def __init__(self) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind(("127.0.0.1", 0))
         self._socket.setblocking(False)
+        self._socket.setsockopt(socket.SOL_SOCKET, SO_TIMESTAMPNS, 1)  # however late this thread runs
         self.port = self._socket.getsockname()[1]
         self.silent: set[str] = set()
         self.extra: dict[str, list[object]] = {}
         self.received: list[tuple[int, list[float]]] = []
+        self.times: list[float] = []
         self.arrived = threading.Condition()
         self._x, self._y, self._yaw = -0.7, 0.7, -0.8
         self._closed = threading.Event()
@@ -63,10 +68,10 @@ class UdpRobot:
             begun = len(self.received)
             assert self.arrived.wait_for(lambda: sum(any(s) for _, s in self.received[begun:]) >= 5, 60.0)
 
-    def wait_until_neutral(self) -> None:
-        """Wait until its newest three commands are neutral."""
+    def wait_until_neutral(self, count: int = 3) -> None:
+        """Wait until its newest commands are neutral."""
         with self.arrived:
-            assert self.arrived.wait_for(lambda: [s for _, s in self.received[-3:]] == [[0.0, 0.0]] * 3, 60.0)
+            assert self.arrived.wait_for(lambda: [s for _, s in self.received[-count:]] == [[0.0, 0.0]] * count, 60.0)
 
     def _run(self) -> None:
         client, count = None, 0
@@ -74,12 +79,14 @@ class UdpRobot:
             count += 1
             try:
                 while True:
-                    message, sender = self._socket.recvfrom(65536)
+                    message, (stamp, *_), _, sender = self._socket.recvmsg(65536, 64)
                     request = json.loads(message)
                     client = sender if "hello" in request else client
                     if "wheels" in request:
                         with self.arrived:
                             self.received.append((count, request["wheels"]))
+                            seconds, nanoseconds = struct.unpack("ll", stamp[2])
+                            self.times.append(seconds + 1e-9 * nanoseconds)
                             self.arrived.notify_all()
             except BlockingIOError:
                 pass
