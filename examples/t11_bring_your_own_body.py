@@ -11,8 +11,8 @@ Output:
 
     a 'twist' locomotion with the axes vx, vy, wz
     it stops from 0.5 m/s within 0.15 m
-    exp1_puck, seed 3, 23.2 s simulated
-    R2 success; 4.75 m, 0 collisions, 8 reflexes, 4 resumed actions
+    exp1_puck, seed 3, 18.4 s simulated
+    R2 success; 3.93 m, 0 collisions, 5 reflexes, 3 resumed actions
 """
 
 import tempfile

@@ -61,9 +61,10 @@ class Process(subprocess.Popen[str]):
                 raise AssertionError(f"the process has ended: {self.communicate()}")
 
     def notice(self) -> str:
-        """The notice after a first signal, which begins with an empty line."""
+        """The notice after a first signal, which begins with an empty line; what was printed before it is skipped."""
         assert self.stderr is not None
-        assert self.stderr.readline() == "\n"
+        while self.stderr.readline() != "\n":
+            assert self.poll() is None
         return self.stderr.readline()
 
     def end(self, seconds: float = 60.0) -> tuple[int, str, str]:

@@ -104,10 +104,14 @@ def test_a_device_that_does_not_let_go_costs_no_report(tmp_path):
 
 
 def test_a_block_of_the_engine_that_fails_is_exit_code_3(tmp_path, monkeypatch, capsys):
-    def raises(self: RangeMonitor, readings: object) -> None:
-        raise Defect("a worm")
+    run = RangeMonitor.run
 
-    monkeypatch.setattr(RangeMonitor, "run", lambda self, t, count: raises(self, None))
+    def raises(self: RangeMonitor, t: float, count: int) -> None:
+        if t > 0.5:  # in the run, not in the check before it
+            raise Defect("a worm")
+        run(self, t, count)
+
+    monkeypatch.setattr(RangeMonitor, "run", raises)
     assert call(["run", "exp1", "--out", str(tmp_path), "--no-report"]) == 3
     assert "R2 error" in capsys.readouterr().out
     agent = json.loads((tmp_path / "summary.json").read_text())["agents"]["R2"]

@@ -85,8 +85,8 @@ def test_a_robot_with_the_signals_does_not_feel_the_difference(load):
 
 def test_who_does_not_require_a_missing_signal_is_told_how(load):
     text = FILE[: FILE.index("[[")].replace('require = ["lateral_speed", "course_range"]\n', "")
-    alias, direct, again = faults_of(load, text)
-    assert (alias.line, alias.column, again.line) == (10, 9, 11)
+    alias, direct = faults_of(load, text)  # one for each signal
+    assert (alias.line, alias.column) == (10, 9)
     assert alias.message == "the robot has no signal 'course_range', which the alias 'beside' reads."
     assert alias.hint == 'With require = ["course_range"], a rule is inactive on robots that lack it.'
     assert (direct.line, direct.column) == (10, 32)

@@ -150,8 +150,14 @@ def test_without_a_robot_every_topic_is_listed(
     ],
 )
 def test_publishers_of_the_commands_are_told_apart(
-    robot: Path, ros_environment: dict[str, str], capsys: pytest.CaptureFixture[str], publishers: list[str], remark: str
+    robot: Path,
+    ros_environment: dict[str, str],
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    publishers: list[str],
+    remark: str,
 ) -> None:
+    monkeypatch.setenv("COLUMNS", "160")
     types = "geometry_msgs/msg/TwistStamped"
     with ExitStack() as stack:
         base = stack.enter_context(closing(open_transport(Ros2Settings(transport="dds"), "base")))
