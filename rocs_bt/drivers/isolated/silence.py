@@ -15,9 +15,6 @@ HUNG = 1.0
 """Time without a command performed, although the device is in neutral, after which the driver counts as hung [s]; also
 the longest silence of a process that waits for a processor [s]."""
 
-_ANSWER = 3 * TICK
-"""Time after which an answer is late enough to read why [s]."""
-
 
 class Silence:
     """Supervision of the answers of a process, counted in ticks.
@@ -74,7 +71,7 @@ class Silence:
 
     def _starvation(self) -> float:
         """Time since the last tick for which threads of the process waited for a processor [s]."""
-        if max(self._silent, self._waiting) < _ANSWER:  # as nearly always: nothing is read
+        if not self._waiting:  # as nearly always: a command is answered within a tick, and nothing is read
             self._before = None
             return 0.0
         before, now = self._before, waited_for_processor(self._process)

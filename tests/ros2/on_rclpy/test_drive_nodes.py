@@ -29,7 +29,7 @@ class Navigate(Nav2Motion):
 
     type = "test_msgs/action/Fibonacci"
 
-    def fields(self):
+    def fields(self, known, types):
         return {"order": 39, "of_a_later_distribution": 1}
 
 
