@@ -98,7 +98,10 @@ def test_of_many_goals_only_some_are_checked_in_every_respect(tmp_path, monkeypa
     (tmp_path / "scenarios").mkdir()
     file, tried = tmp_path / "scenarios" / "goal.toml", []
     searched = feasible.free_goal_poses
-    counted = lambda *args, **options: (tried.append(pose) or pose for pose in searched(*args, **options))  # noqa: E731
+
+    def counted(*args, **options):
+        return (tried.append(pose) or pose for pose in searched(*args, **options))
+
     monkeypatch.setattr(feasible, "free_goal_poses", counted)
     text = SCENARIO.format(robot="jackal", rules='"contact"').replace("arena_box", "plane")
     places = [f'[[place]]\nname = "p{i}"\nx = "{0.1 * i} m"\ny = "0 m"\ntolerance = "0.1 m"\n' for i in range(20)]

@@ -11,55 +11,8 @@ from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.event import NodeTicked
 from rocs_bt.record import Recording
 
-MISSION = """<root BTCPP_format="4" main_tree_to_execute="Navigate">
-  <BehaviorTree ID="Navigate">
-    <RecoveryNode number_of_retries="{retries}" name="navigate">
-      <PipelineSequence name="plan and drive">
-        <ProgressCheckerSelector default_progress_checker="checker" selected_progress_checker="{{progress}}"/>
-        <GoalCheckerSelector default_goal_checker="checker" selected_goal_checker="{{reached}}"/>
-        <ControllerSelector default_controller="FollowPath" selected_controller="{{controller}}"/>
-        <PlannerSelector default_planner="GridBased" selected_planner="{{planner}}" topic_name="planner_selector"/>
-        <RateController hz="1.0">
-          <RecoveryNode number_of_retries="1" name="plan">
-            <ComputePathToPose goal="{{goal}}" path="{{path}}" planner_id="{{planner}}"
-                               error_code_id="{{plan_error}}" error_msg="{{plan_text}}"/>
-            <Sequence>
-              <WouldAPlannerRecoveryHelp error_code="{{plan_error}}"/>
-              <ClearEntireCostmap service_name="global_costmap/clear_entirely_global_costmap"/>
-            </Sequence>
-          </RecoveryNode>
-        </RateController>
-        <RecoveryNode number_of_retries="1" name="drive">
-          <FollowPath path="{{path}}" controller_id="{{controller}}" goal_checker_id="{{reached}}"
-                      progress_checker_id="{{progress}}" error_code_id="{{drive_error}}" error_msg="{{drive_text}}"/>
-          <Sequence>
-            <WouldAControllerRecoveryHelp error_code="{{drive_error}}"/>
-            <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
-          </Sequence>
-        </RecoveryNode>
-      </PipelineSequence>
-      <Sequence name="recover">
-        <Fallback name="would a recovery help">
-          <WouldAControllerRecoveryHelp error_code="{{drive_error}}"/>
-          <WouldAPlannerRecoveryHelp error_code="{{plan_error}}"/>
-        </Fallback>
-        <ReactiveFallback name="recoveries">
-          <GoalUpdated/>
-          <RoundRobin name="in turn">
-            <Sequence name="clear">
-              <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
-              <ClearEntireCostmap service_name="global_costmap/clear_entirely_global_costmap"/>
-            </Sequence>
-            <Spin spin_dist="0.8" error_code_id="{{spin_error}}" error_msg="{{spin_text}}"/>
-            <Wait wait_duration="0.5" error_code_id="{{wait_error}}" error_msg="{{wait_text}}"/>
-            <BackUp backup_dist="0.10" backup_speed="0.15" error_code_id="{{back_error}}" error_msg="{{back_text}}"/>
-          </RoundRobin>
-        </ReactiveFallback>
-      </Sequence>
-    </RecoveryNode>
-  </BehaviorTree>
-</root>
-"""
+from .nav2_mission import mission
+
 SCENARIO = """format = "scenario/2"
 base = "exp1"
 duration = "{duration}"
@@ -90,7 +43,7 @@ def project(tmp_path):
     def write(nodes="nav2", parameters='goal = "goal"', y="1 m", x="-0.5 m", retries=6, duration="60 s"):
         for folder in ("planners/missions", "scenarios"):
             (tmp_path / folder).mkdir(parents=True, exist_ok=True)
-        (tmp_path / "planners/missions/navigation.xml").write_text(MISSION.format(retries=retries))
+        (tmp_path / "planners/missions/navigation.xml").write_text(mission(retries))
         text = SCENARIO.format(nodes=nodes, parameters=parameters, x=x, y=y, duration=duration)
         (tmp_path / "scenarios/drive.toml").write_text(text)
         return tmp_path
@@ -226,7 +179,7 @@ def test_a_literal_goal_that_is_no_place_is_refused_at_its_element(rocs_bt, proj
     folder = project(parameters="")
     file = folder / "planners/missions/navigation.xml"
     file.write_text(file.read_text().replace('ComputePathToPose goal="{goal}"', 'ComputePathToPose goal="gaol"'))
-    line = 1 + MISSION.split("<ComputePathToPose")[0].count("\n")
+    line = 1 + mission().split("<ComputePathToPose")[0].count("\n")
     for ran in (rocs_bt("check", folder), rocs_bt("run", "drive", "--out", folder / "out")):
         assert ran.code == 2
         assert f"navigation.xml:{line}:" in ran.text
@@ -237,7 +190,7 @@ def test_the_project_and_the_mission_alone_are_fine(rocs_bt, project):
     folder = project()
     assert rocs_bt("check", folder).out.splitlines()[-1].endswith("checked: no faults.")
     assert rocs_bt("check", folder / "planners/missions/navigation.xml").code == 0
-    (folder / "elsewhere.xml").write_text(MISSION.format(retries=1))
+    (folder / "elsewhere.xml").write_text(mission(1))
     assert rocs_bt("check", "--nodes", "nav2", folder / "elsewhere.xml").code == 0
     assert "RateController" in rocs_bt("show", folder / "elsewhere.xml", "--nodes", "nav2").out
 
@@ -276,7 +229,7 @@ def test_every_command_recognises_a_mission_of_nav2_and_says_so_once(rocs_bt, pr
 
 def test_an_unknown_distribution_is_refused_at_its_element(rocs_bt, tmp_path):
     file = tmp_path / "elsewhere.xml"
-    file.write_text(MISSION.format(retries=1).replace("</root>", NAMED.format("humbel")))
+    file.write_text(mission(1).replace("</root>", NAMED.format("humbel")))
     for command in ("check", "show"):
         done = rocs_bt(command, file)
         assert done.code == 2

@@ -7,6 +7,8 @@ import pytest
 from rocs_bt.event import NodeTicked
 from rocs_bt.record import Recording
 
+from .nav2_mission import mission
+
 WORLD = """<mujoco model="flat">
   <worldbody>
     <geom name="floor" type="plane" size="5 5 0.1"/>
@@ -74,58 +76,13 @@ def second_door(times):
     return DOOR.format(name="second_door", x="0.7 m", y="0 m", to_x="2 m", to_y="0 m", times=times)
 
 
-MISSION = """<root BTCPP_format="4" main_tree_to_execute="Main">
-  <BehaviorTree ID="Main">
-    <RecoveryNode number_of_retries="6" name="drive and recover">
-      <PipelineSequence name="drive">
-        <RateController hz="1.0">
-          <RecoveryNode number_of_retries="1" name="plan">
-            <ComputePathToPose goal="{goal}" path="{path}" planner_id="GridBased" error_code_id="{plan_error}"/>
-            <Sequence>
-              <WouldAPlannerRecoveryHelp error_code="{plan_error}"/>
-              <ClearEntireCostmap name="clear for planning" service_name="clear_entirely_global_costmap"/>
-            </Sequence>
-          </RecoveryNode>
-        </RateController>
-        <RecoveryNode number_of_retries="1" name="follow">
-          <FollowPath path="{path}" controller_id="FollowPath" error_code_id="{drive_error}"/>
-          <Sequence>
-            <WouldAControllerRecoveryHelp error_code="{drive_error}"/>
-            <ClearEntireCostmap name="clear for driving" service_name="local_costmap/clear_entirely_local_costmap"/>
-          </Sequence>
-        </RecoveryNode>
-      </PipelineSequence>
-      <Sequence>
-        <Fallback>
-          <WouldAControllerRecoveryHelp error_code="{drive_error}"/>
-          <WouldAPlannerRecoveryHelp error_code="{plan_error}"/>
-        </Fallback>
-        <ReactiveFallback>
-          <GoalUpdated/>
-          <RoundRobin name="in turn">
-            <Sequence name="clear">
-              <ClearEntireCostmap service_name="local_costmap/clear_entirely_local_costmap"/>
-              <ClearEntireCostmap service_name="global_costmap/clear_entirely_global_costmap"/>
-            </Sequence>
-            <Spin spin_dist="1.57"/>
-            <Wait wait_duration="5.0"/>
-            <BackUp backup_dist="0.30" backup_speed="0.15"/>
-          </RoundRobin>
-        </ReactiveFallback>
-      </Sequence>
-    </RecoveryNode>
-  </BehaviorTree>
-</root>
-"""
-
-
 @pytest.fixture
 def flat(rocs_bt, tmp_path):
     def play(robot, doors=""):
         for folder in ("planners/missions", "scenarios/worlds"):
             (tmp_path / folder).mkdir(parents=True)
         (tmp_path / "scenarios/worlds/flat.xml").write_text(WORLD)
-        (tmp_path / "planners/missions/navigate_here.xml").write_text(MISSION)
+        (tmp_path / "planners/missions/navigate_here.xml").write_text(mission(spin=1.57, wait=5.0, back_up=0.3))
         text = SCENARIO.format(robot=robot, doors=doors)
         (tmp_path / "scenarios/flat.toml").write_text(text)
         ran = rocs_bt("run", "flat", "--no-report", "--out", tmp_path / "out")

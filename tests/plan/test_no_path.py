@@ -111,7 +111,10 @@ def test_a_planner_that_follows_such_a_path_does_not_search_again_either(name, s
     knowledge, spec = knowing(SCENES[scene]), CATALOG.load_planner(name)
     cls = spec.mission.rpartition(":")[2]
     planner = CATALOG.load_class(CATALOG.find("mission", spec.mission).path, cls)()
-    routes = lambda route: ROUTES[route](knowledge)  # noqa: E731
+
+    def routes(route):
+        return ROUTES[route](knowledge)
+
     task = Task({"goal": GOAL}, {"goal": 0.1}, DRIVE, knowledge, route=routes)
     planner.reset(task, np.random.default_rng(1))
     for i in range(5):

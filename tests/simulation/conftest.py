@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import pytest
 
-from rocs_bt.catalog import Catalog, ScenarioSpec
+from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
 from rocs_bt.errors import BlockError
-from rocs_bt.event import EventSink
+from rocs_bt.event import EventSink, ListSink
+from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import Episode, Result, SimulatedWorld, build_world
+
+from .yard import BOOM, SCENARIO, WEST
 
 Script = Callable[[float], Sequence[float] | None]
 
@@ -92,3 +96,31 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld
         return episode.run(), mind, stage
 
     return play
+
+
+@pytest.fixture
+def built(exp1, catalog):
+    """Build the world of EXP1 without R1, and with other ground."""
+
+    def build(*grounds: GroundSpec, at: Pose2 = WEST, seed: int = 1, sink=None, **changed):
+        start = dataclasses.replace(exp1.agents[0], pose=at, jitter=Pose2(0.0, 0.0, 0.0))
+        fields = {"agents": (start,), "actors": (), "world": "arena", "grounds": grounds, **changed}
+        return build_world(dataclasses.replace(exp1, **fields), catalog, seed, sink or ListSink())
+
+    return build
+
+
+@pytest.fixture
+def swinging(tmp_path):
+    for folder in ("scenarios/worlds", "planners/missions", "rules", "robots"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "scenarios/worlds/yard.xml").write_text(BOOM)
+    wait = '<root BTCPP_format="4"><BehaviorTree ID="wait"><Sleep msec="9000"/></BehaviorTree></root>'
+    (tmp_path / "planners/missions/wait.xml").write_text(wait)
+
+    def build(x: float, seed: int = 1):
+        (tmp_path / "scenarios/swing.toml").write_text(SCENARIO.format(x=x))
+        catalog, sink = Catalog(tmp_path), ListSink()
+        return build_world(catalog.load_scenario("swing"), catalog, seed, sink), sink
+
+    return build
