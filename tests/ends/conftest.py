@@ -1,4 +1,4 @@
-"""Runs in processes of their own that a test ends: by signals, a full disk, kill -9."""
+"""Runs and drives in processes of their own that a test ends: by signals, a full disk, kill -9."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -14,6 +14,7 @@ import pytest
 from rocs_bt.cli.main import call
 
 from ..direct_project import drive_straight
+from ..udp_robot import UdpRobot, write_project
 
 LONG = """format = "scenario/2"
 base = "rounds"
@@ -25,6 +26,29 @@ rounds = 1000
 """
 BEGUN = 150_000
 """Size of a recording from which on the robot certainly drives [B]."""
+
+DRIVE = ("-m", "rocs_bt", "drive", "real")
+
+CREEP = """
+import py_trees
+from rocs_bt.units import MetresPerSecond
+
+
+class Worm(py_trees.behaviour.Behaviour):
+    ticks = 0
+
+    def update(self):
+        self.ticks += 1
+        if {raises} and self.ticks > 10:
+            raise ValueError("a worm")
+        return py_trees.common.Status.RUNNING
+
+
+def build(mission):
+    both = py_trees.composites.Parallel("both", py_trees.common.ParallelPolicy.SuccessOnAll())
+    both.add_children([mission.act("SetWheelSpeed", speeds=[0.1, 0.1]), Worm("worm")])
+    return both
+"""
 
 
 @pytest.fixture
@@ -86,3 +110,36 @@ def start(project: Path) -> Iterator[Callable[..., Process]]:
     for process in running:
         process.kill()
         process.communicate()
+
+
+@pytest.fixture
+def robot() -> Iterator[UdpRobot]:
+    with UdpRobot() as robot:
+        yield robot
+
+
+@pytest.fixture
+def creep(tmp_path, monkeypatch, robot) -> Callable[..., Path]:
+    """A project whose robot creeps ahead for ever, or until a leaf of its mission raises an exception."""
+    monkeypatch.chdir(tmp_path)
+
+    def write(*, isolated: bool, raises: bool = False, driver: Callable[[str], str] = lambda text: text) -> Path:
+        write_project(tmp_path, robot.port, isolated=isolated, scenario='mission = "creep"\n')
+        missions = tmp_path / "planners/missions"
+        missions.mkdir(parents=True)
+        (missions / "creep.py").write_text(CREEP.format(raises=raises))
+        code = tmp_path / "robots/udp_p3dx/udp.py"
+        code.write_text(driver(code.read_text()))
+        return tmp_path
+
+    return write
+
+
+@contextmanager
+def driving(*arguments: str, command: tuple[str, ...] = DRIVE) -> Iterator[Process]:
+    """The command in its process, which is killed afterwards."""
+    with Process(*command, *arguments) as process:
+        try:
+            yield process
+        finally:
+            process.kill()

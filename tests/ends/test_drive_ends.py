@@ -6,8 +6,6 @@ import json
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -16,33 +14,10 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import MotionHeld, MotionReleased, OutcomeDecided, RuleChanged
 from rocs_bt.record import Recording
 
-from ..udp_robot import UdpRobot, write_project
-from .conftest import Process
+from ..udp_robot import UdpRobot
+from .conftest import DRIVE, driving
 
 NEUTRAL = [0.0, 0.0]
-DRIVE = ("-m", "rocs_bt", "drive", "real")
-
-CREEP = """
-import py_trees
-from rocs_bt.units import MetresPerSecond
-
-
-class Worm(py_trees.behaviour.Behaviour):
-    ticks = 0
-
-    def update(self):
-        self.ticks += 1
-        if {raises} and self.ticks > 10:
-            raise ValueError("a worm")
-        return py_trees.common.Status.RUNNING
-
-
-def build(mission):
-    both = py_trees.composites.Parallel("both", py_trees.common.ParallelPolicy.SuccessOnAll())
-    both.add_children([mission.act("SetWheelSpeed", speeds=[0.1, 0.1]), Worm("worm")])
-    return both
-"""
-
 BUTTON = '''
 
 class Encoders(UdpSensor):
@@ -61,39 +36,6 @@ class Encoders(UdpSensor):
             self._host.go("the second button")
         return super().read()
 '''
-
-
-@pytest.fixture
-def robot() -> Iterator[UdpRobot]:
-    with UdpRobot() as robot:
-        yield robot
-
-
-@pytest.fixture
-def creep(tmp_path, monkeypatch, robot) -> Callable[..., Path]:
-    """A project whose robot creeps ahead for ever, or until a leaf of its mission raises an exception."""
-    monkeypatch.chdir(tmp_path)
-
-    def write(*, isolated: bool, raises: bool = False, driver: Callable[[str], str] = lambda text: text) -> Path:
-        write_project(tmp_path, robot.port, isolated=isolated, scenario='mission = "creep"\n')
-        missions = tmp_path / "planners/missions"
-        missions.mkdir(parents=True)
-        (missions / "creep.py").write_text(CREEP.format(raises=raises))
-        code = tmp_path / "robots/udp_p3dx/udp.py"
-        code.write_text(driver(code.read_text()))
-        return tmp_path
-
-    return write
-
-
-@contextmanager
-def driving(*arguments: str, command: tuple[str, ...] = DRIVE) -> Iterator[Process]:
-    """The command in its process, which is killed afterwards."""
-    with Process(*command, *arguments) as process:
-        try:
-            yield process
-        finally:
-            process.kill()
 
 
 def ends_in_neutral(robot: UdpRobot) -> bool:

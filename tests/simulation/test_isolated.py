@@ -150,16 +150,6 @@ def test_twenty_times_in_one_run(robots, tmp_path, fault, hold):
         report(fault.__name__, [fault(robot) for _ in range(20)])
 
 
-@pytest.mark.soak
-def test_twenty_times_killed(robots, tmp_path):
-    took = []
-    for count in range(20):
-        (tmp_path / str(count)).mkdir()
-        with robots(tmp_path / str(count)) as robot:
-            took.append(killed(robot))
-    report("killed", took)
-
-
 def report(what, took):
     raw, awake = zip(*took, strict=True)
     print(f"{what}: neutral after {min(raw):.4f} to {max(raw):.4f} s, awake {max(awake):.4f} s")
