@@ -26,7 +26,7 @@ from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
 from .goal_keys import main_keys
-from .nav2 import ELSEWHERE, GOAL_KEYS, ONLY_NAV2, nav2_nodes
+from .nav2 import ELSEWHERE, GOAL_KEYS, ONLY_NAV2, STATUSES, nav2_nodes, pending
 from .parameters import mission_arguments, mission_parameters
 from .ros2 import NAV2_SERVERS, ROS_NODES
 
@@ -136,6 +136,8 @@ def xml_mission(
         mission.report(*notes)
         if dialect != "rocs":
             mission.dialect = dialect  # also of the trees that replace a part of this one
+        if STATUSES in used and "goals" in mission.board:
+            mission.board.set_local(STATUSES, pending(mission.board["goals"]))
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
     used = main_keys(document, main, shipped_nodes(dialect)) if dialect != "rocs" else {}

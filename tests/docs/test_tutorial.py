@@ -24,7 +24,7 @@ STEP = re.compile(
     r"[Ss]ave as `(?P<file>[^`]+)`:\n\n```\w+\n(?P<content>.*?)```|```console\n(?P<console>.*?)```", re.DOTALL
 )
 COMMAND = re.compile(r"^\$ (?P<command>.*)\n(?P<said>(?:(?!\$ ).*\n)*)", re.MULTILINE)
-TIMES = re.compile(r"simulated in [\d.]+ s \(\d+ times real time\)")
+TIMES = re.compile(r"simulated in [\d.]+ s \([\d.]+ times real time\)")
 
 
 def play(folder: Path) -> Iterator[tuple[str, str, str]]:

@@ -4,12 +4,14 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.dialect import DIALECTS, DISTRIBUTIONS
 from rocs_bt.geometry import Pose2
+from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.plan import check_mission, xml_mission
 from rocs_bt.plan.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes
 from rocs_bt.plan.xml_mission import shipped_nodes
@@ -218,6 +220,32 @@ def test_a_path_is_valid_until_an_obstacle_is_on_it(mind, grow):
     assert [t.tick() for t in (whole, ahead, before)] == [SUCCESS] * 3
     mind.mission.knowledge.robot.pose = lambda *_: Pose2(math.nan, math.nan, math.nan)
     assert [t.tick() for t in (whole, ahead, before)] == [FAILURE, FAILURE, SUCCESS]
+
+
+@pytest.mark.parametrize("body", [{"length": 0.5, "width": 0.4}, {"radius": 0.25}], ids=["box", "round"])
+@pytest.mark.parametrize(
+    ("gap", "seen", "attributes", "outcome"),
+    [
+        (0.0, True, "", FAILURE),
+        (1.2, True, "", SUCCESS),
+        (0.3, True, "", FAILURE),  # the middle of the gap is free, but not for the hull
+        (1.2, False, "", SUCCESS),
+        (1.2, False, "consider_unknown_as_obstacle='true'", FAILURE),
+        (1.2, True, "consider_unknown_as_obstacle='true'", SUCCESS),
+        (1.0, True, "max_cost='1'", FAILURE),  # within the inflation of the wall
+    ],
+)
+@pytest.mark.parametrize("tag", ["ValidatePath", "IsPathValid"])
+def test_a_path_is_judged_by_a_wall_that_is_only_in_the_map(mind, grow, tag, gap, seen, attributes, outcome, body):
+    knowledge = mind.mission.knowledge
+    knowledge.graph.set(knowledge.agent, **body)
+    grid = knowledge.world.occupancy = OccupancyGrid(0.05, 20.0)
+    wall = [(3.0, side * y) for side in (-1.0, 1.0) for y in np.arange(0.5 * gap, 3.0, 0.04)]
+    free = grid.cells(np.array([(x, y) for x in np.arange(-1.0, 6.0, 0.04) for y in np.arange(-1.0, 1.0, 0.04)]))
+    grid.add_scan(np.array(wall), np.unique(free, axis=0) if seen else np.empty((0, 2), dtype=np.intp))
+    made = grow(f"<{tag} {attributes}/>", path=LINE)
+    assert made.tick() is outcome
+    assert not list(knowledge.world.objects())
 
 
 def test_goals_in_obstacles_are_removed(mind, grow):

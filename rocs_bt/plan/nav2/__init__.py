@@ -8,6 +8,7 @@ from ...dialect import NEWEST
 from ...trees.nodes import BUILTIN, Registry, nodes_of
 from . import conditions, costs, decorators, goals, motion, paths, planning, route
 from .distributions import CHANGED
+from .goals import pending
 from .servers import cancel_nodes
 from .tables import table_nodes
 
@@ -42,7 +43,10 @@ ONLY_NAV2: Final = ELSEWHERE.keys() - {"FollowPath"}
 GOAL_KEYS: Final = ("goal", "goals")
 """Blackboard keys that Nav2's navigator writes before the first tick; here they are parameters of the mission."""
 
+STATUSES: Final = "waypoint_statuses"
+"""Blackboard key with the states of the goals, which Nav2's navigator also writes before the first tick."""
+
 ROUTES: Final = ("grid_astar", "visibility", "dijkstra")
 """Names of the route planners that the nodes use by default."""
 
-__all__ = ["ELSEWHERE", "GOAL_KEYS", "NAV2", "ONLY_NAV2", "OWN", "ROUTES", "nav2_nodes"]
+__all__ = ["ELSEWHERE", "GOAL_KEYS", "NAV2", "ONLY_NAV2", "OWN", "ROUTES", "STATUSES", "nav2_nodes", "pending"]

@@ -64,20 +64,25 @@ class Costmap:
     def costs(self, poses: Sequence[Pose2], *, outline: bool = True) -> list[int]:
         """Cost at each pose: of its cell, or the greatest on the outline of a rectangular robot.
 
+        Without a heading (NaN), a pose at which a rectangular robot touches an obstacle at each heading is LETHAL.
+
         Args:
             poses: Poses, world frame.
             outline: Whether the outline counts; False for the cost of the cell at each position.
         """
         if not poses:
             return []
-        rows = [self._outline(pose) if outline and self.radius is None else np.array([pose[:2]]) for pose in poses]
+        boxed = outline and self.radius is None
+        rows = [self._outline(p) if boxed and math.isfinite(p.yaw) else np.array([p[:2]]) for p in poses]
         costs, counts = self._at(np.vstack(rows)), [len(row) for row in rows]
-        return [_greatest(part) for part in np.split(costs, np.cumsum(counts)[:-1])]
+        found = [_greatest(part) for part in np.split(costs, np.cumsum(counts)[:-1])]
+        return [LETHAL if boxed and len(r) == 1 and c == INSCRIBED else c for r, c in zip(rows, found, strict=True)]
 
     def collisions(self, poses: Sequence[Pose2]) -> list[Pose2]:
         """Poses at which the robot would touch an obstacle."""
-        least = LETHAL if self.radius is None else INSCRIBED
-        return [p for p, cost in zip(poses, self.costs(poses), strict=True) if least <= cost < NO_INFORMATION]
+        centres = self.costs(poses, outline=False)  # an obstacle that is smaller than the robot is within its outline
+        found = zip(poses, self.costs(poses), centres, strict=True)
+        return [p for p, cost, centre in found if cost == LETHAL or INSCRIBED <= centre < NO_INFORMATION]
 
     def _outline(self, pose: Pose2) -> Points:
         """Points on the outline, at most half a cell apart, world frame [m], shape (k, 2)."""

@@ -35,6 +35,11 @@ class WaypointStatus:
     error_msg: str = ""
 
 
+def pending(goals: Any) -> list[WaypointStatus]:
+    """States of goals before any of them was passed."""
+    return [WaypointStatus(goal, waypoint_index=i) for i, goal in enumerate(list_of(goals))]
+
+
 class Statuses(Lenient):
     """Base of nodes that remove goals and write down what became of them."""
 

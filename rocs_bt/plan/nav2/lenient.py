@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from ...trees.nodes import REQUIRED, Input, Node, Output, Port, pointer
+from ..context import MissionContext
 
 _EMPTY: Final[dict[Any, Any]] = {bool: False, int: 0, float: 0.0, str: "", list: ()}
 
@@ -38,6 +39,14 @@ class Served(Lenient):
     def put_error(self, code: int = 0, message: str = "") -> None:
         """Write the outputs for an error; both are zero or empty without one."""
         self.error_code_id, self.error_msg = code, message
+        if isinstance(mission := self.runtime.owner, MissionContext):
+            error_messages(mission)[code] = message
+
+
+def error_messages(mission: MissionContext) -> dict[int, str]:
+    """Last message of each error code, for conditions that know only the code."""
+    found: dict[int, str] = mission.shared.setdefault("nav2 errors", {})
+    return found
 
 
 class Serviced(Lenient):

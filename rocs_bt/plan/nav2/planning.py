@@ -11,6 +11,7 @@ from ...geometry import Pose2
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..context import mission_of
 from ..route import NoRoute, Point, RoutePlanner
+from .costs import Costmap
 from .lenient import Served
 from .path import ComputedPath
 from .poses import PoseInput, PosesInput, known, pose_of, poses_of, read_poses, robot_pose
@@ -21,8 +22,11 @@ CLEARANCE = 0.1
 GENERIC = ("", "GridBased")
 """Values of `planner_id` that name no planner: `grid_astar` is used if the robot builds a map, else `visibility`."""
 
-UNKNOWN, INVALID_PLANNER, TF_ERROR, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 8, 9
-"""Error codes of Nav2's planner server, minus 200 for a path to one goal, or 300 for a path through several."""
+UNKNOWN, INVALID_PLANNER, TF_ERROR, START_OCCUPIED, GOAL_OCCUPIED, NO_VALID_PATH, NO_VIAPOINTS = 0, 1, 2, 5, 6, 8, 9
+"""Error codes of Nav2's planner server, minus 200 for a path to one goal, or 300 for a path through several.
+
+The others do not occur here: the robot's map has no edge (3, 4), and planning takes no simulated time (7).
+"""
 
 
 class Planning(Served):
@@ -57,7 +61,8 @@ class Planning(Served):
             try:
                 found = self._planner().route(start, goal, CLEARANCE)
             except NoRoute as error:
-                return self._fail(self.no_route(), Failure(Reason.BLOCKED, str(error)))
+                code, what = self.no_route(start, goal)
+                return self._fail(code, Failure(Reason.BLOCKED, f"{what}{error}"))
             except InputError as error:
                 return self._fail(self.invalid_planner, Failure.cannot(error))
             # The planner's own list is kept: the robot goes on along a path that the planner has not changed.
@@ -68,9 +73,13 @@ class Planning(Served):
         self.feedback_message = f"{len(corners) - 1} legs"
         return SUCCESS
 
-    def no_route(self) -> int:
-        """Error code to report if the planner found no route."""
-        return NO_VALID_PATH
+    def no_route(self, start: Pose2, goal: Pose2) -> tuple[int, str]:
+        """Error code to report if the planner found no route, and a text before the planner's reason."""
+        costmap = Costmap.of(mission_of(self))
+        for code, pose, what in ((GOAL_OCCUPIED, goal, "goal"), (START_OCCUPIED, start, "start")):
+            if costmap.collisions([pose]):
+                return code, f"the {what} is occupied: "
+        return NO_VALID_PATH, ""
 
     def _planner(self) -> RoutePlanner:
         mission, name = mission_of(self), self.planner_id

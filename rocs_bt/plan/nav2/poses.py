@@ -69,7 +69,7 @@ def robot_pose(mission: MissionContext) -> Pose2:
 
 
 def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
-    """Pose that a port's value describes, world frame; None if it is unknown or the value is empty.
+    """Pose that a port's value describes, world frame; None if its position is unknown or the value is empty.
 
     Args:
         mission: Mission with the knowledge that contains the node.
@@ -85,7 +85,7 @@ def pose_of(mission: MissionContext, value: Any) -> Pose2 | None:
     if isinstance(value, Mapping):
         return pose_in(value)
     if isinstance(value, Pose2):
-        return value
+        return value if math.isfinite(value.x + value.y) else None
     if isinstance(value, str):
         return mission.knowledge.world.pose_of(value)
     raise InputError(Fault(f"{value!r} is not a pose.", hint="Write the name of a place, or a PoseStamped."))

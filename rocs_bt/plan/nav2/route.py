@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, ClassVar
@@ -68,9 +69,9 @@ class _Routing(Planning):
             self.route = self._route()
         return outcome
 
-    def no_route(self) -> int:
+    def no_route(self, start: Pose2, goal: Pose2) -> tuple[int, str]:
         roads = Roadmap(mission_of(self).knowledge)
-        return NO_VALID_ROUTE if roads.graph.edges or roads.closed else NO_VALID_GRAPH
+        return NO_VALID_ROUTE if roads.graph.edges or roads.closed else NO_VALID_GRAPH, ""
 
     def _given_start(self) -> object:
         """Start of the route as given by the ports; None if the route begins at the robot."""
@@ -145,6 +146,14 @@ class ComputeAndTrackRoute(_Routing, Cancellable):
         super().terminate(new_status)
         if new_status is not SUCCESS:
             self.route = Route(0.0, (), ())
+
+    def wait_text(self) -> str:
+        if self.status is not RUNNING:
+            return self.feedback_message
+        mission = mission_of(self)
+        pose = pose_of(mission, name := self._places[self._passed])
+        left = math.nan if pose is None else robot_pose(mission).distance(pose)
+        return f"until the robot is within {ARRIVED:g} m of '{name}', {left:.1f} m away"
 
     def _track(self) -> Outcome:
         mission, places = mission_of(self), self._places

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Final
 
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Node, Outcome, Output
 from ..context import mission_of
-from .lenient import Lenient, Served, Serviced
+from .lenient import Lenient, Served, Serviced, error_messages
 from .planning import route_planners
 from .poses import PoseInput, PosesInput, known, pose_of, robot_pose
 
@@ -44,7 +44,12 @@ class _WouldHelp(Lenient, Instant):
     error_codes_to_check = Input(str, "", "port in Nav2's palette; for a running Nav2 only")
 
     def update(self) -> Outcome:
-        return SUCCESS if self.error_code in self.helped else FAILURE
+        code = self.error_code
+        if code in self.helped:
+            return SUCCESS
+        what = " ".join(filter(None, (str(code), error_messages(mission_of(self)).get(code, ""))))
+        self.feedback_message = f"no recovery helps after the error {what}" if code else "there is no error"
+        return FAILURE
 
 
 class _Clear(Serviced, Instant):
@@ -73,31 +78,38 @@ class _Clear(Serviced, Instant):
         return SUCCESS
 
 
-class _Nothing(Serviced, Instant):
-    def update(self) -> Outcome:
-        return SUCCESS
+class _WithoutRos(Lenient, Instant):
+    """Base of nodes that cannot do here what they do in Nav2, and end at once.
 
+    Attributes:
+        code: Error code of nav2_msgs, for nodes that have one.
+        why: Reason, for people.
+    """
 
-class Battery(Lenient, Instant):
-    """Base of conditions on the state of a battery; FAILURE without ROS."""
-
-    kind = "Condition"
-    battery_topic = Input(str, "/battery_status", "topic; for a running Nav2 only")
-
-    def update(self) -> Outcome:
-        return FAILURE
-
-
-class _Unavailable(Served, Instant):
-    """Base of nodes that cannot work here and fail with an error code."""
-
+    outcome: ClassVar[Outcome] = FAILURE
     code: ClassVar[int] = 0
     why: ClassVar[str] = ""
 
     def update(self) -> Outcome:
-        self.put_error(self.code, self.why)
+        if isinstance(self, Served):
+            self.put_error(self.code, self.why)
         self.feedback_message = self.why
-        return FAILURE
+        return self.outcome
+
+
+class _NoServer(Served, _WithoutRos): ...
+
+
+class _NoService(Serviced, _WithoutRos):
+    outcome = SUCCESS
+
+
+class Battery(_WithoutRos):
+    """Base of conditions on the state of a battery; FAILURE without ROS."""
+
+    kind = "Condition"
+    why = "the robots of the simulator have no battery, as if no message had arrived"
+    battery_topic = Input(str, "/battery_status", "topic; for a running Nav2 only")
 
 
 _RESET = {"reset_distance": Input(float, 1.0, "diameter of the region [m]; in Nav2 the side of a square")}
@@ -120,7 +132,6 @@ _CLEARED: Final[Mapping[str, tuple[str, Mapping[str, Any]]]] = {
         {**_RESET, "pose": PoseInput(None, "centre of the region"), "around_pose": True},
     ),
 }
-_NO_BATTERY = "FAILURE: the robots of the simulator have no battery, as if no message had arrived."
 _TREE = {"behavior_tree": Input(str, "", "file of a behaviour tree; for a running Nav2 only")}
 _UNDOCK = {
     "dock_type": Input(str, "", "plugin; for a running Nav2 only"),
@@ -137,41 +148,39 @@ _DOCK = {
     "success": Output(bool, "for a running Nav2 only"),
     "num_retries": Output(int, "for a running Nav2 only"),
 }
-_OTHERS: Final[Mapping[str, tuple[type[Node], str, Mapping[str, Any]]]] = {
-    "ReinitializeGlobalLocalization": (_Nothing, "SUCCESS: the robot's localisation is not started again here.", {}),
+_LACKS: Final = "there is no {} without ROS; use ComputePathToPose and FollowPath"
+_WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any]]]] = {
+    "ReinitializeGlobalLocalization": (_NoService, 0, "the robot's localisation is not started again here", {}),
     "ToggleCollisionMonitor": (
-        _Nothing,
-        "SUCCESS: the robot's reflexes stay on, whatever the value of `enable`.",
+        _NoService,
+        0,
+        "the robot's reflexes stay on, whatever the value of `enable`",
         {"enable": Input(bool, True, "whether Nav2's collision monitor is on; for a running Nav2 only")},
     ),
     "IsBatteryLow": (
         Battery,
-        _NO_BATTERY,
+        0,
+        Battery.why,
         {
             "min_battery": Input(float, 0.0, "threshold; for a running Nav2 only"),
             "is_voltage": Input(bool, False, "whether the threshold is a voltage; for a running Nav2 only"),
         },
     ),
-    "IsBatteryCharging": (Battery, _NO_BATTERY, {}),
-    **{
-        tag: (
-            _Unavailable,
-            f"FAILURE with the code {code}: there is no {what} here; with `nav2_servers` it calls that of Nav2.",
-            {"code": code, "why": f"there is no {what} without ROS; use ComputePathToPose and FollowPath", **ports},
-        )
-        for tag, code, what, ports in (
-            ("NavigateToPose", 9001, "navigator", {"goal": PoseInput("{goal}", "goal"), **_TREE}),
-            ("NavigateThroughPoses", 9101, "navigator", {"goals": PosesInput("{goals}", "goals"), **_TREE}),
-            ("DockRobot", 999, "docking server", _DOCK),
-            ("UndockRobot", 999, "docking server", _UNDOCK),
-        )
-    },
+    "IsBatteryCharging": (Battery, 0, Battery.why, {}),
+    "NavigateToPose": (_NoServer, 9001, _LACKS.format("navigator"), {"goal": PoseInput("{goal}", "goal"), **_TREE}),
+    "NavigateThroughPoses": (
+        _NoServer,
+        9101,
+        _LACKS.format("navigator"),
+        {"goals": PosesInput("{goals}", "goals"), **_TREE},
+    ),
+    "DockRobot": (_NoServer, 999, _LACKS.format("docking server"), _DOCK),
+    "UndockRobot": (_NoServer, 999, _LACKS.format("docking server"), _UNDOCK),
     "FollowObject": (
-        _Unavailable,
-        "FAILURE with the code 902 (FAILED_TO_DETECT_OBJECT): there is no topic with the pose of an object here.",
+        _NoServer,
+        902,
+        "no object is detected: there is no topic with its pose here; use FollowRobot",
         {
-            "code": 902,
-            "why": "no object is detected: there is no topic with its pose here; use FollowRobot",
             "pose_topic": Input(str, "dynamic_pose", "topic; for a running Nav2 only"),
             "max_duration": Input(float, 0.0, "maximum duration in Nav2 [s]; for a running Nav2 only"),
             "tracked_frame": Input(str, "", "frame; for a running Nav2 only"),
@@ -196,8 +205,9 @@ def table_nodes() -> Iterator[type[Node]]:
         yield made_node(f"WouldA{camel}RecoveryHelp", _WouldHelp, doc, {"helped": codes})
     for tag, (doc, ports) in _CLEARED.items():
         yield made_node(tag, _Clear, doc, ports)
-    for tag, (base, doc, members) in _OTHERS.items():
-        yield made_node(tag, base, doc, members)
+    for tag, (without, code, why, ports) in _WITHOUT.items():
+        doc = f"{without.outcome.name}{f' with the code {code}' if code else ''}: {why}."
+        yield made_node(tag, without, doc, {"code": code, "why": why, **ports})
 
 
 def made_node(tag: str, base: type[Node], doc: str, members: Mapping[str, Any], module: str = __name__) -> type[Node]:

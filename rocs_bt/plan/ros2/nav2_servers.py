@@ -17,6 +17,7 @@ from ...ros_link import RosActionClient, RosField, RosGoal, RosLink, RosSubscrip
 from ...trees.nodes import RUNNING, SUCCESS, Input, Node, Outcome, Output
 from ..action_node import ActionNode
 from ..nav2 import NAV2
+from ..nav2.lenient import Served
 from ..nav2.tables import made_node
 from .action import GoalLeaf
 from .assignments import FieldOutputs
@@ -28,7 +29,7 @@ NOT_SENT = 2
 """Error code of a goal that was not sent: SEND_GOAL_FAILURE since Lyrical."""
 
 
-class Nav2Action(Nav2Caller, GoalLeaf):
+class Nav2Action(Nav2Caller, Served, GoalLeaf):
     """Base of nodes that call an action server of Nav2.
 
     Attributes:
@@ -43,8 +44,6 @@ class Nav2Action(Nav2Caller, GoalLeaf):
     feedback = FieldOutputs("keys for fields of the feedback: path -> {key}")
     result = FieldOutputs("keys for fields of the result: path -> {key}")
     server_timeout = Input(float, 0.0, "maximum time until the server accepts the goal [ms], at least 1 s; 0: 5 s")
-    error_code_id = Output(int, "error code of nav2_msgs, 0 for none")
-    error_msg = Output(str, "error message")
 
     @property
     def acknowledgement(self) -> float:
@@ -52,7 +51,7 @@ class Nav2Action(Nav2Caller, GoalLeaf):
         return max(self.server_timeout * 1e-3, 1.0) if self.server_timeout else 5.0
 
     def initialise(self) -> None:
-        self.error_code_id, self.error_msg = 0, ""
+        self.put_error()
         super().initialise()
 
     def message(self) -> dict[str, Any]:
@@ -64,7 +63,7 @@ class Nav2Action(Nav2Caller, GoalLeaf):
 
     def on_result(self, goal: RosGoal) -> str:
         self.write_fields(goal.result)
-        self.error_code_id, self.error_msg = self._error(goal)
+        self.put_error(*self._error(goal))
         return self.put("result", goal.result)
 
     def detail(self, goal: RosGoal) -> str:
@@ -74,7 +73,7 @@ class Nav2Action(Nav2Caller, GoalLeaf):
 
     def failed(self, failure: Failure) -> Outcome:
         if self._goal is None:  # no server has given a code
-            self.error_code_id, self.error_msg = NOT_SENT, str(failure)
+            self.put_error(NOT_SENT, str(failure))
         for port in self.emptied:
             self.write(port, {})
         return super().failed(failure)

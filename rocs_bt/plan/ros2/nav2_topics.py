@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Final
 
 from ...errors import DeviceError, InputError
-from ...ros_link import RosLink
+from ...ros_link import NO_LINK, RosLink
 from ...trees.nodes import FAILURE, SUCCESS, Input, Node, Outcome
 from ...trees.nodes.control.navigation import PauseResumeController as Pausing
 from ..context import MissionContext, mission_of
@@ -88,7 +88,8 @@ class _Battery(Connected, Battery):
         return dict([_topic(self.read("battery_topic"), "sensor_msgs/msg/BatteryState", "sensor_data")])
 
     def update(self) -> Outcome:
-        state = self.newest(self.read("battery_topic"))
+        state = self.newest(topic := self.read("battery_topic"))
+        self.feedback_message = "" if state else f"there is no message on '{topic}'" if self.opened() else NO_LINK
         return SUCCESS if state and self.holds(state) else FAILURE
 
     def holds(self, state: Mapping[str, Any]) -> bool:
