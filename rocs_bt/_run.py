@@ -13,7 +13,8 @@ import msgspec
 
 from .catalog import Catalog, ScenarioSpec
 from .errors import RecordingError
-from .record import Recording, write_report, write_whole
+from .files import write_whole
+from .record import Recording, write_report
 from .simulation import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
 
 _DEFAULTS = RunOptions()

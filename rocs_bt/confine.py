@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import errno
 import os
-import stat
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -35,29 +33,3 @@ def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
         leads = "" if str(path) == os.path.normpath(folder.resolve() / named) else f", which leads to '{path}',"
         raise InputError(Fault(f"'{named}'{leads} is outside of {where}.", hint="Move the file into the project."))
     return path
-
-
-def file_bytes(path: Path) -> bytes:
-    """Content of a regular file; others, such as a named pipe, could block for ever.
-
-    Raises:
-        OSError: The file cannot be read, or is not a regular file.
-    """
-    if not stat.S_ISREG(path.stat().st_mode) and not path.is_dir():
-        raise OSError(errno.EINVAL, "it is not a regular file", str(path))
-    return path.read_bytes()
-
-
-def file_text(path: Path) -> str:
-    """Text of a regular file in UTF-8, with line ends as in Python.
-
-    Raises:
-        OSError: The file cannot be read, or is not a regular file.
-        UnicodeDecodeError: The file is not UTF-8.
-    """
-    return file_bytes(path).decode("utf-8").replace("\r\n", "\n").replace("\r", "\n")
-
-
-def is_file(path: Path) -> bool:
-    """Whether a file exists. Unlike `Path.is_file`, this does not raise an error if the name is too long."""
-    return os.path.isfile(path)

@@ -15,8 +15,8 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import Any
 
-from .confine import file_text, is_file
 from .errors import Fault, InputError, did_you_mean
+from .files import is_file, read_text
 from .toml_text import Key, parse_toml
 from .units import Dimension, convert
 
@@ -262,14 +262,5 @@ def read_toml(file: Path, text: str | None = None) -> Table:
     Raises:
         InputError: The file cannot be read, is not UTF-8, or is not valid TOML; with the position of the fault.
     """
-    if text is None:
-        try:
-            text = file_text(file)
-        except OSError as error:
-            raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
-        except UnicodeDecodeError as error:
-            raise InputError(
-                Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)
-            ) from error
-    data, positions = parse_toml(text, file)
+    data, positions = parse_toml(read_text(file) if text is None else text, file)
     return Table(file, data, (), positions)

@@ -21,8 +21,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from .confine import file_text, is_file
 from .errors import Fault, InputError, unknown
+from .files import check_regular, is_file, read_text
 from .raised import CONTENT_PREFIX, CodeLocation, content_line, describe
 
 _REFERENCE = re.compile(r"[^:]+\.py:[A-Za-z_]\w*")
@@ -55,10 +55,11 @@ def load_module(path: Path) -> ModuleType:
     name = module_name(path)
     package, known = name.partition(".")[0], set(sys.modules)
     if name not in known:
-        if not path.is_file():
+        if not is_file(path):
             raise InputError(Fault("this Python file cannot be read.", path, hint="There is no such file."))
         if path.resolve().suffix != ".py":
             raise InputError(Fault("this is no Python file.", path, hint="Its name must end in '.py'."))
+        _parse(path)  # refuses what is no regular file, which an import would wait for
     if package not in known:
         folder = ModuleType(package, "Folder of content.")
         folder.__path__ = [str(path.resolve().parent)]
@@ -87,9 +88,10 @@ class _SiblingFinder:
         file = Path(folders[0], f"{name.rpartition('.')[2].replace('/', '.')}.py")
         if file.is_symlink():
             raise ModuleNotFoundError(f"'{file.name}' is a link. Put the file itself into the folder.")
-        siblings = [each.name for each in file.parent.glob("*.py") if each.is_file() and not each.is_symlink()]
+        siblings = [each.name for each in file.parent.glob("*.py") if is_file(each) and not each.is_symlink()]
         if file.name not in siblings:
             raise ModuleNotFoundError(str(unknown("file", file.name, siblings, "The folder")))
+        check_regular(file)
         return importlib.util.spec_from_file_location(name, file)
 
 
@@ -196,9 +198,7 @@ def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManage
 
 def _parse(path: Path) -> ast.Module:
     try:
-        return ast.parse(file_text(path), str(path))
-    except OSError as error:
-        raise InputError(Fault("this Python file cannot be read.", path, hint=f"{error.strerror}.")) from error
+        return ast.parse(read_text(path), str(path))
     except (RecursionError, MemoryError) as error:  # the parser raises either for deeply nested brackets
         raise InputError(Fault("not valid Python: nested too deeply.", path)) from error
     except (SyntaxError, ValueError) as error:

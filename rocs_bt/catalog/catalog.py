@@ -11,10 +11,11 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Self, TypeVar, cast
 
-from ..confine import confined, is_file
+from ..confine import confined
 from ..dialect import parts_of
 from ..document import Table, read_toml
 from ..errors import Fault, InputError, UnknownName, unknown
+from ..files import is_file
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files

@@ -10,8 +10,9 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined, file_text, is_file
+from ..confine import confined
 from ..errors import Fault, InputError, RocsError
+from ..files import MOST_TEXT, is_file, read_bytes, read_text
 from ..python_content import is_reference, with_siblings
 from ..toml_text import parse_toml
 
@@ -70,7 +71,7 @@ class Entry:
             return
         for file in self.files():
             inside = file.is_relative_to(self.path.parent)
-            yield file.relative_to(self.path.parent).as_posix() if inside else file.name, file.read_bytes()
+            yield file.relative_to(self.path.parent).as_posix() if inside else file.name, read_bytes(file)
 
     def files(self) -> list[Path]:
         """Files of the entry that runs depend on, sorted.
@@ -93,7 +94,7 @@ def scan(root: Path, kind: str, origin: str) -> Iterator[Entry]:
     inside = root.resolve()
     for pattern in KINDS[kind]:
         for path in sorted(root.glob(pattern)):
-            if not path.name.startswith(("_", ".")) and path.is_file():
+            if not path.name.startswith(("_", ".")) and is_file(path):
                 if origin == "project" and not path.resolve().is_relative_to(inside):
                     yield Entry(name_of(path, kind), kind, path, origin, outside=True)  # refused when used
                 else:
@@ -121,7 +122,7 @@ def kind_of(path: Path) -> str | None:
 def doc_of(path: Path) -> str:
     """One-sentence description in a content file; empty if it has none or cannot be parsed."""
     try:
-        text = file_text(path)
+        text = read_text(path)
         if path.suffix == ".toml":
             doc = parse_toml(text, path)[0].get("doc", "")
         elif path.suffix == ".py":
@@ -130,7 +131,7 @@ def doc_of(path: Path) -> str:
             begin = text.find("<!--")
             end = text.find("-->", begin + 4)
             doc = text[begin + 4 : end].strip() if 0 <= begin < end else ""
-    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError, InputError):
+    except (ValueError, SyntaxError, RecursionError, MemoryError, InputError):
         return ""
     return str(doc).strip().split("\n", 1)[0].strip()
 
@@ -167,7 +168,7 @@ def _with_references(path: Path, seen: set[Path]) -> set[Path]:
         return seen
     seen.add(path)
     if path.suffix in TREES:
-        for name in _XML_FILE.findall(path.read_text(encoding="utf-8", errors="replace")):
+        for name in _XML_FILE.findall(read_bytes(path, MOST_TEXT).decode("utf-8", "replace")):
             _with_references(path.parent / name, seen)
     return seen
 
@@ -183,7 +184,7 @@ def shipped_root() -> Path:
         return inside
     # The folder around the package is trusted only if its pyproject.toml is that of rocs_bt.
     pyproject = package.parent / "pyproject.toml"
-    if pyproject.is_file() and tomllib.loads(pyproject.read_text("utf-8")).get("project", {}).get("name") == "rocs_bt":
+    if pyproject.is_file() and tomllib.loads(read_text(pyproject)).get("project", {}).get("name") == "rocs_bt":
         return package.parent
     raise RocsError(f"no content found in {inside}, and {package.parent} is no rocs_bt checkout. Reinstall rocs_bt.")
 

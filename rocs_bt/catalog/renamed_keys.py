@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..confine import is_file
 from ..document import Table
 from ..errors import Fault, InputError
+from ..files import is_file
 from ..python_content import is_reference
 from ..toml_text import Key
 from .entry import shipped_root

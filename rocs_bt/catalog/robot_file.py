@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from ..analyze import ANALYZERS
-from ..confine import is_file
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
 from ..document import Table
 from ..drivers import ROS2
 from ..errors import InputError, did_you_mean
+from ..files import is_file
 from ..geometry import Pose2
 from ..monitor import MONITORS
 from ..python_content import classes_in, is_reference

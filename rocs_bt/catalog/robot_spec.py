@@ -10,7 +10,6 @@ from typing import Any
 
 from ..arguments import Positions
 from ..clock import Clock
-from ..confine import is_file
 from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
@@ -18,6 +17,7 @@ from ..device import Actuator
 from ..drivers import Ros2Settings
 from ..errors import Fault, InputError
 from ..event import EventSink
+from ..files import is_file
 from ..geometry import Pose2
 from ..python_content import is_reference
 from ..safety import Landing, Limits, SafetyGate

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from ..document import Table
 from ..errors import Fault, InputError
+from ..files import MOST_TEXT, is_file, read_bytes, read_text
 from ..toml_text import Key, comment_starts, key_parts, parse_toml
 from .catalog import Catalog
 from .entry import find_project, kind_of
@@ -70,9 +71,7 @@ def upgrades(path: Path) -> Iterator[Upgrade]:
     catalog = Catalog(project)
     for file in _content_in(path) if path.is_dir() else [path]:
         try:
-            yield _upgrade(file, _utf8(file), catalog)
-        except OSError as error:
-            yield Upgrade(file, error=InputError(Fault(f"cannot read the file: {error.strerror}.", file)))
+            yield _upgrade(file, read_text(file, raw=True), catalog)
         except InputError as error:
             yield Upgrade(file, error=error.at(file))
 
@@ -144,23 +143,16 @@ def _content_in(folder: Path) -> Iterator[Path]:
         parts = file.relative_to(folder).parts
         if any(part.startswith(".") or part in _SKIPPED for part in parts):
             continue
-        if file.is_file() and (target := file.resolve()).is_relative_to(root) and target not in seen:
+        if is_file(file) and (target := file.resolve()).is_relative_to(root) and target not in seen:
             seen.add(target)
             try:
-                text = file.read_text(encoding="utf-8", errors="replace")
+                text = read_bytes(file, MOST_TEXT).decode("utf-8", "replace")
             except OSError:  # reported when it is read again
                 yield file
                 continue
             inherits = _BASE.search(text) is not None and kind_of(file) in ("robot", "scenario")
             if _FORMAT.search(text) or inherits:  # a format may be inherited
                 yield file
-
-
-def _utf8(file: Path) -> str:
-    try:
-        return file.read_bytes().decode("utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(Fault(f"the file is not UTF-8 text: {error.reason}.", file)) from error
 
 
 def _inherited(
@@ -174,7 +166,7 @@ def _inherited(
         path = find(name)
         if path.resolve() in (*readers, own.file.resolve()):
             raise InputError(f"cyclic inheritance: '{name}' is itself based on this file. Remove one 'base'.")
-        data, positions = parse_toml(_utf8(path), path)
+        data, positions = parse_toml(read_text(path, raw=True), path)
         base = Table(path, data, (), positions)
         inherited, bases, further = _inherited(base, find, (*readers, own.file.resolve()))
     except InputError as error:

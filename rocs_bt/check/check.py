@@ -25,6 +25,7 @@ from ..catalog import (
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from ..expression import one_for_each_signal
+from ..files import MOST_TEXT, is_file, read_bytes, read_text
 from ..knowledge import SCHEMA, load_schema
 from ..plan import mission_arguments
 from ..raised import content_line, describe
@@ -220,13 +221,13 @@ def _entries(path: Path, code: bool, catalogs: dict[Path | None, Catalog]) -> It
             raise InputError(Fault("there is no content in this folder.", path, hint=_layout()))
         tested = {tested_file(file): file for file in files}
         for file in tested:
-            if file.is_file():
+            if is_file(file):
                 kind = kind_of(file)
                 yield make_entry(file, kind or "mission", "project" if kind else "file"), catalog
-        if orphans := [(file, tests) for file, tests in tested.items() if not file.is_file()]:
+        if orphans := [(file, tests) for file, tests in tested.items() if not is_file(file)]:
             raise InputError(*(Fault(f"there is no rule file {file} for these tests.", at) for file, at in orphans))
         catalog.list()  # raises if two files have the same name
-    elif path.is_file():
+    elif is_file(path):
         path = tested_file(path)
         kind = kind_of(path) or _kind_inside(path)
         if kind is None:
@@ -241,7 +242,7 @@ def _inside(folder: Path) -> list[Path]:
     patterns = [pattern for patterns in KINDS.values() for pattern in patterns]
     own = [p for pattern in (*patterns, "rules/tests/*.toml") for p in sorted(folder.glob(pattern))]
     found = own or sorted(p for p in folder.rglob("*") if p.suffix in (".toml", ".py", *TREES) and _is_content(p))
-    found = [p for p in found if p.is_file() and not p.name.startswith((".", "_"))]
+    found = [p for p in found if is_file(p) and not p.name.startswith((".", "_"))]
     included = {file for project in found if project.suffix == ".btproj" for file in included_files(project)}
     return [p for p in found if p.resolve() not in included]
 
@@ -287,7 +288,7 @@ def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """Check that a Python file parses, defines a class or a function, and has no leaf that would block."""
     if not classes_in(entry.path) and not functions_in(entry.path):
         yield Fault("the file defines no class and no function.", entry.path, warning=True)
-    yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+    yield from blocking_faults(read_text(entry.path), entry.path)
 
 
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -323,8 +324,7 @@ def xml_kind(file: Path) -> str:
         InputError: The file contains neither, or cannot be read.
     """
     try:
-        with file.open("rb") as opened:
-            text = opened.read(_READ).decode("utf-8", errors="replace")
+        text = read_bytes(file, MOST_TEXT)[:_READ].decode("utf-8", errors="replace")
     except OSError as error:
         raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
     found = _ROOT.search(_LEADING.sub(lambda m: re.sub(r"[^\n]", " ", m[0]), text))

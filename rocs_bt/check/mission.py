@@ -10,6 +10,7 @@ from ..agent import Controller
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
 from ..errors import Fault, InputError
 from ..expression import NO_NAME
+from ..files import read_text
 from ..plan import mission_parameters
 from ..trees.examine import blocking_faults
 from .mission_use import built_faults, idle_controller, mission_faults
@@ -27,7 +28,7 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
             hint = "Write: def build(mission: Mission): ..."
             yield Fault("the mission has no function 'build'.", entry.path, hint=hint)
             return
-        yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+        yield from blocking_faults(read_text(entry.path), entry.path)
         if not catalog.code:
             return
     if users := [] if options.given else list(_users(entry, catalog)):

@@ -18,6 +18,7 @@ from ..drivers.ros2.known_types import installed_types
 from ..drivers.ros2.settings import Ros2Settings
 from ..errors import Fault, InputError
 from ..expression import Environment, compile_expression
+from ..files import read_text
 from ..plan import check_mission, mission_actions, mission_arguments
 from .stub_agent import idle
 
@@ -122,11 +123,11 @@ def words_in(mission: Path) -> set[str] | None:
     A check uses them to find modes that the mission never sets.
     """
     try:
-        text = mission.read_text(encoding="utf-8")
+        text = read_text(mission)
         if mission.suffix != ".py":
             return set(re.findall(r"\w+", text))
         found = _texts(text)
-    except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
+    except (InputError, ValueError, SyntaxError, RecursionError, MemoryError):
         return None
     return {word for value in found for word in re.findall(r"\w+", value)}
 
@@ -140,14 +141,14 @@ def nodes_in(files: Iterable[Path]) -> set[str]:
     goals: Counter[str] = Counter()
     for file in files:
         try:
-            text = file.read_text(encoding="utf-8")
+            text = read_text(file)
             if file.suffix == ".py":
                 found.update(_texts(text))
                 goals.update(_goals(text))
             else:
                 found.update(looked_at(value) or value for value in re.findall(r"""=\s*["']([^"']*)["']""", text))
                 goals.update(_xml_goals(text))
-        except (OSError, ValueError, SyntaxError, RecursionError, MemoryError):
+        except (InputError, ValueError, SyntaxError, RecursionError, MemoryError):
             continue  # reported where the file itself is checked
     return {text for text, count in found.items() if count > max(1, goals[text])}
 

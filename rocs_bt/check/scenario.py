@@ -10,6 +10,7 @@ from ..agent.build import thresholds
 from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
 from ..errors import Fault, InputError
 from ..expression import Environment
+from ..files import read_text
 from ..plan import mission_actions
 from ..reactive import Rule, load_rules, rule_misfits
 from ..reactive.analysis import analyse_fit
@@ -115,6 +116,6 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     yield from requirement_faults(scenario, agent.name, known)
     for entry in catalog.content_of_controller(agent):
         if entry.path.suffix == ".py":
-            yield from blocking_faults(entry.path.read_text(encoding="utf-8"), entry.path)
+            yield from blocking_faults(read_text(entry.path), entry.path)
     if build is not None:
         yield from mission_faults(scenario, agent, catalog, built)

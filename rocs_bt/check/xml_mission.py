@@ -10,6 +10,7 @@ from typing import Any
 from ..actions import action_table
 from ..catalog import TREES, Catalog, Entry, kind_of
 from ..errors import Fault, InputError
+from ..files import read_bytes
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.xml_mission import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
@@ -157,7 +158,7 @@ def declared_dialect(mission: Entry, catalog: Catalog) -> str:
     Files without the mission's name are not read.
     """
     name = mission.name.encode()
-    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if name in e.path.read_bytes()]
+    entries = [e for kind in ("scenario", "planner") for e in catalog.list(kind) if name in read_bytes(e.path)]
     for entry in entries if mission.path.suffix in TREES else ():
         try:
             path = str(entry.path)

@@ -15,6 +15,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
+from ..files import check_writable, write_whole
 from ..words import counted
 from .content import no_code_option
 from .progress import Progress
@@ -211,7 +212,7 @@ def _write(
             command=shlex.join(["rocs-bt", *click.get_current_context().obj]),
         )
     if markdown is not None:
-        markdown.write_text(in_markdown(comparison, metrics, verdicts), encoding="utf-8")
+        write_whole(markdown, in_markdown(comparison, metrics, verdicts))
 
 
 def _plain(record: EpisodeRecord) -> dict[str, Any]:
@@ -232,7 +233,7 @@ def _create_folders(*files: Path | None) -> None:
     for file in (file for file in files if file is not None):
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            file.open("a").close()
+            check_writable(file)
         except OSError as error:
             raise InputError(Fault(f"'{file}' cannot be written: {error.strerror}.")) from error
 

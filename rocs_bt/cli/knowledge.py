@@ -12,6 +12,7 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError, KnowledgeError
+from ..files import read_text, write_whole
 from ..geometry import Pose2
 from .terminal import echo
 
@@ -73,7 +74,7 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
         echo(text.rstrip("\n"))
         return
     file = out or _beside(run) / f"knowledge.{form}"
-    file.write_text(text, encoding="utf-8")
+    write_whole(file, text)
     echo(f"Knowledge of {log.agent}: {file}")
 
 
@@ -103,7 +104,7 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
     if out is None:
         echo(text, nl=False)
         return
-    out.write_text(text, encoding="utf-8")
+    write_whole(out, text)
     echo(f"{out}: {len(state.nodes())} nodes, {len(state.edges())} edges, as of {max(state.t, 0.0):g} s.")
 
 
@@ -165,10 +166,7 @@ def _knowledge_file(run: Path) -> Path:
 def _exported(file: Path, schema: Schema) -> State:
     from ..knowledge.history import from_graphml, from_json_text
 
-    try:
-        text = file.read_text(encoding="utf-8")
-    except UnicodeDecodeError as error:
-        raise InputError(Fault(f"not UTF-8 text: {error.reason} at byte {error.start}.", file)) from error
+    text = read_text(file)
     return from_graphml(text, file, schema) if file.suffix == ".graphml" else from_json_text(text, file, schema)
 
 

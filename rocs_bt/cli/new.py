@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import re
 import shlex
-import shutil
 from pathlib import Path
 
 import click
 
-from ..catalog import Catalog, find_project
+from ..catalog import IDENTIFIED, Catalog, find_project
 from ..errors import Fault, InputError
+from ..files import new_folder, read_bytes, read_text, write_whole
 from .terminal import echo
 
 _PROJECT = Path(__file__).parent / "project"
 _CONTENT = Path(__file__).parent / "content"
 _ROBOT = "jackal"
-_IGNORED = shutil.ignore_patterns("__pycache__", "*.pyc")
-_UNMEASURED = shutil.ignore_patterns("__pycache__", "*.pyc", "identified.toml")  # of another body soon
 
 # Files of each kind in a project, with their templates.
 _FILES: dict[str, dict[str, Path | None]] = {
@@ -72,8 +70,9 @@ def _create_project(folder: Path) -> None:
             )
         )
     try:
-        shutil.copytree(_PROJECT, folder, dirs_exist_ok=True, ignore=_IGNORED)
-        shutil.copytree(shipped.find("robot", _ROBOT).path.parent, folder / "robots" / "rover", ignore=_IGNORED)
+        with new_folder(folder):
+            _copy(_PROJECT, folder)
+            _copy(shipped.find("robot", _ROBOT).path.parent, folder / "robots" / "rover")
     except OSError as error:
         raise InputError(Fault(f"cannot write the project '{folder}': {error.strerror or error}.")) from error
     echo(f"Created the project {folder}; see its README.md.")
@@ -96,12 +95,21 @@ def _add(kind: str, name: str, files: dict[str, Path | None]) -> None:
         for path, template in targets.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             if template is None:
-                shutil.copytree(Catalog().find("robot", _ROBOT).path.parent, path, ignore=_UNMEASURED)
+                with new_folder(path):
+                    _copy(Catalog().find("robot", _ROBOT).path.parent, path, without=(IDENTIFIED,))  # not measured
             else:
-                path.write_text(template.read_text("utf-8").replace("@NAME@", name), "utf-8")
+                write_whole(path, read_text(template).replace("@NAME@", name))
             echo(f"Created {path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path}.")
     except OSError as error:
         raise InputError(Fault(f"cannot write '{error.filename or project}': {error.strerror or error}.")) from error
     if hidden:
         echo(f"In this project it hides the shipped {kind} '{name}'.")
     echo(f"Try next: {_NEXT[kind].replace('@NAME@', name)}")
+
+
+def _copy(source: Path, target: Path, without: tuple[str, ...] = ()) -> None:
+    for file in sorted(source.rglob("*")):
+        if file.is_file() and file.suffix != ".pyc" and file.name not in without:
+            copy = target / file.relative_to(source)
+            copy.parent.mkdir(parents=True, exist_ok=True)
+            write_whole(copy, read_bytes(file))

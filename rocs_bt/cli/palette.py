@@ -8,6 +8,7 @@ import click
 
 from ..catalog import Catalog
 from ..dialect import DIALECTS
+from ..files import write_whole
 from .content import no_code_option
 from .terminal import echo
 
@@ -39,5 +40,5 @@ def command(out: Path | None, dialect: str, no_code: bool) -> None:
     if out is None:
         echo(text.rstrip("\n"))
     else:
-        out.write_text(text, encoding="utf-8")
+        write_whole(out, text)
         echo(f"{out}: {text.count(' ID=')} nodes.")

@@ -8,6 +8,7 @@ import click
 
 from ..catalog import Catalog
 from ..dialect import DIALECTS
+from ..files import write_whole
 from ..units import Quantity
 from ..words import inactive_rule
 from .content import catalog_for, no_code_option
@@ -68,7 +69,7 @@ def command(
     if out is None:
         echo(drawn.rstrip("\n"))
     else:
-        out.write_text(drawn, encoding="utf-8")
+        write_whole(out, drawn)
         echo(f"{out}: {entry.name}, as {form}.")
 
 

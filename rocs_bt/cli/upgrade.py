@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..files import write_whole
 from ..words import counted
 from .terminal import echo
 
@@ -25,7 +26,6 @@ def command(path: Path | None, dry_run: bool) -> int:
     """
     from ..catalog import find_project, upgrades
     from ..errors import InputError
-    from ..record import write_whole
 
     folder = path or find_project(Path.cwd())
     if folder is None:
@@ -34,7 +34,7 @@ def command(path: Path | None, dry_run: bool) -> int:
     for upgrade in upgrades(folder):
         if upgrade.error is None and upgrade.changes and not dry_run:
             try:
-                write_whole(upgrade.file.resolve(), upgrade.text)
+                write_whole(upgrade.file, upgrade.text)
             except OSError as error:
                 echo(f"{upgrade.file}: cannot write the file: {error.strerror}.")
                 failed += 1

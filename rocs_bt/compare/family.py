@@ -20,6 +20,7 @@ import numpy as np
 from ..action import Parameter
 from ..catalog import Catalog
 from ..errors import Fault, InputError, unknown
+from ..files import write_whole
 from ..geometry import Pose2
 from ..toml_text import as_toml
 from ..units import convert
@@ -87,8 +88,8 @@ class Scene:
         file = folder / "scenarios" / f"{self.name}.toml"
         world = folder / "scenarios" / "worlds" / f"{self.name}.xml"
         world.parent.mkdir(parents=True, exist_ok=True)
-        world.write_text(self.world, encoding="utf-8")
-        file.write_text(self.toml, encoding="utf-8")
+        write_whole(world, self.world)
+        write_whole(file, self.toml)
         return file
 
 

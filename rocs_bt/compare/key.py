@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ..catalog import Catalog, PlannerSpec, content_hash
+from ..files import read_bytes, read_text
 from ..python_content import texts_in
 from ..simulation.header import versions
 from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
@@ -103,7 +104,7 @@ def engine_hash() -> str:
     for file in sorted(p for ending in ("py", "c", "h") for p in package.rglob(f"*.{ending}")):
         relative = file.relative_to(package).as_posix()
         if not relative.startswith((*_NOT_PLAYED, "_content")):
-            digest.update(f"{relative}\0".encode() + file.read_bytes())
+            digest.update(f"{relative}\0".encode() + read_bytes(file))
     return digest.hexdigest()
 
 
@@ -115,7 +116,7 @@ def computing() -> Mapping[str, str]:
 
 def libraries(file: Path) -> dict[str, str]:
     """Versions of the installed packages that a Python file imports, except the standard library and rocs_bt."""
-    tree = ast.parse(file.read_text(encoding="utf-8"), str(file))
+    tree = ast.parse(read_text(file), str(file))
     names = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
     names |= {
         node.module for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module and not node.level

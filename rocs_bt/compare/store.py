@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from ..errors import Fault, InputError
+from ..files import check_regular, write_whole
 from .key import computing
 from .record import EpisodeRecord, decode_record, encode_record
 
@@ -59,6 +60,7 @@ class Store:
         try:
             if folder is not None:
                 folder.mkdir(parents=True, exist_ok=True)
+                check_regular(folder / FILE)
             self._db = sqlite3.connect(database, timeout=_WAIT, isolation_level=None, check_same_thread=False)
             # A store in memory is closed with its sweep, by the thread that drops the last reference.
             self._end = weakref.finalize(self, self._db.close)
@@ -141,13 +143,13 @@ class Store:
         """
         order = "order by planner, family, scene, seed, key"
         wanted = None if keys is None else set(keys)
-        count = 0
-        with file.open("w", encoding="utf-8") as lines:
-            for key, text in self._do(f"select key, record from episodes {order}"):
-                if wanted is None or key in wanted:
-                    lines.write(text + "\n")
-                    count += 1
-        return count
+        lines = [
+            f"{text}\n"
+            for key, text in self._do(f"select key, record from episodes {order}")
+            if wanted is None or key in wanted
+        ]
+        write_whole(file, "".join(lines))
+        return len(lines)
 
     def count(self) -> int:
         """Number of episodes."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined, file_text, is_file
+from ..confine import confined
 from ..document import Table, read_toml
 from ..errors import InputError
+from ..files import is_file, read_text
 
 MAX_FILES = 50
 
@@ -90,6 +91,6 @@ def _include(table: Table, target: Path, chain: list[Path], found: dict[Path, Do
 
 def _lines(path: Path) -> list[str]:
     try:
-        return file_text(path).splitlines()
-    except (OSError, UnicodeDecodeError, ValueError):
+        return read_text(path).splitlines()
+    except InputError:
         return []

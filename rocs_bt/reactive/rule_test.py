@@ -20,10 +20,11 @@ from typing import Any
 import numpy as np
 
 from ..action import Action, Parameter, parameters_of
-from ..confine import confined, is_file
+from ..confine import confined
 from ..document import Table, read_toml
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment
+from ..files import is_file
 from ..signal import Signal
 from ..units import TIME, convert
 from .include import project_of

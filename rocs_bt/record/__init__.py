@@ -4,7 +4,6 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
-from .atomic_file import write_whole
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
 from .folder_lock import FolderLock
@@ -77,5 +76,4 @@ __all__ = [
     "signal_table",
     "write_figures",
     "write_report",
-    "write_whole",
 ]

@@ -12,6 +12,7 @@ from mcap.writer import CompressionType, Writer
 
 from ..errors import RecordingError
 from ..event import Event
+from ..files import create
 from . import codec, foxglove
 from .header import RunHeader
 from .summary import Summary
@@ -52,7 +53,7 @@ class Recorder:
         self._unfit: list[str] = []
         self._closed = False
         try:
-            self._file = path.open("wb")
+            self._file = create(path)
             self._writer = Writer(self._file, compression=CompressionType.LZ4)
             self._begin(header)
         except OSError as error:

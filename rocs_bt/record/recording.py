@@ -18,9 +18,9 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from ..confine import file_bytes
 from ..errors import RecordingError, unknown
 from ..event import Event
+from ..files import read_bytes
 from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
@@ -82,7 +82,7 @@ class Recording:
         path = Path(path)
         file = path / "run.mcap" if path.is_dir() else path
         try:
-            data = file_bytes(file)
+            data = read_bytes(file)
         except FileNotFoundError as error:
             raise RecordingError(str(unknown("recording", str(path), _near(path)))) from error
         except OSError as error:

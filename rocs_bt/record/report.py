@@ -24,10 +24,10 @@ from ..event import (
     Stuck,
     TicketChanged,
 )
+from ..files import write_whole
 from ..raised import reported
 from ..words import inactive_rule
 from .animation import animation
-from .atomic_file import write_whole
 from .figures.plot import FIGURES
 from .header import AgentInfo
 from .history import AgentHistory, FaultEvent, History

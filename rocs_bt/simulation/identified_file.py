@@ -13,7 +13,7 @@ from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_en
 from ..control.locomotion import AXES
 from ..document import Table, read_toml
 from ..errors import Fault, InputError
-from ..record import write_whole
+from ..files import is_file, write_whole
 from ..toml_text import as_toml
 from ..units import ANGLE, LENGTH, TIME, Dimension
 
@@ -75,7 +75,7 @@ class IdentifiedFile:
 def identified_path(robot: RobotSpec) -> Path | None:
     """The identified.toml of a robot: its own, else that of its nearest base; None if there is none."""
     folders = [file.parent for file in (robot.file, *robot.bases)]
-    return next((path for folder in folders if (path := folder / IDENTIFIED).is_file()), None)
+    return next((path for folder in folders if is_file(path := folder / IDENTIFIED)), None)
 
 
 def read_identified(file: Path) -> IdentifiedFile:

@@ -11,6 +11,7 @@ from ..catalog import ScenarioSpec
 from ..errors import Fault, InputError
 from ..event import AgentStopped, Event, EventSink, NullSink, RequirementViolated
 from ..expression import Environment, Requirement, compile_node, parse_requirement
+from ..files import read_text
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, Sample, Snapshots, environment_of
 
 _SLACK = 1e-9  # [s]
@@ -207,7 +208,7 @@ def _parsed(text: str, environment: Environment) -> Requirement:
 
 def _column(file: Path, line: int, column: int, text: str) -> int:
     """Column of the text of a requirement in its line, 1-based; 0 if the line does not contain the text literally."""
-    lines = file.read_text(encoding="utf-8").splitlines()
+    lines = read_text(file).splitlines()
     if not 0 < line <= len(lines):
         return 0
     found = [at for quote in "\"'" if (at := lines[line - 1].find(f"{quote}{text}{quote}", column - 1)) >= 0]

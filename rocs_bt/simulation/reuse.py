@@ -14,6 +14,7 @@ from ..agent import RobotDevices, Runtime
 from ..catalog import KINDS, ActorSpec, AgentSpec, Catalog, Entry, ScenarioSpec, content_hash
 from ..clock import Clock, SimulatedClock
 from ..event import EventSink, NullSink
+from ..files import read_bytes
 from .build_agents import build_agents, load_controller
 from .devices import on_hardware, unopened_actuator, unopened_sensor
 from .provenance import package_of, used_classes
@@ -138,7 +139,7 @@ def diff(first: ScenarioSpec, second: ScenarioSpec, catalog: Catalog) -> Reuse:
 
 
 def _piece(entry: Entry) -> Piece:
-    lines = sum(file.read_bytes().count(b"\n") for file in entry.files())
+    lines = sum(read_bytes(file).count(b"\n") for file in entry.files())
     return Piece(entry.kind, entry.name, content_hash([entry]), lines)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import shutil
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -15,6 +14,7 @@ from ..catalog import Catalog, RobotSpec
 from ..drivers.ros2.message_types import MessageTypes, import_rosbags
 from ..errors import Fault, InputError, RecordingError, UnknownName
 from ..event import Event
+from ..files import new_folder
 from ..record import Recording, RunHeader
 from .bag_messages import Published
 from .recorded_topics import RecordedTopics
@@ -80,14 +80,9 @@ def export_rosbag(
     joints = {name: _joints(robot) for name, robot in robots.items()}
     topics = RecordedTopics(recording.header, robots, joints, start)
     writer = rosbag2.Writer(folder, version=_VERSION, storage_plugin=rosbag2.StoragePlugin[storage.upper()])
-    try:
-        with writer:
-            writer.set_custom_data("rocs_bt", recording.header.label)
-            _write(writer, topics.published(_plausible(recording.events())), types)
-    except BaseException:
-        with suppress(OSError):
-            shutil.rmtree(folder)
-        raise
+    with new_folder(folder), writer:
+        writer.set_custom_data("rocs_bt", recording.header.label)
+        _write(writer, topics.published(_plausible(recording.events())), types)
     found = {c.topic: (c.msgtype, writer.counts[c.id]) for c in writer.connections}
     duration = max(0, writer.max_timestamp - writer.min_timestamp) * 1e-9
     return ExportedBag(folder, dict(sorted(found.items())), duration, unknown_robots)
@@ -131,11 +126,11 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
     """Joints by motor, from the robot's model."""
     if robot.model is None:
         return {}
-    from ..drivers.mujoco.library import mujoco
+    from ..drivers.mujoco.compose import read_model
 
     try:
-        model = mujoco.MjSpec.from_file(str(robot.model))
-    except ValueError:  # a faulty model is no reason to refuse a recording
+        model = read_model(robot.model)
+    except InputError:  # a faulty model is no reason to refuse a recording
         return {}
     return {motor.name: motor.target for motor in model.actuators}
 

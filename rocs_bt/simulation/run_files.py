@@ -9,8 +9,9 @@ from pathlib import Path
 
 from ..agent import Agent
 from ..errors import RecordingError
+from ..files import write_whole
 from ..plan import TreePlan
-from ..record import FolderLock, Recorder, Recording, RunHeader, Summary, write_whole
+from ..record import FolderLock, Recorder, Recording, RunHeader, Summary
 from ..trees.btlog import BtLog
 
 RECORDING, SUMMARY, REPORT = "run.mcap", "summary.json", "report.html"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import importlib.util
+from io import BytesIO
 from pathlib import Path
 from types import TracebackType
 from typing import Any
@@ -13,6 +14,7 @@ import numpy.typing as npt
 
 from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError
+from ..files import check_writable, write_whole
 
 Frame = npt.NDArray[np.uint8]
 
@@ -52,6 +54,7 @@ class Video:
             )
         if not file.absolute().parent.is_dir():
             raise InputError(Fault(f"there is no folder '{file.parent}' for the video.", hint="Create it first."))
+        check_writable(file)
         self._file = file
         self._rate = rate
         self._due = 0.0
@@ -82,8 +85,9 @@ class Video:
             first, *rest = self._frames
             still = self._file.suffix == ".png"
             options = {} if still else {"save_all": True, "append_images": rest, "loop": 0}
-            first.save(self._file, duration=round(1000.0 / self._rate), **options)
-            self._frames = []
+            content, self._frames = BytesIO(), []
+            first.save(content, self._file.suffix[1:], duration=round(1000.0 / self._rate), **options)
+            write_whole(self._file, content.getvalue())
 
     def _take(self, frame: Frame) -> None:
         if self._file.suffix == ".mp4":

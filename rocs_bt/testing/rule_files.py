@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
+from ..files import is_file
+
 if TYPE_CHECKING:
     from ..reactive import RuleTestResult
 
@@ -33,7 +35,7 @@ class RuleFileTests(pytest.File):
         from ..reactive import run_tests, tested_file
 
         rule_file = tested_file(self.path)
-        if not rule_file.is_file():
+        if not is_file(rule_file):
             raise self.CollectError(f"{self.path}: the rule file {rule_file} does not exist.")
         apart = rule_file.parent / "tests"
         try:

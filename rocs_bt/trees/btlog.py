@@ -20,6 +20,7 @@ from typing import BinaryIO
 from py_trees.behaviour import Behaviour
 
 from ..errors import Fault, InputError, RecordingError
+from ..files import create
 from .nodes import BUILTIN, Node, SubTree, Tree
 from .nodes.port import ExactKey
 from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
@@ -145,7 +146,7 @@ class BtLog:
         path = self._path if self._count == 1 else self._path.with_stem(f"{self._path.stem}-{self._count}")
         document = write_instances(tree, self._name).encode()
         try:
-            self._file = path.open("wb")
+            self._file = create(path)
             self._file.write(MAGIC + struct.pack("<i", len(document)) + document + struct.pack("<q", 0))
         except OSError as error:
             self._failed(path, error)

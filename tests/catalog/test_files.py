@@ -73,7 +73,7 @@ def test_monitors_are_wired_by_table_or_by_class(robot_file):
         ('noise = "2 cm"', 'noise = "-2 cm"', r":23:1: noise must be at least 0"),
         ('unit = "m"\nmonitor = "range"', 'unit = "mm3x"\nmonitor = "range"', r":23:1: "),
         ('name = "position"', 'name = "sonar"', r":28:1: another \[\[sensor\]\] is named 'sonar'"),
-        ('monitor = "PoseMonitor"', 'monitor = "own.py:Own"', r"own\.py: this Python file cannot be read"),
+        ('monitor = "PoseMonitor"', 'monitor = "own.py:Own"', r"own\.py: cannot read the file"),
         (
             'monitors = ["range", "position"]',
             'monitors = ["rnge"]',

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -12,6 +13,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from ...errors import Fault, InputError
+from ...files import read_bytes, read_text
 from ...geometry import Pose2
 from ..family import AgentSetup, Scene, goal_scenario, quantity
 from ..ground import Ground
@@ -85,7 +87,7 @@ def _scene(number: int, file: Path, path: Path, setup: AgentSetup) -> Scene:
 def _reference_path(path: Path) -> list[Point]:
     """Reference path: the start, the centres of the published cells, the goal."""
     try:
-        cells = np.load(path, allow_pickle=False)
+        cells = np.load(BytesIO(read_bytes(path, _MAX_BYTES)), allow_pickle=False)
     except (OSError, ValueError, EOFError) as error:
         raise InputError(Fault(f"cannot read the reference path: {error}.", path)) from error
     numbers = isinstance(cells, np.ndarray) and cells.dtype.kind in "iuf"
@@ -104,13 +106,8 @@ def _numbered(folder: Path, pattern: str) -> dict[int, Path]:
 
 
 def _parse(file: Path) -> Any:
-    try:
-        data = file.read_bytes()
-    except OSError as error:
-        raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
-    if len(data) > _MAX_BYTES:
-        raise InputError(Fault(f"the file is larger than {_MAX_BYTES / 1e6:g} MB; worlds of BARN are not.", file))
-    if b"<!DOCTYPE" in data or b"<!ENTITY" in data:
+    data = read_text(file, _MAX_BYTES)
+    if "<!DOCTYPE" in data or "<!ENTITY" in data:
         raise InputError(Fault("a world file must not contain a document type or entities.", file))
     try:
         return ElementTree.fromstring(data)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import Fault, InputError
+from ...files import read_text
 from ..family import AgentSetup, Scene
 from ..floor_grid import FloorGrid
 from ..ground import Ground
@@ -134,7 +135,4 @@ def _finer(grid: FloorGrid) -> FloorGrid:
 
 
 def _lines(file: Path) -> list[str]:
-    try:
-        return file.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault(f"cannot read the file: {error}.", file)) from error
+    return read_text(file).splitlines()

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from ...errors import Fault, InputError
+from ...files import read_text
 from ..family import AgentSetup, Scene
 from .map_scenes import ground_of, sample_ends, scene_between
 from .raster import read_map
@@ -52,6 +53,6 @@ def read_mrpb(folder: Path, setup: AgentSetup | None = None, *, pairs: int = 5) 
 
 def _text(file: Path) -> str:
     try:
-        return file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError):
+        return read_text(file)
+    except InputError:
         return ""

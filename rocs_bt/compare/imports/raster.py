@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import Fault, InputError
+from ...files import read_bytes, read_text
 from ..floor_grid import FloorGrid
 
 MOST_CELLS = 25_000_000
@@ -59,10 +60,7 @@ def read_map_yaml(file: Path) -> MapFile:
     Raises:
         InputError: The file is invalid; with the line.
     """
-    try:
-        text = file.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(Fault(f"cannot read the map: {error}.", file)) from error
+    text = read_text(file)
     found: dict[str, tuple[str, int]] = {}
     for line, content in enumerate(text.splitlines(), 1):
         if match := re.match(r"\s*([A-Za-z_]+)\s*:\s*([^#]*?)\s*(?:#.*)?$", content):
@@ -116,7 +114,7 @@ def read_pgm(file: Path) -> npt.NDArray[np.float64]:
         InputError: The file is not a graymap.
     """
     try:
-        data = file.read_bytes()
+        data = read_bytes(file, 16 * MOST_CELLS)
     except OSError as error:
         raise InputError(Fault(f"cannot read the image: {error.strerror}.", file)) from error
     header = _HEADER.match(data)

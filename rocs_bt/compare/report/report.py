@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import msgspec
 
 from ...errors import RecordingError
+from ...files import write_whole
 from ...record import RunHeader
 from ...record.figures.figure import make_canvas, render_canvas
 from ...record.page import render_page
@@ -73,7 +74,7 @@ def write_comparison(
     page = render_comparison(comparison, metrics=metrics, any_time=any_time, sceneries=sceneries, command=command)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(page, encoding="utf-8")
+        write_whole(path, page)
     except OSError as error:
         raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
 

@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from ...errors import Fault, InputError
+from ...files import is_file, write_whole
 from ..replay import episode_command
 from .draft import Draft
 from .player import SEED
@@ -26,8 +27,10 @@ def refuse_existing(folder: Path, name: str) -> None:
     """Check that saving a scene under a name would not overwrite a file.
 
     Raises:
-        InputError: A file of this name exists, or the name is not valid for a scenario.
+        InputError: A file of this name exists, the folder is a file, or the name is not valid for a scenario.
     """
+    if is_file(folder):
+        raise InputError(Fault(f"'{folder}' is no folder.", hint="Choose another one with --out."))
     if not re.fullmatch(r"\w[\w-]*", name):
         raise InputError(Fault(f"'{name}' is not a valid scenario name.", hint="Use letters, digits, '_' and '-'."))
     for file in (folder / "scenarios" / f"{name}.toml", _test_of(name, folder)):
@@ -49,7 +52,7 @@ def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
     scenario = draft.scene.write(folder)
     test = _test_of(draft.name, folder)
     test.parent.mkdir(parents=True, exist_ok=True)
-    test.write_text(_TEST.format(planner=planner, name=draft.name, function=test.stem), encoding="utf-8")
+    write_whole(test, _TEST.format(planner=planner, name=draft.name, function=test.stem))
     return scenario, test
 
 

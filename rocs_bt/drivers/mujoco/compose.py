@@ -12,6 +12,7 @@ from typing import Any
 
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, UnknownName, located_at, unknown
+from ...files import is_file
 from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
@@ -174,7 +175,7 @@ def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None)
     if text is not None:
         with _compiling(file, "not a valid MJCF model"):
             return mujoco.MjSpec.from_string(text)
-    if not file.is_file():
+    if not is_file(file):
         raise InputError(Fault("there is no such model file.", file))
     examine_model(file, within)
     with _compiling(file, "not a valid MJCF model"):

@@ -12,8 +12,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from ...confine import confined, is_file
+from ...confine import confined
 from ...errors import Fault, InputError
+from ...files import is_file, read_bytes, read_text
 
 MOST_ELEMENTS = 20_000
 """Maximum number of elements of a model, including all copies."""
@@ -215,8 +216,10 @@ class _Model:
     def _open(self, path: Path, location: _Location) -> None:
         size = path.stat().st_size
         self.limits.take("assets", size, location, f"more than {MOST_ASSETS >> 20} MB of meshes and pictures")
-        with path.open("rb") as file:
-            head = file.read(24)
+        try:
+            head = read_bytes(path)[:24]
+        except OSError as error:
+            raise location.fault(f"cannot read '{path.name}': {error.strerror}.", "Choose another file.") from error
         if head.startswith(_PNG):
             width, height = int.from_bytes(head[16:20], "big"), int.from_bytes(head[20:24], "big")
             self.limits.take("cells", width * height, location, f"pictures of more than {MOST_CELLS} pixels")
@@ -249,16 +252,9 @@ class _Reader:
             raise InputError(Fault(message, self.file, error.lineno, error.offset + 1)) from error
 
     def _text(self) -> str:
-        file = self.file
-        try:
-            size = file.stat().st_size
-            self.model.limits.take("text", size, _Location(file, 0, 0), f"more than {MOST_TEXT >> 20} MB of XML")
-            return file.read_bytes().decode("utf-8-sig")
-        except OSError as error:
-            raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
-        except UnicodeDecodeError as error:
-            message = f"the file is not UTF-8 text: {error.reason} at byte {error.start}."
-            raise InputError(Fault(message, file)) from error
+        text = read_text(self.file)
+        self.model.limits.take("text", len(text), _Location(self.file, 0, 0), f"more than {MOST_TEXT >> 20} MB of XML")
+        return text.removeprefix("\ufeff")
 
     def _location(self) -> _Location:
         return _Location(self.file, self.parser.CurrentLineNumber, self.parser.CurrentColumnNumber + 1)

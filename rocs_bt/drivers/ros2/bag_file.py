@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...errors import Fault, InputError, RecordingError, RocsError
+from ...files import check_regular, is_file
 from .message_types import DISTROS, MessageTypes, import_rosbags
 
 FILES = (".mcap", ".db3", ".bag")
@@ -69,6 +70,9 @@ class Bag:
     def __init__(self, path: Path) -> None:
         self.path = path
         file = _bag_file(path)
+        for part in file.iterdir() if file.is_dir() else [file]:
+            if is_file(part):
+                check_regular(part)
         self._ros1 = file.suffix == ".bag"
         rosbag = import_rosbags("rosbags.rosbag1" if self._ros1 else "rosbags.rosbag2")
         self._types: MessageTypes | None = None
@@ -161,7 +165,7 @@ def _bag_file(path: Path) -> Path:
         if path.suffix not in FILES:
             raise InputError(Fault(f"'{path}' is no bag: its name must end in {', '.join(FILES)}."))
         return path
-    if (path / "metadata.yaml").is_file():
+    if is_file(path / "metadata.yaml"):
         return path
     files = sorted(file for file in path.iterdir() if file.suffix in FILES)
     if len(files) == 1:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from ...errors import Fault, InputError, unknown
+from ...files import is_file, read_text
 
 TRANSPORTS = ("auto", "rclpy", "dds")
 NETWORKS = ("loopback", "lan")
@@ -89,7 +90,7 @@ class Ros2Settings:
     def definition(self, name: str) -> str | None:
         """Text of the definition of an own message type; None if the folder `messages` has none."""
         file = Path(self.messages, *name.split("/")).with_suffix(".msg")
-        return file.read_text("utf-8") if self.messages and file.is_file() else None
+        return read_text(file) if self.messages and is_file(file) else None
 
     def within(self, namespace: str) -> Ros2Settings:
         """Copy of these settings with another namespace."""

@@ -20,6 +20,7 @@ from typing import Any
 
 from ...errors import RecordingError
 from ...event import KnowledgeChanged
+from ...files import check_regular, is_file
 from ..schema import Schema
 from .change_log import Stretch
 from .state import State
@@ -72,7 +73,7 @@ def open_to_read(path: Path) -> sqlite3.Connection:
     Raises:
         RecordingError: There is no such file, or it is not a journal of rocs_bt.
     """
-    if not path.is_file():
+    if not is_file(path):
         raise RecordingError(f"there is no knowledge '{path}'. Write one: rocs-bt run SCENARIO --knowledge {path}")
     with _closed_on_fault(path, "read", f"{path.absolute().as_uri()}?mode=ro") as connection:
         _check(connection, path)
@@ -265,16 +266,18 @@ def _closed_on_fault(path: Path, done: str, address: str) -> Iterator[sqlite3.Co
     """Context of a new connection, which is closed if a check of the file in the context fails."""
     connection = None
     try:
+        check_regular(path)
         connection = sqlite3.connect(
             address, uri=address != str(path), timeout=_WAIT, isolation_level=None, check_same_thread=False
         )
         yield connection
-    except (RecordingError, *_DAMAGED) as error:
+    except (RecordingError, OSError, *_DAMAGED) as error:
         if connection is not None:
             connection.close()
         if isinstance(error, RecordingError):
             raise
-        raise RecordingError(f"the knowledge '{path}' cannot be {done}: {error}.") from error
+        why = error.strerror if isinstance(error, OSError) else error
+        raise RecordingError(f"the knowledge '{path}' cannot be {done}: {why}.") from error
 
 
 def _check(connection: sqlite3.Connection, path: Path, empty_is_valid: bool = False) -> None:

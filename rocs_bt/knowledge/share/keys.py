@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import Fault, InputError
+from ...files import is_file, read_bytes, write_whole
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey
@@ -25,6 +26,7 @@ CERTIFICATE, KEY = "member.pem", "member.key"
 VALID = timedelta(days=3650)
 
 _SECRET_SIZE = 32  # [bytes]
+_MOST = 1_000_000  # maximum size of a key file [bytes]
 
 
 @dataclass(frozen=True)
@@ -50,10 +52,10 @@ class Keys:
         Raises:
             InputError: A file is missing, or the secret has a wrong size.
         """
-        if missing := [n for n in (AUTHORITY, CERTIFICATE, KEY, SECRET) if not (folder / n).is_file()]:
+        if missing := [n for n in (AUTHORITY, CERTIFICATE, KEY, SECRET) if not is_file(folder / n)]:
             what = f"the folder of keys '{folder}' lacks {', '.join(missing)}."
             raise InputError(Fault(what, hint="Make keys with `rocs-bt share keys NAME...` and copy the folder NAME."))
-        secret = (folder / SECRET).read_bytes()
+        secret, *_ = (read_bytes(folder / name, _MOST) for name in (SECRET, AUTHORITY, CERTIFICATE, KEY))
         if len(secret) != _SECRET_SIZE:
             raise InputError(f"'{folder / SECRET}' must hold {_SECRET_SIZE} bytes, found {len(secret)}.")
         return cls(folder / AUTHORITY, folder / CERTIFICATE, folder / KEY, secret)
@@ -89,10 +91,10 @@ def _authority(folder: Path, now: datetime) -> tuple[EllipticCurvePrivateKey, Ce
     from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
     if (folder / AUTHORITY_KEY).exists():
-        key = load_pem_private_key((folder / AUTHORITY_KEY).read_bytes(), None)
+        key = load_pem_private_key(read_bytes(folder / AUTHORITY_KEY), None)
         if not isinstance(key, ec.EllipticCurvePrivateKey):
             raise InputError(f"'{folder / AUTHORITY_KEY}' is not a key made by `rocs-bt share keys`.")
-        return key, x509.load_pem_x509_certificate((folder / AUTHORITY).read_bytes())
+        return key, x509.load_pem_x509_certificate(read_bytes(folder / AUTHORITY))
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = _certificate("rocs_bt group", key, None, now)
     _keep(folder / AUTHORITY_KEY, _pem(key))
@@ -112,7 +114,7 @@ def _member(
     _keep(own / KEY, _pem(key))
     _keep(own / CERTIFICATE, _public(_certificate(member, key, (authority, certificate), now)))
     _keep(own / AUTHORITY, _public(certificate))
-    _keep(own / SECRET, (folder / SECRET).read_bytes())
+    _keep(own / SECRET, read_bytes(folder / SECRET))
     return own
 
 
@@ -159,5 +161,4 @@ def _public(certificate: Certificate) -> bytes:
 
 
 def _keep(file: Path, content: bytes) -> None:
-    file.touch(mode=0o600)
-    file.write_bytes(content)
+    write_whole(file, content, mode=0o600)

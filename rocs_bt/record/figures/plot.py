@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...errors import Fault, InputError, RecordingError
+from ...files import write_whole
 from ..history import History, Span
 from ..recording import Recording
 from .arena import Arena
@@ -125,7 +126,7 @@ def write_figures(recordings: Sequence[Recording], folder: Path, formats: Sequen
         for figure in (figure for figure in FIGURES if figure.applies(runs)):
             for form in formats:
                 paths.append(folder / f"{figure.name}.{form}")
-                paths[-1].write_bytes(figure.render(runs, form))
+                write_whole(paths[-1], figure.render(runs, form))
     except OSError as error:
         raise RecordingError(f"the figures cannot be written to '{folder}': {error.strerror}.") from error
     return paths

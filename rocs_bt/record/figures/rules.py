@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...errors import RecordingError
+from ...files import write_whole
 from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, make_canvas, render_canvas
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ def write_picture(name: str, canvas: Canvas, folder: Path) -> list[Path]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for path in paths:
-            path.write_bytes(render_canvas(name, lambda: canvas, path.suffix[1:]))
+            write_whole(path, render_canvas(name, lambda: canvas, path.suffix[1:]))
     except OSError as error:
         raise RecordingError(f"the pictures cannot be written to '{folder}': {error.strerror}.") from error
     return paths

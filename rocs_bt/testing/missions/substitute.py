@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from ...errors import Fault, InputError, unknown
+from ...files import read_text
 from ...nesting import check_nesting
 from ...trees.nodes import BUILTIN, Node, Registry
 from .match import Filters, identity, replace, wild
@@ -74,10 +75,10 @@ def read_rules(source: Path | str) -> dict[str, Rule]:
     """
     file = source if isinstance(source, Path) else None
     try:
-        text = source.read_text("utf-8") if isinstance(source, Path) else source
+        text = read_text(source) if isinstance(source, Path) else source
         check_nesting(text)
         document = json.loads(text)
-    except (OSError, ValueError) as error:
+    except ValueError as error:
         raise InputError(Fault(f"cannot read the substitution rules: {error}.", file)) from error
     if not isinstance(document, dict) or not isinstance(document.get("SubstitutionRules"), dict):
         hint = 'Write {"TestNodeConfigs": {...}, "SubstitutionRules": {"filter": "name"}}.'

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...confine import confined, file_bytes, is_file
+from ...confine import confined
 from ...errors import Fault, InputError, did_you_mean, unknown
+from ...files import is_file, read_text
 from .element import Element, Source, below
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan
@@ -124,23 +125,6 @@ def read_document(source: Path | str, *, within: Path | None = None) -> Document
         return _Reader(within.resolve() if within else None).document(Source(source))
     file = source.resolve()
     return _Reader((within or file.parent).resolve()).document(Source(read_text(file), source))
-
-
-def read_text(file: Path) -> str:
-    """Read the text of a file.
-
-    Raises:
-        InputError: The file does not exist, is too large, or is not UTF-8.
-    """
-    try:
-        size = file.stat().st_size
-        if size > 4 * MAX_TEXT:
-            raise InputError(Fault(f"the file has {size} bytes; the maximum is {MAX_TEXT} characters.", file))
-        return file_bytes(file).decode("utf-8")
-    except OSError as error:
-        raise InputError(Fault(f"cannot read the file: {error.strerror}.", file)) from error
-    except UnicodeDecodeError as error:
-        raise InputError(Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", file)) from error
 
 
 class _Reader:

@@ -1,0 +1,172 @@
+"""Reading and writing of files: the only place where the engine opens a file that a user names.
+
+Only regular files of limited size are read: a named pipe or a device could block for ever or never end. A file is
+written as a whole or not at all. Libraries that open files themselves, such as SQLite, get paths that
+`check_regular` has seen.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+import stat
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from io import BufferedWriter
+from pathlib import Path
+
+from .errors import Fault, InputError
+
+MOST_TEXT = 64_000_000
+"""Maximum size of a text file [bytes]."""
+
+MOST_BYTES = 1 << 32
+"""Maximum size of any other file [bytes]."""
+
+_NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes in its file system
+_SPECIAL = {
+    stat.S_IFIFO: (errno.EINVAL, "it is a named pipe, not a regular file"),
+    stat.S_IFSOCK: (errno.EINVAL, "it is a socket, not a regular file"),
+    stat.S_IFCHR: (errno.EINVAL, "it is a device, not a regular file"),
+    stat.S_IFBLK: (errno.EINVAL, "it is a device, not a regular file"),
+    stat.S_IFDIR: (errno.EISDIR, "it is a folder, not a file"),
+}
+
+
+def check_regular(path: Path, most: int = MOST_BYTES) -> None:
+    """Check that a path leads to a regular file, so that reading it ends; a path without a file passes.
+
+    Args:
+        path: File, possibly a link.
+        most: Maximum size [bytes].
+
+    Raises:
+        OSError: The path leads to something else, or the file is too large.
+    """
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return
+    except ValueError as error:  # a NUL in the name
+        raise OSError(errno.EINVAL, "it is not a valid path", str(path)) from error
+    _check(status, path, most)
+
+
+def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
+    """Content of a regular file.
+
+    Args:
+        path: File to read.
+        most: Maximum size [bytes].
+
+    Raises:
+        OSError: The file cannot be read, is not a regular file, or is too large.
+    """
+    check_regular(path, most)
+    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT)) as file:
+        _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
+        try:
+            return file.read()
+        except MemoryError as error:
+            raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM), str(path)) from error
+
+
+def read_text(path: Path, most: int = MOST_TEXT, *, raw: bool = False) -> str:
+    """Text of a regular file in UTF-8.
+
+    Args:
+        path: File to read.
+        most: Maximum size [bytes].
+        raw: Whether line ends stay as they are in the file; else each is a newline.
+
+    Raises:
+        InputError: The file cannot be read, is not a regular file, is too large, or is not UTF-8.
+    """
+    try:
+        text = read_bytes(path, most).decode("utf-8")
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the file: {error.strerror}.", path)) from error
+    except UnicodeDecodeError as error:
+        raise InputError(Fault(f"the file is not UTF-8 text: {error.reason} at byte {error.start}.", path)) from error
+    return text if raw else text.replace("\r\n", "\n").replace("\r", "\n")
+
+
+def is_file(path: Path) -> bool:
+    """Whether a path leads to a file, that is, to something that exists and is no folder.
+
+    Unlike `Path.is_file`, this is True for a named pipe, so that its reader refuses it, and does not raise an error if
+    the name is too long.
+    """
+    return os.path.exists(path) and not os.path.isdir(path)
+
+
+def create(path: Path) -> BufferedWriter:
+    """Open a file to write it piece by piece; an existing file is emptied.
+
+    Raises:
+        OSError: The file cannot be written, or the path leads to something that is not a regular file.
+    """
+    check_regular(path)
+    return open(path, "wb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT, 0o666))
+
+
+def write_whole(path: Path, content: str | bytes, mode: int = 0o666) -> None:
+    """Write a file atomically: an existing file is replaced only when the new one is complete; its mode stays.
+
+    Args:
+        path: File to write, or a link to it; its folder must exist.
+        content: Content; a text is written as UTF-8.
+        mode: Mode of a new file, before the umask.
+
+    Raises:
+        OSError: The file cannot be written, as on a full disk; no partial file remains.
+    """
+    check_regular(path)
+    target = Path(os.path.realpath(path))
+    part = target.with_name(f".{target.name[:200]}.{os.getpid()}.part")
+    try:
+        try:
+            with open(part, "wb", opener=lambda name, flags: os.open(name, flags, mode)) as file:
+                file.write(content.encode("utf-8") if isinstance(content, str) else content)
+            if target.exists():
+                shutil.copymode(target, part)
+            part.replace(target)
+        except BaseException:  # remove the partial file, then raise again
+            part.unlink(missing_ok=True)
+            raise
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(path)) from error
+
+
+def check_writable(path: Path) -> None:
+    """Check that `write_whole` can write a file later, as far as this is known now; nothing is changed.
+
+    Raises:
+        OSError: The path leads to something that is not a regular file, or the folder cannot be written.
+    """
+    check_regular(path)
+    if not os.access(path.absolute().parent, os.W_OK | os.X_OK):
+        raise OSError(errno.EACCES, os.strerror(errno.EACCES), str(path))
+
+
+@contextmanager
+def new_folder(folder: Path) -> Iterator[None]:
+    """Context that writes the content of a folder which is empty or does not exist; if it fails, nothing remains."""
+    existed = folder.exists()
+    try:
+        yield
+    except BaseException:  # remove what was written, then raise again
+        with suppress(OSError):
+            shutil.rmtree(folder)
+            if existed:
+                folder.mkdir()
+        raise
+
+
+def _check(status: os.stat_result, path: Path, most: int) -> None:
+    if special := _SPECIAL.get(stat.S_IFMT(status.st_mode)):
+        raise OSError(*special, str(path))
+    if status.st_size > most:
+        size = f"it has {status.st_size / 1e6:,.0f} MB; the maximum is {most / 1e6:,.0f} MB"
+        raise OSError(errno.EFBIG, size, str(path))
