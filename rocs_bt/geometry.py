@@ -18,11 +18,17 @@ def wrap_angle(angle: float) -> float:
 
 
 class Pose2(NamedTuple):
-    """Planar pose: position and heading, world frame."""
+    """Planar pose: position and heading, world frame (x east, y north).
 
-    x: float  # [m]
-    y: float  # [m]
-    yaw: float = 0.0  # [rad], in (-pi, pi]
+    Attributes:
+        x: Position to the east [m].
+        y: Position to the north [m].
+        yaw: Heading in (-pi, pi]; 0 is east, left positive [rad].
+    """
+
+    x: float
+    y: float
+    yaw: float = 0.0
 
     def distance(self, other: Pose2) -> float:
         """Distance to the position of another pose [m]."""
@@ -45,11 +51,17 @@ class Pose2(NamedTuple):
 
 
 class Twist2(NamedTuple):
-    """Planar velocity, body frame."""
+    """Planar velocity, body frame (x forward, y left).
 
-    forward: float  # [m/s]
-    turn: float = 0.0  # [rad/s], left positive
-    left: float = 0.0  # [m/s], zero for drives that cannot go sideways
+    Attributes:
+        forward: Speed ahead; negative backward [m/s].
+        turn: Turn rate, left positive [rad/s].
+        left: Speed to the left; 0 for drives that cannot go sideways [m/s].
+    """
+
+    forward: float
+    turn: float = 0.0
+    left: float = 0.0
 
     @property
     def up(self) -> float:

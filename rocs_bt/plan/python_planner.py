@@ -62,7 +62,8 @@ class Observation:
     Attributes:
         t: Time since the beginning of the episode [s].
         pose: Estimated pose of the robot, world frame; NaN if unknown.
-        signals: All signals by name, SI units; NaN if a value is stale or broken.
+        signals: All signals of the robot by name, SI units, each an array of its values; NaN if a value is stale or
+            broken.
     """
 
     t: float
@@ -85,7 +86,7 @@ class PythonPlanner(Protocol):
             def act(self, observation):
                 if observation.pose.distance(self.goal) < 0.1:
                     return None
-                return self.speed, self.speed
+                return Twist2(forward=self.speed)
     """
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
@@ -104,9 +105,9 @@ class PythonPlanner(Protocol):
             observation: Present observation.
 
         Returns:
-            Body twist, or the values of the motion command (`locomotion.values`; on wheels their linear speeds [m/s]),
-            which are held until the next call. None if the planner considers the task done; it is then not called
-            again.
+            Body twist, which suits any robot, or the values of the motion command (`locomotion.values`; on wheels
+            their linear speeds [m/s]). It is held until the next call. None if the planner considers the task done; it
+            is then not called again.
         """
         ...
 

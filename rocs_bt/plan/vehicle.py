@@ -18,7 +18,7 @@ from .route import Point
 
 
 class Vehicle:
-    """View of a robot for a Python planner, independent of the robot's body and sensors.
+    """View of a robot for a Python planner with one goal, independent of body and sensors: `Vehicle(task)` in `reset`.
 
     Args:
         task: Task of the planner.

@@ -2,7 +2,10 @@
 
 import pytest
 
+from rocs_bt import run
 from rocs_bt.catalog import Catalog
+from rocs_bt.compare.episode import FamilyScene
+from rocs_bt.compare.runner import EpisodeRunner
 
 KINDS = ["mission", "rules", "robot", "scenario", "planner"]
 
@@ -67,7 +70,9 @@ def test_it_adds_to_the_project_around_the_current_folder(rocs_bt, project, monk
         (["a.xml", "--kind", "mission"], "'a.xml' is not a valid name"),
         (["", "--kind", "rules"], "'' is not a valid name"),
         (["a", "--kind", "world"], "'world' is not one of"),
-        (["a", "--kind", "rules", "--python"], "--python is for missions"),
+        (["a", "--kind", "rules", "--python"], "--python is for missions and planners"),
+        (["a", "--kind", "mission", "--family", "maze"], "--family is for planners"),
+        (["a", "--kind", "planner", "--family", "mazes"], "no family is named 'mazes'. Did you mean 'maze'?"),
         (["other"], "rocs-bt new NAME --kind mission|rules|robot|scenario|planner"),
         (["deep/er/other"], "is inside the project"),
     ],
@@ -98,3 +103,25 @@ def test_hiding_shipped_content_is_told(rocs_bt, project):
     told = rocs_bt("new", "jackal", "--kind", "robot")
     assert not (project / "robots/jackal/identified.toml").exists(), "it is that of another body"
     assert "In this project it hides the shipped robot 'jackal'." in told.out
+
+
+@pytest.mark.parametrize("python", [[], ["--python"]], ids=["mission", "python"])
+@pytest.mark.parametrize("family", [entry.name for entry in Catalog().list("family")])
+def test_a_new_planner_of_a_family_drives_in_its_scenes_without_an_edit(rocs_bt, project, family, python):
+    told = rocs_bt("new", "my-own", "--kind", "planner", "--family", family, *python)
+    assert (told.code, f"rocs-bt compare my-own tree --family {family} --scenes 5" in told.out) == (0, True), told.text
+    runner = EpisodeRunner(project)
+    scene = runner.prepare(FamilyScene(family, 1))
+    spec = scene.with_planner(runner.catalog.load_planner("my-own"))
+    found = run(spec, scene.catalog, duration=1.0).summary.agents["R"]
+    assert found.exceptions == {}, found.reason
+    assert 0.02 < found.path_length < 2.0
+
+
+def test_a_new_planner_of_a_family_does_what_the_agent_of_each_scene_does(rocs_bt, project):
+    assert rocs_bt("new", "mine", "--kind", "planner", "--family", "exp2_family").code == 0
+    planner = Catalog(project).load_planner("mine")
+    assert (planner.mission, planner.rules) == ("go_to", ("avoid_collision",))
+    assert planner.parameters == {"goal": "goal", "hold": True}, "facing differs between the scenes"
+    assert rocs_bt("new", "other", "--kind", "planner", "--python").code == 0
+    assert rocs_bt("check", "--strict").code == 0
