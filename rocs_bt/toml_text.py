@@ -231,6 +231,16 @@ def comment_starts(text: str) -> list[int]:
     return [end for end in ends if text.startswith("#", end)]
 
 
+def value_end(text: str, at: int) -> int:
+    """Index after the value at an index of a valid TOML text; spaces after a number or a truth value are included."""
+    parts = _inner_parts(text, at, ())
+    while True:
+        try:
+            next(parts)
+        except StopIteration as end:
+            return int(end.value)
+
+
 def _inner_parts(text: str, at: int, key: Key) -> Generator[KeyPart, None, int]:
     """Key parts inside the value at an index; returns the index after the value."""
     at = _next_item(text, at)

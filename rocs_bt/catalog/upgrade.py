@@ -6,12 +6,13 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..document import Table
 from ..errors import Fault, InputError
 from ..files import MOST_TEXT, is_file, read_bytes, read_text
-from ..toml_text import Key, comment_starts, key_parts, parse_toml
+from ..toml_edit import Edit, edited
+from ..toml_text import Key, key_parts, parse_toml
 from .catalog import Catalog
 from .entry import find_project, kind_of
 from .inherit import FindBase, merged_data
@@ -97,7 +98,7 @@ def upgraded(text: str, file: Path, find: FindBase) -> Upgrade:
     renamed = dict(old_keys(data, form, (file, *bases), base))
     _refuse_both(renamed, own)
     edits = [
-        _Edit(part.start, part.end, str(part.key[-1]), renamed[part.key])
+        (Edit(part.start, part.end, renamed[part.key]), str(part.key[-1]))
         for part in key_parts(text)
         if part.key in renamed
     ]
@@ -106,14 +107,14 @@ def upgraded(text: str, file: Path, find: FindBase) -> Upgrade:
         start = text.find(found, end)
         if start < 0:  # written with an escape
             raise _not_by_names(file)
-        edits.append(_Edit(start, start + len(found), found, form.name))
+        edits.append((Edit(start, start + len(found), form.name), found))
     edits.sort()
-    new, expected = _edited(text, edits), _renamed(data, renamed, ())
+    new, expected = edited(text, [edit for edit, _ in edits]), _renamed(data, renamed, ())
     if "format" in expected:
         expected["format"] = form.name
     if parse_toml(new, file)[0] != expected:
         raise _not_by_names(file)
-    changes = [KeyChange(text.count("\n", 0, edit.start) + 1, edit.old, edit.new) for edit in edits]
+    changes = [KeyChange(text.count("\n", 0, edit.start) + 1, old, edit.new) for edit, old in edits]
     moves = list(moved_keys(expected, form, base))
     new, moved = _moved(new, expected, moves, file)
     changes = sorted([*changes, *moved], key=lambda change: change.line)
@@ -243,37 +244,3 @@ def _moved(
     if parse_toml(new, file)[0] != data:
         raise _not_by_names(file)
     return new, changes
-
-
-class _Edit(NamedTuple):
-    """Replacement of a span of the text."""
-
-    start: int
-    end: int
-    old: str
-    new: str
-
-    @property
-    def growth(self) -> int:
-        return len(self.new) - (self.end - self.start)
-
-
-def _edited(text: str, edits: Sequence[_Edit]) -> str:
-    """Replace spans of a text; a comment at the end of a line keeps its column where there is room."""
-    pieces, at, starts = list[str](), 0, comment_starts(text)
-    grown = 0  # growth of the line so far
-    for i, edit in enumerate(edits):
-        pieces += [text[at : edit.start], edit.new]
-        at, grown = edit.end, grown + edit.growth
-        line_end = text.find("\n", at)
-        line_end = len(text) if line_end < 0 else line_end
-        following = edits[i + 1].start if i + 1 < len(edits) else len(text)
-        if following < line_end:
-            continue
-        if comment := next((start for start in starts if at <= start < line_end), 0):
-            body = text[at:comment].rstrip(" ")
-            spaces = comment - at - len(body)
-            pieces.append(body + " " * max(spaces - grown, min(spaces, 2)))
-            at = comment
-        grown = 0
-    return "".join([*pieces, text[at:]])

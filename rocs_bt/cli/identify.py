@@ -3,42 +3,105 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
 import json
+import os
 from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from ..errors import Fault, InputError
 from .content import catalog_for, no_code_option
 from .terminal import echo
 
 if TYPE_CHECKING:
+    from ..catalog import Catalog, RobotSpec
+    from ..simulation.identified_file import IdentifiedFile
     from ..simulation.identify import Identified
 
 
 @click.command()
 @click.argument("robot")
+@click.option("--write", is_flag=True, help="Correct robot.toml where it differs in a harmful direction.")
 @click.option("--json", "as_json", is_flag=True, help="As JSON, SI units.")
 @click.option("--dry-run", is_flag=True, help="Write no file.")
 @no_code_option
-def command(robot: str, as_json: bool, dry_run: bool, no_code: bool) -> None:
+def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool) -> None:
     """Measure the motion of ROBOT, a name or a file, on an infinite plane, and write identified.toml beside robot.toml.
 
     For each axis of the body twist: reached speed, lag, and stopping distance; for wheels on two sides also effective
     wheel separation and ICR offset. `rocs-bt check` compares robot.toml with the file. Takes seconds.
+
+    With --write, values of [locomotion] of which check would warn are corrected in robot.toml, and the changed lines
+    are printed; margins and comments stay.
     """
-    from ..simulation.identified_file import write_identified
+    from ..catalog import IDENTIFIED
+    from ..simulation.identified_file import identified_text, read_identified
     from ..simulation.identify import identify
 
     catalog = catalog_for(robot, no_code=no_code)
     spec = catalog.load_robot(robot)
+    if write:
+        _refuse_unwritable(spec.file, catalog)
+    before = _read(spec.file)
     found = identify(spec, catalog)
     twists = "axes" in spec.locomotion.parameters
     echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else "\n".join(_text(found, twists=twists)))
-    if not dry_run:
-        file = write_identified(spec, found.axes, found.wheels)
-        if not as_json:
-            echo(f"\nWritten to {file}; `rocs-bt check {file.parent}` compares robot.toml with it.")
+    measured, file = identified_text(spec, found.axes, found.wheels), spec.file.parent / IDENTIFIED
+    after = _corrected(spec, before, read_identified(file, measured)) if write else before
+    if not as_json and write:
+        echo("\n" + (_diff(spec.file, before, after) or f"{spec.file} needs no correction."))
+    if dry_run:
+        return
+    _write(file, measured)
+    if after != before:
+        if _read(spec.file) != before:
+            raise InputError(Fault("the file was changed during the measurement.", spec.file, hint="Call this again."))
+        _write(spec.file.resolve(), after)
+    if not as_json:
+        echo(f"\nWritten to {file}; `rocs-bt check {file.parent}` compares robot.toml with it.")
+
+
+def _refuse_unwritable(file: Path, catalog: Catalog) -> None:
+    """Refuse a robot.toml of rocs_bt itself, or one that is read-only."""
+    from ..catalog import find_project
+
+    mine = (find_project(Path.cwd()) or Path.cwd()) / "robots" / file.parent.name
+    copy = f'Write a robot of your own with base = "{file.parent.name}", or copy this one: cp -r {file.parent} {mine}'
+    if file.resolve().is_relative_to(catalog.shipped):
+        raise InputError(Fault("the robot is shipped with rocs_bt, and is not changed.", file, hint=copy))
+    if not file.stat().st_mode & 0o222 or not os.access(file, os.W_OK) or not os.access(file.parent, os.W_OK):
+        raise InputError(Fault("the file is read-only.", file, hint=f"Make it writable. {copy}"))
+
+
+def _corrected(spec: RobotSpec, text: str, measured: IdentifiedFile) -> str:
+    from ..check.identified import as_quantities, corrections
+    from ..toml_edit import with_values
+
+    values = as_quantities(corrections(spec, measured)).items()
+    keys = {("locomotion", *key.split(".")): value for key, value in values}
+    return with_values(text, keys, spec.file, "measured by rocs-bt identify")
+
+
+def _diff(file: Path, before: str, after: str) -> str:
+    lines = before.splitlines(), after.splitlines()
+    return "\n".join(difflib.unified_diff(*lines, str(file), str(file), n=1, lineterm=""))
+
+
+def _read(file: Path) -> str:
+    return file.read_bytes().decode("utf-8")
+
+
+def _write(file: Path, text: str) -> None:
+    from ..record import write_whole
+
+    try:
+        write_whole(file, text)
+    except OSError as error:
+        hint = "Copy the robot's folder into your project, or use --dry-run."
+        raise InputError(Fault(f"cannot write the file: {error.strerror or error}.", file, hint=hint)) from error
 
 
 def _text(found: Identified, *, twists: bool) -> Iterator[str]:
@@ -57,7 +120,7 @@ def _text(found: Identified, *, twists: bool) -> Iterator[str]:
     if bad := [axis for axis, of in found.axes.items() if of.latency is None]:
         yield f"  Latency and deceleration do not describe the braking along {', '.join(bad)}: the stop distance is the"
         yield "  longest that was measured, scaled to max_speed."
-    yield "  lag: behind a ramp at the maximum acceleration; delay + lag in robot.toml."
+    yield "  lag: behind a ramp at the maximum acceleration, or that of braking wheels; delay + lag in robot.toml."
     yield "  latency: delay until braking begins; latency in robot.toml is one sensor period more."
     if twists:
         yield "  deceleration: depends on the declared one (the gate permits 1.5 times it); declare what can be held."

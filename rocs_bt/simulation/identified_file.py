@@ -12,8 +12,7 @@ from pathlib import Path
 from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
 from ..control.locomotion import AXES
 from ..document import Table, read_toml
-from ..errors import Fault, InputError
-from ..files import is_file, write_whole
+from ..files import is_file
 from ..toml_text import as_toml
 from ..units import ANGLE, LENGTH, TIME, Dimension
 
@@ -78,13 +77,17 @@ def identified_path(robot: RobotSpec) -> Path | None:
     return next((path for folder in folders if is_file(path := folder / IDENTIFIED)), None)
 
 
-def read_identified(file: Path) -> IdentifiedFile:
+def read_identified(file: Path, text: str | None = None) -> IdentifiedFile:
     """Read an identified.toml.
+
+    Args:
+        file: The file.
+        text: Its text, if it is not to be read.
 
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
-    root = read_toml(file)
+    root = read_toml(file, text)
     root.choice("format", (FORMAT,))
     model = root.text("model")
     axes = {axis: _read_axis(root.table(axis), _unit(axis)) for axis in AXES if axis in root}
@@ -108,13 +111,8 @@ def _read_axis(table: Table, unit: Dimension) -> AxisFigures:
     )
 
 
-def write_identified(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> Path:
-    """Write the identified.toml of a robot into its folder; returns the file.
-
-    Raises:
-        InputError: The file cannot be written.
-    """
-    file = robot.file.parent / IDENTIFIED
+def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: WheelFigures | None) -> str:
+    """Text of the identified.toml of a robot."""
     text = "# Measured by `rocs-bt identify`. `rocs-bt check` compares robot.toml with it.\n"
     text += as_toml({"format": FORMAT, "model": model_hash(robot)})
     for axis, of in axes.items():
@@ -128,12 +126,7 @@ def write_identified(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: 
         separation, offset = wheels.effective_wheel_separation, round(wheels.icr_offset, 4)
         figures = {"effective_wheel_separation": f"{separation:.4g} m", "icr_offset": f"{offset:g} m"}
         text += f"\n[wheels]\n{as_toml(figures)}"
-    try:
-        write_whole(file, text)
-    except OSError as error:
-        hint = "Copy the robot's folder into your project, or use --dry-run."
-        raise InputError(Fault(f"cannot write the file: {error.strerror or error}.", file, hint=hint)) from error
-    return file
+    return text
 
 
 def model_hash(robot: RobotSpec) -> str:

@@ -215,12 +215,13 @@ class _TestRig:
         """Command the wheel linear speeds of the left and the right side [m/s] for a duration [s]."""
         self.hold(self._locomotion.values_from_q @ np.array([left, right]), duration)
 
-    def reach(self, axis: str, speed: float) -> tuple[float, float, float]:
-        """Accelerate along an axis by a ramp at the maximum acceleration, and hold the speed until it is steady.
+    def reach(self, axis: str, speed: float, acceleration: float = math.inf) -> tuple[float, float, float]:
+        """Accelerate along an axis by a ramp, and hold the speed until it is steady.
 
         Args:
             axis: Axis of the twist.
             speed: Commanded speed [m/s, rad/s].
+            acceleration: Acceleration of the ramp [m/s2, rad/s2]; at most the maximum one.
 
         Returns:
             Steady speed [m/s, rad/s], lag behind the ramp [s], and distance moved, without the sway [m, rad].
@@ -228,7 +229,7 @@ class _TestRig:
         Raises:
             InputError: The robot does not move along the axis, or fell over.
         """
-        change = self._locomotion.axis_limits(axis).max_acceleration * self.period
+        change = min(self._locomotion.axis_limits(axis).max_acceleration, acceleration) * self.period
         start, given, commanded = self.travel[axis], 0.0, 0.0
         while given < speed:
             given = min(given + change, speed)
@@ -281,12 +282,14 @@ def _axis(rig: Callable[[], _TestRig], locomotion: Locomotion, axis: str) -> Ide
     """Measure the motion along one axis."""
     limit, braking = locomotion.axis_limits(axis).max_speed, []
     top, _, _ = rig().reach(axis, limit)
-    _, lag, _ = rig().reach(axis, 0.5 * limit)
     robot = rig()
     for factor in _BRAKINGS:
         speed, _, start = robot.reach(axis, factor * limit)
         braking.append(Braking(speed, *robot.brake(axis, start)))
     latency, deceleration, misfit = _fit(braking)
+    # Wheels that brake at their grip do not accelerate faster: their slip on the ramp is no lag.
+    grip = deceleration if locomotion.wheeled and misfit <= _MISFIT else math.inf
+    _, lag, _ = rig().reach(axis, 0.5 * limit, grip)
     if misfit > _MISFIT:
         longest = max(b.distance for b in braking) * (top / braking[-1].speed) ** 2  # from the speed of the last test
         return IdentifiedAxis(top, lag, None, None, longest, misfit, tuple(braking))

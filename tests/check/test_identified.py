@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
-from rocs_bt.catalog import Catalog
+from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.check import check_content
+from rocs_bt.check.identified import as_quantities, corrections, differences
+from rocs_bt.simulation.identified_file import IdentifiedFile, WheelFigures, model_hash, read_identified
+from rocs_bt.toml_edit import with_values
 
 SHIPPED = Catalog().shipped / "robots"
 BASED = 'format = "robot/3"\nbase = "pioneer_p3dx"\ndoc = "As its base."\n'
@@ -56,3 +61,51 @@ def test_its_own_measured_values_end_the_warning(tmp_path):
 def test_every_shipped_robot_is_identified():
     found = [str(f) for file in sorted(SHIPPED.glob("*/robot.toml")) for f in check_content([file]).faults]
     assert not [fault for fault in found if "identif" in fault or "measured" in fault]
+
+
+def derived(folder: Path, base: str) -> Path:
+    """A robot of a project that is its base, with a comment and keys that must stay."""
+    file = folder / "robots" / "mine" / "robot.toml"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(f'format = "robot/3"\nbase = "{base}"  # ours\ndoc = "Mine."\n', "utf-8")
+    return file
+
+
+def other_figures(random: np.random.Generator, measured: IdentifiedFile, robot: RobotSpec) -> IdentifiedFile:
+    """Figures of a body that differs from the measured one in each value, as by worn tyres, load or other motors."""
+
+    def worse(value: float, low: float, high: float) -> float:
+        return value * float(random.uniform(low, high))
+
+    axes = {}
+    for axis, of in measured.axes.items():
+        fits = of.latency is not None and random.random() < 0.7
+        axes[axis] = replace(
+            of,
+            max_speed=worse(of.max_speed, 0.4, 1.2),
+            lag=worse(of.lag + 0.05, 0.2, 6.0),
+            latency=worse(of.latency + 0.02, 0.2, 6.0) if fits else None,
+            deceleration=worse(of.deceleration, 0.1, 2.0) if fits else None,
+            stop_distance=worse(of.stop_distance, 0.3, 5.0),
+        )
+    wheels = measured.wheels
+    if wheels is not None:
+        size = worse(wheels.effective_wheel_separation, 0.6, 1.6)
+        wheels = WheelFigures(size, float(random.uniform(-0.2, 0.2)))
+    return replace(measured, axes=axes, wheels=wheels, model=model_hash(robot))
+
+
+@pytest.mark.parametrize("base", [file.parent.name for file in sorted(SHIPPED.glob("*/identified.toml"))])
+def test_the_corrections_end_every_difference_that_values_can_end(tmp_path: Path, base: str) -> None:
+    random, catalog = np.random.default_rng(sum(map(ord, base))), Catalog(tmp_path)
+    for _ in range(4):
+        file = derived(tmp_path, base)
+        robot = catalog.load_robot(str(file))
+        measured = other_figures(random, read_identified(SHIPPED / base / "identified.toml"), robot)
+        values = as_quantities(corrections(robot, measured))
+        text = with_values(file.read_text(), {("locomotion", *k.split(".")): v for k, v in values.items()}, file, "m")
+        assert text.startswith(file.read_text())
+        file.write_text(text, "utf-8")
+        left = list(differences(catalog.load_robot(str(file)), measured))
+        assert not [difference for difference in left if difference.values], (values, left)
+        assert not corrections(catalog.load_robot(str(file)), measured)
