@@ -38,7 +38,7 @@ class Difference:
     """Harmful difference between `[locomotion]` and the measured motion.
 
     Attributes:
-        message: What differs, and what it causes.
+        message: Difference, and the harm that it does.
         keys: Keys of `[locomotion]` at which it is reported, the first that the file has.
         values: Values by key, such as `lag` or `vx.max_speed`, that end the difference, in SI units; empty if only
             another model does.
@@ -214,10 +214,10 @@ def _stopping(robot: RobotSpec, locomotion: Locomotion, axis: str, measured: Axi
     top = min(measured.max_speed, locomotion.axis_limits(axis).max_speed)
     braking = response.deceleration.get(axis, locomotion.axis_limits(axis).max_acceleration)
     if measured.latency is None or measured.deceleration is None:
-        latency, deceleration, speeds = period, 0.5 * measured.max_speed**2 / max(measured.stop_distance, 1e-6), (top,)
+        latency, deceleration, speeds = period, 0.5 * measured.max_speed**2 / max(measured.stop_distance, 1e-6), [top]
         hint = f"Measured: {measured.stop_distance:.3g} m after the command, which comes up to {period:.3g} s late."
     else:
-        latency, deceleration, speeds = period + measured.latency, measured.deceleration, (top, 0.5 * top)
+        latency, deceleration, speeds = period + measured.latency, measured.deceleration, [top, 0.5 * top]
         hint = (
             f"Measured: latency {latency:.3g} s ({period:.3g} s from reading to reading, {measured.latency:.3g} s of "
             f"delay), deceleration {deceleration:.3g} m/s2."

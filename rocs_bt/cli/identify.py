@@ -79,9 +79,10 @@ def _refuse_unwritable(file: Path, catalog: Catalog) -> None:
 def _corrected(spec: RobotSpec, text: str, measured: IdentifiedFile) -> str:
     from ..check.identified import as_quantities, corrections
     from ..toml_edit import with_values
+    from ..toml_text import Key
 
     values = as_quantities(corrections(spec, measured)).items()
-    keys = {("locomotion", *key.split(".")): value for key, value in values}
+    keys: dict[Key, str] = {("locomotion", *key.split(".")): value for key, value in values}
     return with_values(text, keys, spec.file, "measured by rocs-bt identify")
 
 
