@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import Fault, InputError
+from ..files import check_writable, read_text, write_whole
 from .content import catalog_for, no_code_option
 from .terminal import echo
 
@@ -45,7 +46,7 @@ def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool
     spec = catalog.load_robot(robot)
     if write:
         _refuse_unwritable(spec.file, catalog)
-    before = _read(spec.file)
+    before = read_text(spec.file, raw=True)
     found = identify(spec, catalog)
     twists = "axes" in spec.locomotion.parameters
     echo(json.dumps(dataclasses.asdict(found), indent=2) if as_json else "\n".join(_text(found, twists=twists)))
@@ -57,9 +58,9 @@ def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool
         return
     _write(file, measured)
     if after != before:
-        if _read(spec.file) != before:
+        if read_text(spec.file, raw=True) != before:
             raise InputError(Fault("the file was changed during the measurement.", spec.file, hint="Call this again."))
-        _write(spec.file.resolve(), after)
+        _write(spec.file, after)
     if not as_json:
         echo(f"\nWritten to {file}; `rocs-bt check {file.parent}` compares robot.toml with it.")
 
@@ -72,7 +73,12 @@ def _refuse_unwritable(file: Path, catalog: Catalog) -> None:
     copy = f'Write a robot of your own with base = "{file.parent.name}", or copy this one: cp -r {file.parent} {mine}'
     if file.resolve().is_relative_to(catalog.shipped):
         raise InputError(Fault("the robot is shipped with rocs_bt, and is not changed.", file, hint=copy))
-    if not file.stat().st_mode & 0o222 or not os.access(file, os.W_OK) or not os.access(file.parent, os.W_OK):
+    try:
+        check_writable(file.resolve())
+        writable = file.stat().st_mode & 0o222 != 0 and os.access(file, os.W_OK)
+    except OSError:
+        writable = False
+    if not writable:
         raise InputError(Fault("the file is read-only.", file, hint=f"Make it writable. {copy}"))
 
 
@@ -91,13 +97,7 @@ def _diff(file: Path, before: str, after: str) -> str:
     return "\n".join(difflib.unified_diff(*lines, str(file), str(file), n=1, lineterm=""))
 
 
-def _read(file: Path) -> str:
-    return file.read_bytes().decode("utf-8")
-
-
 def _write(file: Path, text: str) -> None:
-    from ..record import write_whole
-
     try:
         write_whole(file, text)
     except OSError as error:

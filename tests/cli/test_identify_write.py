@@ -58,7 +58,7 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> 
 def played(robot: str, scene: str, out: Path) -> str:
     call(["episode", f"hybrid@{robot}", scene, "--out", str(out)])
     agents = json.loads((out / "summary.json").read_text("utf-8"))["agents"]
-    return next(iter(agents.values()))["outcome"]
+    return str(next(iter(agents.values()))["outcome"])
 
 
 def test_a_late_robot_is_measured_and_checked(late: Path, capsys: pytest.CaptureFixture[str]) -> None:
