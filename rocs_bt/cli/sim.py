@@ -68,6 +68,15 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
     show_default=True,
     help="Publish the transform from map to odom of robots with ground-truth odometry.",
 )
+@click.option(
+    "--odom-to-base/--no-odom-to-base",
+    default=True,
+    show_default=True,
+    help="Publish the transform from odom to base_footprint.",
+)
+@click.option(
+    "--tf-per-namespace", is_flag=True, help="Transforms of each robot on tf of its namespace, frames without a prefix."
+)
 @click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer.")
 @no_code_option
 def command(
@@ -83,6 +92,8 @@ def command(
     transport: str,
     distro: str,
     map_to_odom: bool,
+    odom_to_base: bool,
+    tf_per_namespace: bool,
     view: bool,
     no_code: bool,
 ) -> int:
@@ -96,6 +107,7 @@ def command(
     from ..drivers.ros2.connect import open_transport
     from ..drivers.ros2.settings import Ros2Settings
     from ..simulation import StopSignals
+    from ..simulation.robot_publishers import FrameOptions
     from ..simulation.ros2_robot import COMMAND_TYPES
     from ..simulation.ros2_simulation import Ros2Simulation
 
@@ -121,7 +133,7 @@ def command(
             namespace=namespace,
             command_type=COMMAND_TYPES[cmd_vel],
             timeout=timeout,
-            map_to_odom=map_to_odom,
+            frames=FrameOptions(map_to_odom, odom_to_base, tf_per_namespace),
             notice=lambda text: echo(text, err=True),
         )
         with _viewer(simulation) if view else nullcontext() as screen:

@@ -57,7 +57,8 @@ class NetworkWatch:
         if each.type != type:
             yield f"{each.topic}: {node} {verb} {each.type}, and the type here is {type}.{_advice(each)}"
         elif why := mismatch(each.qos, qos) if each.publishes else mismatch(qos, each.qos):
-            yield f"{each.topic}: the quality of service of {node} does not match in {why}."
+            fix = f"Let it {'offer' if each.publishes else 'request'} {qos.reliability}, {qos.durability}."
+            yield f"{each.topic}: the quality of service of {node} does not match in {why}. {fix}"
 
 
 def _advice(each: Endpoint) -> str:

@@ -194,7 +194,8 @@ def _range(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
 
 def _imu(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
     taken = _taken(parts)
-    fields = messages.imu(stamp, names.frame(BASE), *taken.get("turn_rate", (0.0,)))
+    (turn_rate,) = taken.get("turn_rate", (0.0,))
+    fields = messages.imu(stamp, names.frame(BASE), turn_rate)
     if "turn_rate" not in taken:
         fields["angular_velocity_covariance"] = _UNKNOWN
     if {"orientation", "attitude"} & taken.keys():
@@ -225,7 +226,7 @@ def _joints(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
 def _pose_with_covariance(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:
     taken = _taken(parts)
     (spread,) = taken.get("spread", (0.0,))
-    return messages.pose_with_covariance(stamp, MAP, _pose(taken), spread, 0.0)
+    return messages.pose_with_covariance(stamp, MAP, _pose(taken), messages.diagonal([*[spread**2] * 3, 0.0, 0.0, 0.0]))
 
 
 def _pose_stamped(parts: Sequence[_Part], names: BagMessages, stamp: float) -> Fields:

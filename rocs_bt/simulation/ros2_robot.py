@@ -10,8 +10,11 @@ from ..drivers.ros2.qos import QoS
 from ..errors import DeviceError, interrupts
 from ..event import CommandExpired, EventSink
 from ..raised import describe
+from .robot_links import RobotLinks
 from .robot_publishers import RobotPublishers
 from .ros2_outputs import robot_outputs
+from .ros_names import MAP
+from .urdf import urdf
 
 COMMAND_TYPES = {"TwistStamped": "geometry_msgs/msg/TwistStamped", "Twist": "geometry_msgs/msg/Twist"}
 """Message types of velocity commands, by short name."""
@@ -32,6 +35,7 @@ class Ros2Robot:
 
     Args:
         devices: Devices of the robot, in MuJoCo.
+        links: Links of the robot.
         names: Names and publishers of the robot.
         sink: Sink for CommandExpired events.
         command_type: Message type of the commands.
@@ -49,6 +53,7 @@ class Ros2Robot:
     def __init__(
         self,
         devices: RobotDevices,
+        links: RobotLinks,
         names: RobotPublishers,
         sink: EventSink,
         *,
@@ -57,7 +62,9 @@ class Ros2Robot:
     ) -> None:
         self.names = names
         self._locomotion = robot_locomotion(devices.robot.locomotion)
-        self.outputs = robot_outputs(devices, self._locomotion, names)
+        self.outputs = robot_outputs(devices, self._locomotion, names, links)
+        self._description = names.publisher("robot_description", "std_msgs/msg/String", QoS.LATCHED)
+        self._links = links
         self.command_topic = names.topic("cmd_vel")
         self.commands = self.expired = 0
         self.faults: dict[str, str] = {}
@@ -68,6 +75,11 @@ class Ros2Robot:
         self._timeout = timeout
         self._values: list[float] | None = None  # None while there is no valid command
         self._commanded_at = -math.inf
+
+    def describe(self) -> None:
+        """Publish the description of the robot, for displays and planners that start at any time."""
+        frames = [each for each in self.names.statics if each[0] != MAP]
+        self._description.send({"data": urdf(self.names.robot, self._links.links, self.names.frame, frames)})
 
     def publish(self, count: int) -> None:
         """Publish the readings of the sensors that are due in the control period with this number."""

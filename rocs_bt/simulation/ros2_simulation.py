@@ -16,13 +16,12 @@ from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
 from .judge_panel import wait_until
 from .network_watch import NetworkWatch
-from .robot_publishers import Publisher, RobotPublishers
-from .ros2_outputs import TRANSFORMS
+from .robot_links import RobotLinks
+from .robot_publishers import ALL_FRAMES, FrameOptions, Publisher, RobotPublishers, TfPublishers
 from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, LATEST, Ros2Robot
 from .ros_names import robot_namespace
 from .simulated_world import SimulatedWorld, build_world
 
-_TF = "tf2_msgs/msg/TFMessage"
 _TICK = 0.01  # [s] maximum simulated time between two messages of /clock, and two looks for commands
 _FORGIVE = 0.25  # [s] delay above which the lost time is skipped instead of caught up
 
@@ -72,13 +71,13 @@ class Ros2Simulation:
         namespace: Namespace of the robot. Several robots get the agents' names in lower case, within this namespace.
         command_type: Message type of velocity commands.
         timeout: Time without a command after which a robot stops [s].
-        map_to_odom: Whether ground-truth odometry has a constant transform from the map.
+        frames: Transforms that are published.
         notice: Function that is called with each notice about nodes that do not match; None for none.
 
     Attributes:
         simulated: The world.
         robots: The robots.
-        shared: Publishers that do not belong to a robot.
+        shared: Publishers of the time and of transforms.
         without_tf: Reason why no transforms are published; empty if they are.
 
     Raises:
@@ -98,7 +97,7 @@ class Ros2Simulation:
         namespace: str = "",
         command_type: str = COMMAND_TYPES["TwistStamped"],
         timeout: float = COMMAND_TIMEOUT,
-        map_to_odom: bool = True,
+        frames: FrameOptions = ALL_FRAMES,
         notice: Callable[[str], None] | None = None,
     ) -> None:
         spaces = _namespaces([agent.name for agent in scenario.agents], namespace)
@@ -107,23 +106,25 @@ class Ros2Simulation:
         self._rate = rate
         self.simulated: SimulatedWorld = build_world(scenario, catalog, seed, sink, clock=self._clock)
         self._time = Publisher(transport, "/clock", "rosgraph_msgs/msg/Clock", QoS.COMMAND)
-        self.without_tf, tf, self._statics = "", None, None
+        self.without_tf, tf = "", dict[str, TfPublishers]()  # by namespace
         try:
-            tf = Publisher(transport, "/tf", _TF, TRANSFORMS)
-            self._statics = Publisher(transport, "/tf_static", _TF, QoS.LATCHED)
+            for space in set(spaces.values()) if frames.per_namespace else ("",):
+                tf[space] = TfPublishers(transport, space)
         except InputError as error:  # rclpy of a ROS 2 installation without tf2_msgs
             self.without_tf = str(error)
-        self.shared = [each for each in (self._time, tf, self._statics) if each is not None]
+        self.shared = [self._time, *(each for one in tf.values() for each in one.publishers)]
         self.robots = [
             Ros2Robot(
                 self.simulated.devices(name),
-                RobotPublishers(name, space, transport, tf, map_to_odom=map_to_odom),
+                RobotLinks(self.simulated.world, name),
+                RobotPublishers(name, space, transport, tf.get(space if frames.per_namespace else ""), frames),
                 sink,
                 command_type=command_type,
                 timeout=timeout,
             )
             for name, space in spaces.items()
         ]
+        self._tf = tf
         published = [*self.shared, *(each for robot in self.robots for each in robot.names.publishers)]
         self._watch = NetworkWatch(
             transport,
@@ -146,8 +147,7 @@ class Ros2Simulation:
             ended: Returns the reason of a signal that ends the simulation, or an empty text.
             screen: Display of the world.
         """
-        if self._statics is not None:
-            self._statics.send(messages.transforms([each for robot in self.robots for each in robot.names.statics]))
+        self._describe()
         pace = _Pace(self._rate, ended)
         try:
             while (t := self._clock.now()) < duration - 1e-9 and not ended():
@@ -162,6 +162,14 @@ class Ros2Simulation:
             for robot in self.robots:
                 robot.stop()
         return SimulationEnd(self._clock.now(), pace.passed(), pace.skipped)
+
+    def _describe(self) -> None:
+        """Publish what late nodes need, too: constant transforms and descriptions of the robots."""
+        for tf in self._tf.values():
+            robots = [robot.names for robot in self.robots if robot.names.tf is tf]
+            tf.send_static([each for names in robots for each in names.transforms()])
+        for robot in self.robots:
+            robot.describe()
 
     def _period(self, t: float, screen: Screen | None) -> bool:
         """Begin a control period: publish sensors, and move the actors; False if the display was closed."""

@@ -5,28 +5,34 @@ from __future__ import annotations
 import re
 from functools import cache
 
-MAP, ODOM, BASE = "map", "odom", "base_link"
-"""Frames of REP 105."""
+MAP, ODOM, FOOTPRINT, BASE = "map", "odom", "base_footprint", "base_link"
+"""Frames of REP 105 and REP 120."""
 
 
 class RosNames:
     """Names of the topics and frames of a robot.
 
     Args:
-        namespace: Namespace of its topics, and prefix of its frames, without slashes at the ends; empty for none.
+        namespace: Namespace of its topics, without slashes at the ends; empty for none.
+        prefix: Prefix of its frames; by default the namespace.
     """
 
-    def __init__(self, namespace: str) -> None:
+    def __init__(self, namespace: str, prefix: str | None = None) -> None:
         self.namespace = namespace
+        self._prefix = namespace if prefix is None else prefix
 
     def topic(self, name: str) -> str:
         """Full name of a topic."""
-        return f"/{self.frame(name)}"
+        return f"/{_within(self.namespace, name)}"
 
     def frame(self, name: str) -> str:
         """Full name of a frame."""
-        own = "/".join(map(ros_name, name.split("/")))
-        return f"{self.namespace}/{own}" if self.namespace else own
+        return _within(self._prefix, name)
+
+
+def _within(outer: str, name: str) -> str:
+    own = "/".join(map(ros_name, name.split("/")))
+    return f"{outer}/{own}" if outer else own
 
 
 @cache

@@ -81,7 +81,7 @@ def messages_at(k):
             "linear_acceleration": messages.vector(x, 0.0, 9.8),
             "linear_acceleration_covariance": [0.0] * 9,
         },
-        "fix": messages.pose_with_covariance(1.0 + t, "map", pose, 0.1 + x, 0.0),
+        "fix": messages.pose_with_covariance(1.0 + t, "map", pose, messages.diagonal([(0.1 + x) ** 2] * 6)),
         "/camera": messages.pose_stamped(1.0 + t, "map", pose),
         "battery": {"header": header, "percentage": 0.5, "voltage": 12.0 - x},
         "/diagnostics": {"header": header, "status": [{"name": "motor", "level": k % 3}]},

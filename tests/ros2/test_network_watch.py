@@ -42,7 +42,7 @@ def watched(*others):
         (
             Endpoint("/scan", SCAN, "/slam", False, QoS.LATCHED),
             "/scan: the quality of service of the node '/slam' does not match in durability "
-            "(offered volatile, requested transient_local).",
+            "(offered volatile, requested transient_local). Let it request reliable, volatile.",
         ),
     ],
 )

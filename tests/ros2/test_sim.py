@@ -17,7 +17,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose3
 from rocs_bt.simulation import build_world
 
-from .test_sim_robot import AGENT, SCENARIO, pose_of, time_of
+from .test_sim_robot import AGENT, SCENARIO, frames_of, pose_of, time_of
 
 PATIENCE = 30.0  # [s]
 TYPES = {
@@ -91,10 +91,11 @@ def test_exp1_publishes_the_truth_of_its_world(simulator):
         assert pose.plane == pytest.approx(truth.starts["R2"], abs=2e-3)  # it settles on its wheels
         ranges = [client.newest[f"range/{site}"].range for site in sites]
         assert ranges == pytest.approx(list(sonars.read().values), abs=0.02)
-        tf = client.newest["tf"].transforms[0]
-        assert pose_of(tf.transform.translation, tf.transform.rotation) == pytest.approx(pose, abs=2e-3)
+        client.until(lambda newest: newest["tf"].transforms[0].header.frame_id == "odom")
+        place, turn, _ = frames_of(client.newest["tf"], client.newest["tf_static"]).pose("map", "base_link")
+        assert Pose3.from_quaternion(place, turn) == pytest.approx(pose, abs=2e-3)
         frames = {each.child_frame_id: each.header.frame_id for each in client.newest["tf_static"].transforms}
-        assert frames == {"odom": "map", **dict.fromkeys(sites, "base_link")}
+        assert frames == {"odom": "map", "base_link": "base_footprint", **dict.fromkeys(sites, "base_link")}
         client.until(lambda now: abs(time_of(now["clock"].clock) - time_of(now["odom"].header.stamp)) < 0.2)
     assert process.end(signal.SIGINT) == 130
     assert "not repeatable" in process.text

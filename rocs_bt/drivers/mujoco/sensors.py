@@ -142,7 +142,8 @@ class Gyro(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        self._model = GyroModel(read_parameters(GyroParameters, parameters, f"gyro '{name}'"), mount.rng)
+        self.parameters = read_parameters(GyroParameters, parameters, f"gyro '{name}'")
+        self._model = GyroModel(self.parameters, mount.rng)
 
     def sample(self) -> list[float]:
         world = self.mount.world

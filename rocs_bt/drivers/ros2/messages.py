@@ -13,6 +13,9 @@ if TYPE_CHECKING:
 
 Fields = dict[str, Any]
 
+UNMEASURED = 1e6
+"""Variance of a quantity that nothing measures, which filters then ignore, SI units."""
+
 
 def time_fields(t: float) -> Fields:
     """Fields of a builtin_interfaces/msg/Time, to the nearest nanosecond."""
@@ -78,8 +81,15 @@ def sonar_range(stamp: float, frame: str, distance: float, *, opening: float, li
     }
 
 
-def odometry(stamp: float, frame: str, child: str, pose: Pose3, twist: Twist3) -> Fields:
-    """Fields of a nav_msgs/msg/Odometry, without covariances.
+def odometry(
+    stamp: float,
+    frame: str,
+    child: str,
+    pose: Pose3,
+    twist: Twist3,
+    covariances: Sequence[Sequence[float]] = ((0.0,) * 36, (0.0,) * 36),
+) -> Fields:
+    """Fields of a nav_msgs/msg/Odometry.
 
     Args:
         stamp: Time of the pose [s].
@@ -87,30 +97,32 @@ def odometry(stamp: float, frame: str, child: str, pose: Pose3, twist: Twist3) -
         child: Frame of the body, and of the twist.
         pose: Pose of the body.
         twist: Velocity of the body.
+        covariances: Covariances of pose and twist, each 36 numbers in rows; zeros if they are unknown.
     """
     return {
         "header": header(stamp, frame),
         "child_frame_id": child,
-        "pose": {"pose": pose_fields(pose)},
-        "twist": {"twist": twist_fields(twist)},
+        "pose": {"pose": pose_fields(pose), "covariance": covariances[0]},
+        "twist": {"twist": twist_fields(twist), "covariance": covariances[1]},
     }
 
 
-def pose_with_covariance(stamp: float, frame: str, pose: Pose3, position_noise: float, heading_noise: float) -> Fields:
+def pose_with_covariance(stamp: float, frame: str, pose: Pose3, covariance: Sequence[float]) -> Fields:
     """Fields of a geometry_msgs/msg/PoseWithCovarianceStamped.
 
     Args:
         stamp: Time of the pose [s].
         frame: Frame of the pose.
         pose: Measured pose.
-        position_noise: Standard deviation of each coordinate [m].
-        heading_noise: Standard deviation of the heading [rad].
+        covariance: Covariance of x, y, z, roll, pitch, yaw: 36 numbers in rows.
     """
-    covariance = [0.0] * 36  # of x, y, z, roll, pitch, yaw
-    for row in range(3):
-        covariance[7 * row] = position_noise**2
-    covariance[35] = heading_noise**2
     return {"header": header(stamp, frame), "pose": {"pose": pose_fields(pose), "covariance": covariance}}
+
+
+def diagonal(variances: Sequence[float]) -> list[float]:
+    """Covariance of n quantities with independent errors, shape (n * n,) in rows."""
+    size = len(variances)
+    return [variances[row] if row == column else 0.0 for row in range(size) for column in range(size)]
 
 
 def pose_stamped(stamp: float, frame: str, pose: Pose3) -> Fields:
@@ -123,21 +135,21 @@ def twist_stamped(stamp: float, frame: str, twist: Twist3) -> Fields:
     return {"header": header(stamp, frame), "twist": twist_fields(twist)}
 
 
-def imu(stamp: float, frame: str, turn_rate: float, noise: float = 0.0) -> Fields:
+def imu(stamp: float, frame: str, turn_rate: float, covariance: Sequence[float] = (0.0,) * 9) -> Fields:
     """Fields of a sensor_msgs/msg/Imu of a gyro about z, marked as without orientation and acceleration.
 
     Args:
         stamp: Time of the measurement [s].
         frame: Frame of the gyro.
         turn_rate: Turn rate about z [rad/s].
-        noise: Standard deviation of the turn rate [rad/s]; 0 if unknown.
+        covariance: Covariance of the turn rates about x, y and z, 9 numbers in rows; zeros if unknown.
     """
     unknown = [-1.0, *[0.0] * 8]
     return {
         "header": header(stamp, frame),
         "orientation_covariance": unknown,
         "angular_velocity": vector(0.0, 0.0, turn_rate),
-        "angular_velocity_covariance": [0.0] * 8 + [noise**2],
+        "angular_velocity_covariance": covariance,
         "linear_acceleration_covariance": unknown,
     }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from xml.etree import ElementTree as xml
 
 import pytest
 import rclpy
@@ -11,10 +12,13 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav_msgs.msg import Odometry
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter
-from rclpy.qos import qos_profile_sensor_data
+from rclpy.qos import DurabilityPolicy, QoSProfile, qos_profile_sensor_data
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState, Range
+from std_msgs.msg import String
+
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 PATIENCE = 30.0  # [s]
 
@@ -33,7 +37,9 @@ class Driver:
             ("odom", Odometry, 10),  # reliable, as the defaults of many programs
             ("joint_states", JointState, 10),
             ("range/sonar3", Range, qos_profile_sensor_data),
+            ("/range/sonar4", Range, 5),
             ("/clock", Clock, 1),
+            ("robot_description", String, LATCHED),  # published before this node exists
         ):
             self.node.create_subscription(kind, name, lambda m, name=name: self.newest.update({name: m}), qos)
 
@@ -64,7 +70,7 @@ def test_a_plain_node_follows_its_clock_and_drives_it(simulator, ros, transport,
     process = simulator("exp1", "--transport", transport, "--cmd-vel", command, "--rate", "2")
     assert transport in process.text.splitlines()[0]
     driver = Driver(stamped=command == "TwistStamped")
-    driver.until(lambda: len(driver.newest) == 4 and driver.now() > 0.0)
+    driver.until(lambda: len(driver.newest) == 6 and driver.now() > 0.0)
     took, end = math.inf, time.monotonic() + PATIENCE
     while not 0.4 < took < 0.8:  # twice real time; a loaded machine is late, and catches up
         assert time.monotonic() < end, f"a simulated second takes {took:.2f} s"
@@ -72,6 +78,10 @@ def test_a_plain_node_follows_its_clock_and_drives_it(simulator, ros, transport,
         driver.until(lambda until=simulated + 1.0: driver.now() > until)
         took = time.monotonic() - wall
     odom = driver.newest["odom"]
+    assert min(odom.pose.covariance[::7]) > 0.0
+    assert min(odom.twist.covariance[::7]) > 0.0
+    links = [each.get("name") for each in xml.fromstring(driver.newest["robot_description"].data).iter("link")]
+    assert {"base_footprint", "base_link", "sonar3"} <= set(links)
     clock = driver.node.get_clock()
 
     def age():
@@ -88,3 +98,15 @@ def test_a_plain_node_follows_its_clock_and_drives_it(simulator, ros, transport,
     driver.node.destroy_node()
     assert process.end() == 143
     assert "stopped 1 time without one" in process.text
+
+
+@pytest.mark.parametrize("transport", ["rclpy", "dds"])
+def test_a_node_of_another_type_or_quality_of_service_is_told_what_to_do(simulator, ros, transport):
+    process = simulator("exp1", "--transport", transport)
+    node = rclpy.create_node("teleop")
+    node.create_publisher(Twist, "cmd_vel", 1)
+    process.until_said("/cmd_vel: the node '/teleop' publishes geometry_msgs/msg/Twist, and the type here is")
+    node.create_subscription(Odometry, "odom", lambda message: None, LATCHED)
+    process.until_said("requested transient_local). Let it request reliable, volatile.")
+    node.destroy_node()
+    assert process.end() == 143
