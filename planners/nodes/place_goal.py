@@ -40,5 +40,4 @@ class PlaceGoal(Instant):
         except KnowledgeError as error:
             self.feedback_message = str(Failure(Reason.CANNOT, str(error)))
             return FAILURE
-        self.feedback_message = ""
         return SUCCESS

@@ -40,7 +40,6 @@ class When(Instant):
     def update(self) -> Outcome:
         condition = self._compiled(self.expression)
         if condition.holds():
-            self.feedback_message = ""
             return SUCCESS
         self.feedback_message = f"'{self._text}' does not hold: {condition.reading()}"
         return FAILURE

@@ -80,7 +80,6 @@ class Act(Leaf):
 
     def initialise(self) -> None:
         self.failure = None
-        self.feedback_message = ""
         self._preemptions, self._nearest = 0, math.inf
         self._submit()
 

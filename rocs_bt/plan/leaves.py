@@ -33,7 +33,6 @@ class Condition(Instant):
 
     def update(self) -> Status:
         if self._holds():
-            self.feedback_message = ""
             return Status.SUCCESS
         self.feedback_message = f"'{self.text}' does not hold: {self._reading()}"
         return Status.FAILURE

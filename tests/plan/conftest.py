@@ -3,11 +3,14 @@
 Nodes for ROS 2 get a fake connection.
 """
 
+import math
+
 import pytest
 
 from rocs_bt.expression import Environment, compile_expression
+from rocs_bt.geometry import Pose2
 from rocs_bt.pipeline import Priority
-from rocs_bt.plan import Mission, TreePlan, mission_nodes
+from rocs_bt.plan import Mission, TreePlan, mission_nodes, xml_mission
 from rocs_bt.trees.xml import load_xml
 
 from .ros_fake import Link
@@ -79,3 +82,18 @@ def grow(mind):
         return TreePlan(root, mind.mission).tree
 
     return grow
+
+
+@pytest.fixture
+def served(mind, link):
+    """A tree from one line of XML in the dialect of a running Nav2."""
+    mind.rig.knowledge.world.place("dock", Pose2(3.0, 4.0, math.pi), kind="goal")
+    mind.rig.knowledge.world.place("near", Pose2(1.0, 0.0, 0.5), kind="goal")
+
+    def served(line, **keys):
+        text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
+        build = xml_mission(text, dialect="nav2_servers")
+        mind.mission.board.update(keys)
+        return TreePlan(build(mind.mission), mind.mission).tree
+
+    return served

@@ -5,6 +5,8 @@ from types import SimpleNamespace
 from rocs_bt.errors import DeviceError, Fault, InputError, unknown
 from rocs_bt.ros_link import GoalState, RosField
 
+from .nav2_msgs import NAV2_MSGS
+
 TIME = "builtin_interfaces/msg/Time"
 TYPES = {
     "std_msgs/msg/String": {"data": RosField("string")},
@@ -28,6 +30,7 @@ TYPES = {
     "test_msgs/action/Fibonacci_Goal": {"order": RosField("int32")},
     "test_msgs/action/Fibonacci_Feedback": {"sequence": RosField("int32", array=True)},
     "test_msgs/action/Fibonacci_Result": {"sequence": RosField("int32", array=True)},
+    **NAV2_MSGS,
 }
 
 

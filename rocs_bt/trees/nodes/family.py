@@ -142,6 +142,7 @@ class Leaf(Node):
     def tick_once(self) -> Outcome:
         try:
             if self.status is not RUNNING:
+                self.feedback_message = ""
                 self.initialise()
             outcome = self.update()
             if outcome is RUNNING:
@@ -176,6 +177,7 @@ class Instant(Leaf):
 
     def tick_once(self) -> Outcome:
         try:
+            self.feedback_message = ""
             outcome = self.update()
             if outcome is SUCCESS or outcome is FAILURE:
                 self.status = outcome
