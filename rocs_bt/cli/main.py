@@ -19,6 +19,7 @@ import click
 from ..current_folder import keep_current_folder_off_path
 from ..errors import InputError, RecordingError, RocsError
 from ..version import __version__
+from .stop import end_by_signals
 from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 
 # Commands with their descriptions, so that `--help` loads no command.
@@ -84,6 +85,7 @@ def main() -> NoReturn:
     """Entry point of `rocs-bt`."""
     keep_current_folder_off_path()
     guard_streams()
+    end_by_signals()
     sys.exit(call(sys.argv[1:]))
 
 
