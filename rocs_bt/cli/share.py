@@ -7,7 +7,6 @@ from pathlib import Path
 
 import click
 
-from ..errors import Fault, InputError
 from .terminal import echo
 
 
@@ -27,11 +26,6 @@ def keys(members: tuple[str, ...], out: Path) -> None:
     """
     from ..knowledge.share.keys import make_keys
 
-    try:
-        folders = make_keys(out, members, datetime.now(UTC))
-    except ModuleNotFoundError as error:
-        what = Fault("making keys needs 'cryptography', which is not installed.", hint="pip install 'rocs_bt[share]'")
-        raise InputError(what) from error
-    for folder in folders:
+    for folder in make_keys(out, members, datetime.now(UTC)):
         echo(f"{folder}: keys of {folder.name}. Copy them to that robot only, over a trusted connection.")
     echo(f"{out / 'authority.key'}: signs further members. Keep it here and secret.")

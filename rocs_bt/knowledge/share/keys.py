@@ -7,10 +7,11 @@ certificates of new members; do not copy it to robots.
 
 from __future__ import annotations
 
+import importlib.util
 import secrets
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import datetime, timedelta
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +26,7 @@ AUTHORITY, AUTHORITY_KEY, SECRET = "authority.pem", "authority.key", "group.key"
 CERTIFICATE, KEY = "member.pem", "member.key"
 VALID = timedelta(days=3650)
 
+_HINT = "Make keys with `rocs-bt share keys NAME...` and copy the folder NAME."
 _SECRET_SIZE = 32  # [bytes]
 _MOST = 1_000_000  # maximum size of a key file [bytes]
 
@@ -50,14 +52,16 @@ class Keys:
         """Read a member's keys from its folder.
 
         Raises:
-            InputError: A file is missing, or the secret has a wrong size.
+            InputError: A file is missing, damaged, of another group or member, or not valid today; or the extra is not
+                installed.
         """
-        if missing := [n for n in (AUTHORITY, CERTIFICATE, KEY, SECRET) if not is_file(folder / n)]:
-            what = f"the folder of keys '{folder}' lacks {', '.join(missing)}."
-            raise InputError(Fault(what, hint="Make keys with `rocs-bt share keys NAME...` and copy the folder NAME."))
-        secret, *_ = (read_bytes(folder / name, _MOST) for name in (SECRET, AUTHORITY, CERTIFICATE, KEY))
-        if len(secret) != _SECRET_SIZE:
-            raise InputError(f"'{folder / SECRET}' must hold {_SECRET_SIZE} bytes, found {len(secret)}.")
+        _require_cryptography()
+        _require_files(folder, AUTHORITY, CERTIFICATE, KEY, SECRET)
+        secret = _secret(folder / SECRET)
+        authority, certificate = (_certificate_in(folder / name) for name in (AUTHORITY, CERTIFICATE))
+        if _key_in(folder / KEY).public_key() != certificate.public_key():
+            raise InputError(Fault(f"'{folder / KEY}' is not the key of '{folder / CERTIFICATE}'.", hint=_HINT))
+        _check_issued(folder, certificate, authority)
         return cls(folder / AUTHORITY, folder / CERTIFICATE, folder / KEY, secret)
 
 
@@ -73,8 +77,10 @@ def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]
         Folders to copy to the members.
 
     Raises:
-        InputError: A member has keys already, or its name is not an identifier.
+        InputError: A member has keys already, or its name is not an identifier; a file of the group is damaged or
+            missing; or the extra is not installed.
     """
+    _require_cryptography()
     for member in members:
         if not member.isidentifier():
             raise InputError(f"'{member}' cannot name a member. Use letters, digits and '_', beginning with a letter.")
@@ -86,21 +92,79 @@ def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]
 
 
 def _authority(folder: Path, now: datetime) -> tuple[EllipticCurvePrivateKey, Certificate]:
-    from cryptography import x509
     from cryptography.hazmat.primitives.asymmetric import ec
-    from cryptography.hazmat.primitives.serialization import load_pem_private_key
 
     if (folder / AUTHORITY_KEY).exists():
-        key = load_pem_private_key(read_bytes(folder / AUTHORITY_KEY), None)
-        if not isinstance(key, ec.EllipticCurvePrivateKey):
-            raise InputError(f"'{folder / AUTHORITY_KEY}' is not a key made by `rocs-bt share keys`.")
-        return key, x509.load_pem_x509_certificate(read_bytes(folder / AUTHORITY))
+        _require_files(folder, AUTHORITY, SECRET)
+        key, certificate = _key_in(folder / AUTHORITY_KEY), _certificate_in(folder / AUTHORITY)
+        if key.public_key() != certificate.public_key():
+            raise InputError(f"'{folder / AUTHORITY_KEY}' is not the key of '{folder / AUTHORITY}'.")
+        _secret(folder / SECRET)
+        return key, certificate
     key = ec.generate_private_key(ec.SECP256R1())
     certificate = _certificate("rocs_bt group", key, None, now)
     _keep(folder / AUTHORITY_KEY, _pem(key))
     _keep(folder / AUTHORITY, _public(certificate))
     _keep(folder / SECRET, secrets.token_bytes(_SECRET_SIZE))
     return key, certificate
+
+
+def _require_cryptography() -> None:
+    if importlib.util.find_spec("cryptography") is None:
+        what = "keys need 'cryptography', which is not installed."
+        raise InputError(Fault(what, hint="pip install 'rocs_bt[share]'"))
+
+
+def _require_files(folder: Path, *names: str) -> None:
+    if missing := [name for name in names if not is_file(folder / name)]:
+        raise InputError(Fault(f"the folder of keys '{folder}' lacks {', '.join(missing)}.", hint=_HINT))
+
+
+def _secret(file: Path) -> bytes:
+    secret = read_bytes(file, _MOST)
+    if len(secret) != _SECRET_SIZE:
+        raise InputError(Fault(f"'{file}' must hold {_SECRET_SIZE} bytes, found {len(secret)}.", hint=_HINT))
+    return secret
+
+
+def _key_in(file: Path) -> EllipticCurvePrivateKey:
+    from cryptography.exceptions import UnsupportedAlgorithm
+    from cryptography.hazmat.primitives.asymmetric import ec
+    from cryptography.hazmat.primitives.serialization import load_pem_private_key
+
+    try:
+        key = load_pem_private_key(read_bytes(file, _MOST), None)
+    except (ValueError, TypeError, UnsupportedAlgorithm) as error:  # TypeError: a key with a password
+        raise InputError(Fault(f"'{file}' holds no private key in PEM form.", hint=_HINT)) from error
+    if not isinstance(key, ec.EllipticCurvePrivateKey):
+        raise InputError(Fault(f"'{file}' is not a key made by `rocs-bt share keys`.", hint=_HINT))
+    return key
+
+
+def _certificate_in(file: Path) -> Certificate:
+    from cryptography.x509 import load_pem_x509_certificate
+
+    try:
+        return load_pem_x509_certificate(read_bytes(file, _MOST))
+    except ValueError as error:
+        raise InputError(Fault(f"'{file}' holds no certificate in PEM form.", hint=_HINT)) from error
+
+
+def _check_issued(folder: Path, certificate: Certificate, authority: Certificate) -> None:
+    """Check that the authority of the group has signed a member's certificate, and that both are valid today."""
+    from cryptography.exceptions import InvalidSignature
+
+    try:
+        certificate.verify_directly_issued_by(authority)
+    except (ValueError, TypeError, InvalidSignature) as error:
+        what = f"'{folder / CERTIFICATE}' is not of the group of '{folder / AUTHORITY}'."
+        raise InputError(Fault(what, hint="Copy all files of a member's folder together.")) from error
+    now = datetime.now(UTC)
+    for name, each in ((CERTIFICATE, certificate), (AUTHORITY, authority)):
+        begin, end = each.not_valid_before_utc, each.not_valid_after_utc
+        if not begin <= now <= end:
+            what = f"'{folder / name}' is valid from {begin:%Y-%m-%d} to {end:%Y-%m-%d}, and today is {now:%Y-%m-%d}."
+            raise InputError(Fault(what, hint="Correct the clock of this computer, or make new keys."))
 
 
 def _member(
