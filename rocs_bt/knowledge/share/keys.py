@@ -95,8 +95,9 @@ def _authority(folder: Path, now: datetime) -> tuple[EllipticCurvePrivateKey, Ce
     from cryptography.hazmat.primitives.asymmetric import ec
 
     if (folder / AUTHORITY_KEY).exists():
+        key = _key_in(folder / AUTHORITY_KEY)
         _require_files(folder, AUTHORITY, SECRET)
-        key, certificate = _key_in(folder / AUTHORITY_KEY), _certificate_in(folder / AUTHORITY)
+        certificate = _certificate_in(folder / AUTHORITY)
         if key.public_key() != certificate.public_key():
             raise InputError(f"'{folder / AUTHORITY_KEY}' is not the key of '{folder / AUTHORITY}'.")
         _secret(folder / SECRET)
