@@ -147,7 +147,7 @@ class Stage:
         for _ in range(most):
             TICKED.clear()
             outcome = outcome_name(self.tree.tick())
-            found.append((outcome, *TICKED, self.child.feedback_message, self.mission.board.texts()))
+            found.append((outcome, *TICKED, self.child.feedback_message, self._written()))
             if outcome != "RUNNING":
                 break
             self._answer(link)
@@ -156,6 +156,9 @@ class Stage:
             self.tree.halt()
         rig.run(20)
         return found
+
+    def _written(self):
+        return {key: repr(entry.value) for key, entry in self.mission.board.entries()}
 
     def _answer(self, link):
         """Servers take two ticks."""
