@@ -74,7 +74,7 @@ class Servers:
 class AtWork:
     """A tree of one line of XML, with a connection of its own."""
 
-    def __init__(self, line: str, transport: str = "rclpy", **keys: Any) -> None:
+    def __init__(self, line: str, transport: str = "rclpy", dialect: str = "", **keys: Any) -> None:
         settings = Ros2Settings(transport=transport, domain=int(os.environ["ROS_DOMAIN_ID"]), namespace="r1")
         self.clock, self.sink = WallClock(), ListSink()
         self.node: RosNode | None = None
@@ -91,7 +91,7 @@ class AtWork:
             self.mission.board.set_local(key, value)
         text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
         try:
-            self.plan = TreePlan(xml_mission(text)(self.mission), self.mission)
+            self.plan = TreePlan(xml_mission(text, dialect=dialect)(self.mission), self.mission)
         except BaseException:
             self.close()
             raise

@@ -228,6 +228,45 @@ class TestService:
         assert tree.feedback == "UNHEARD: no server of the service 'lamb' within 0.2 s"
 
 
+def test_any_program_pauses_and_resumes_a_controller_by_its_services(ros_environment, at_work):
+    """Each request is answered at once and acts once; the services of two controllers are separate."""
+    lasting = "<KeepRunningUntilFailure><Script code=\"{} := '{}'\"/></KeepRunningUntilFailure>"
+    one = (
+        '<PauseResumeController pause_service_name="pause{0}" resume_service_name="resume{0}">'
+        + lasting.format("at{0}", "run")
+        + lasting.format("at{0}", "paused")
+        + "</PauseResumeController>"
+    )
+    parallel = f'<Parallel success_count="2">{one.format(1)}{one.format(2)}</Parallel>'
+    with plain_node("operator", "r1") as node:
+        tree = at_work(parallel, dialect="nav2_servers")
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+
+        def ask(name):
+            client = node.create_client(Trigger, name)
+            assert client.wait_for_service(PATIENCE)
+            asked = client.call_async(Trigger.Request())
+            executor.spin_until_future_complete(asked, PATIENCE)
+            assert asked.result().success
+            node.destroy_client(client)
+
+        def at(one, other):
+            return tree.until(lambda tree: (tree.board["at1"], tree.board["at2"]) == (one, other))
+
+        assert tree.tick() == RUNNING
+        for name, *places in (
+            ("pause1", "paused", "run"),
+            ("pause2", "paused", "paused"),
+            ("resume1", "run", "paused"),
+            ("resume1", "run", "paused"),
+            ("resume2", "run", "run"),
+        ):
+            ask(name)
+            assert at(*places) == RUNNING
+        executor.shutdown()
+
+
 class Client:
     """A plain client of our action, in this process."""
 
