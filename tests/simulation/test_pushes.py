@@ -40,7 +40,7 @@ def test_a_push_is_a_force_on_the_base_for_its_duration(built) -> None:
 
 @pytest.mark.parametrize("mode", ["lockstep", "threaded"])
 def test_an_unstable_simulation_is_an_error(exp1, catalog, tmp_path, monkeypatch, mode) -> None:
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes a log there
+    monkeypatch.chdir(tmp_path)
     push = PushSpec("R2", (1e5, 0.0, 0.0), 0.2, 0.2, 60.0)
     scenario = dataclasses.replace(exp1, actors=(), pushes=(push,), duration=5.0)
     with pytest.raises(BlockError, match=r"'physics' raised: the simulation became unstable by \d\.\d\d s: ") as caught:
@@ -49,6 +49,7 @@ def test_an_unstable_simulation_is_an_error(exp1, catalog, tmp_path, monkeypatch
     agent = Recording.open(tmp_path / "run/run.mcap").summary.agents["R2"]
     assert agent.outcome == "error"
     assert "the simulation became unstable" in agent.reason
+    assert not (tmp_path / "MUJOCO_LOG.TXT").exists()  # MuJoCo's own log
 
 
 def test_the_time_of_a_push_is_that_of_the_seed(built) -> None:
