@@ -93,8 +93,6 @@ class Encounters:
         knowledge: Knowledge of the robot.
         half: Half the hull's length and width [m].
         radius: Radius of a circle around a peer's base that contains its hull [m].
-        reaction: Delay from a reading to the beginning of braking [s].
-        deceleration: Deceleration of braking wheels [m/s2].
         horizon: Shortest prediction horizon [s].
 
     Attributes:
@@ -107,15 +105,11 @@ class Encounters:
         half: tuple[float, float],
         *,
         radius: float,
-        reaction: float,
-        deceleration: float,
         horizon: float,
     ) -> None:
         self._knowledge = knowledge
         self._half = half
         self._radius = radius
-        self._reaction = reaction
-        self._deceleration = deceleration
         self._horizon = horizon
         self._pinned = math.inf  # [s] time since when a peer is nearer than TOUCH
         self.bends = (0.0, 0.0)
@@ -219,14 +213,14 @@ class Encounters:
         if math.isnan(twist.forward + twist.turn):
             twist = Twist2(0.0)
         rim = max(map(abs, robot.locomotion.command(twist).tolist()))
-        braking = rim / self._deceleration
-        horizon = max(self._horizon, self._reaction + braking)
+        latency, braking = robot.locomotion.response.latency, rim / robot.locomotion.deceleration
+        horizon = max(self._horizon, latency + braking)
         times = [i * STEP for i in range(math.ceil(horizon / STEP - 1e-9) + 1)]
         driven = []
         for t in times:
-            slow = min(max(t - self._reaction, 0.0), braking)
+            slow = min(max(t - latency, 0.0), braking)
             braked = slow - 0.5 * slow * slow / braking if braking > 0.0 else 0.0
-            driven.append(min(t, self._reaction) + braked)
+            driven.append(min(t, latency) + braked)
         return times, arc(pose, twist, driven)
 
     def _gap(self, times: Sequence[float], path: Sequence[Pose2], motion: Motion) -> Gap:

@@ -16,7 +16,7 @@ from rocs_bt.errors import Fault, InputError
 from rocs_bt.geometry import Pose2, along_arc
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, Metres, MetresPerSecondSquared, Radians, Seconds
+from rocs_bt.units import ANGLE, LENGTH, Metres, Radians, Seconds
 
 from .edges import leading_edges, turned_edges
 from .encounter import PASSED, Encounters, Reach
@@ -89,8 +89,6 @@ class SurroundMonitor(RangeMonitor):
         max_echo_age: Time for which an echo counts [s].
         max_free_ground_age: Time for which ground counts as free after it was seen to be free [s].
         peer_radius: Radius of a circle around a peer's base that contains its hull [m].
-        reaction: Delay from a reading to the beginning of braking [s].
-        deceleration: Deceleration of braking wheels [m/s2].
         horizon: Shortest prediction horizon [s].
     """
 
@@ -103,14 +101,12 @@ class SurroundMonitor(RangeMonitor):
         max_echo_age: Seconds,
         max_free_ground_age: Seconds,
         peer_radius: Metres,
-        reaction: Seconds,
-        deceleration: MetresPerSecondSquared,
         horizon: Seconds = 0.7,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
         ages = (max_echo_age, max_free_ground_age)
-        numbers = (half_angle, max_range, *ages, peer_radius, reaction, deceleration, horizon)
+        numbers = (half_angle, max_range, *ages, peer_radius, horizon)
         if not all(0.0 < value < math.inf for value in numbers):
             raise InputError(
                 Fault(f"the numbers of monitor '{self.name}' must be above 0 and finite, found {numbers}.")
@@ -137,14 +133,7 @@ class SurroundMonitor(RangeMonitor):
         self._edges = leading_edges(self._half, STRIDES).reshape(2 * len(BENDS), len(STRIDES), -1, 2)
         self._turned = turned_edges(self._half, STRIDES)
         self._radius = peer_radius
-        self._encounters = Encounters(
-            self.knowledge,
-            self._half,
-            radius=peer_radius,
-            reaction=reaction,
-            deceleration=deceleration,
-            horizon=horizon,
-        )
+        self._encounters = Encounters(self.knowledge, self._half, radius=peer_radius, horizon=horizon)
 
     def signals(self) -> Sequence[Signal]:
         raw, *groups = super().signals()

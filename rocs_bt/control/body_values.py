@@ -27,6 +27,7 @@ BODY_VALUES = {
         ACCELERATION, "deceleration of the braking body, the least of its directions in the plane"
     ),
     "turn_deceleration": BodyValue(ANGULAR_ACCELERATION, "the same for a turn on the spot"),
+    "climb_deceleration": BodyValue(ACCELERATION, "the same for a vertical motion"),
     "speed_limit": BodyValue(SPEED, "maximum speed straight ahead"),
     "length": BodyValue(LENGTH, "length of the hull"),
     "front_sweep": BodyValue(LENGTH, "distance by which the corners reach beyond the front in a turn on the spot"),
@@ -47,6 +48,7 @@ def body_values(locomotion: Locomotion, length: float, width: float) -> dict[str
         "latency": locomotion.response.latency,
         "deceleration": locomotion.deceleration,
         "turn_deceleration": locomotion.turn_deceleration,
+        "climb_deceleration": locomotion.climb_deceleration,
         "speed_limit": locomotion.speed_limit,
         "length": length,
         "front_sweep": corner_sweep(width, length),

@@ -262,6 +262,11 @@ class Locomotion:
         return min(self._decelerations[:2])
 
     @cached_property
+    def climb_deceleration(self) -> float:
+        """Deceleration of a vertical motion [m/s2]; +inf for a body on the ground."""
+        return self._decelerations[2] if "vz" in self.axes else math.inf
+
+    @cached_property
     def turn_deceleration(self) -> float:
         """Angular deceleration on the spot [rad/s2]: that of braking wheels, else the acceleration limit."""
         return self._decelerations[0] / self.arm if self.wheeled else self.turn_acceleration_limit

@@ -5,6 +5,7 @@ import math
 import pytest
 
 from rocs_bt.clock import Rate, SimulatedClock
+from rocs_bt.control.locomotion import Response
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
@@ -32,8 +33,6 @@ GIVEN = {
     "max_echo_age": 10.0,
     "max_free_ground_age": 10.0,
     "peer_radius": 0.25,
-    "reaction": 0.1,
-    "deceleration": 2.0,
 }
 
 
@@ -55,7 +54,11 @@ class Rig:
         self.clock = SimulatedClock(0.05)
         self.knowledge = Knowledge("R3", self.clock, ListSink())
         self.knowledge.robot.locomotion = make_locomotion(
-            "differential", wheel_separation=0.6, max_wheel_speed=2.0, max_wheel_acceleration=1.5
+            "differential",
+            wheel_separation=0.6,
+            max_wheel_speed=2.0,
+            max_wheel_acceleration=1.5,
+            response=Response(latency=0.1, deceleration={"vx": 2.0}),
         )
         self.knowledge.graph.set("R3", length=0.7, width=0.6)
         self.sensor, self.count = Ranges(self.clock), 0
