@@ -212,6 +212,7 @@ include = ["nothing_more.toml"]
 latency = "0.1 s"
 deceleration = "1 m/s2"
 turn_deceleration = "1 rad/s2"
+climb_deceleration = "1 m/s2"
 speed_limit = "1 m/s"
 length = "1 m"
 front_sweep = "0.1 m"
