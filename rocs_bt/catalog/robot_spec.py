@@ -86,12 +86,13 @@ class SensorSpec:
 
     @property
     def frame(self) -> str:
-        """Frame of a pose on hardware: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
+        """Frame of a pose: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
 
-        It is empty for shipped drivers of the simulation, and `continuous` for a user's driver.
+        That of a user's driver is continuous. It is empty in the simulation, where values may have noise, or the robot
+        may turn over; but a position without noise is continuous.
         """
         if self.driver != "ros2":
-            return "continuous" if is_reference(self.driver) else ""
+            return "continuous" if is_reference(self.driver) or (self.driver == "position" and not self.noise) else ""
         kind = str(self.parameters.get("type", ""))
         transforms = kind.endswith("/TFMessage") and not str(self.parameters.get("frame", "map")).endswith("odom")
         corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")

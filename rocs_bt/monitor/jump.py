@@ -1,4 +1,4 @@
-"""JumpDetector: changes of a pose between two samples that no motion of the robot explains."""
+"""JumpDetector: changes between two samples of an odometry that no motion of the robot explains."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Sequence
 
 FACTOR = 3.0
 """Ratio of the fastest plausible motion to the robot's speed limit, as a robot may be pushed or slide."""
+
+JUMP, TURN_JUMP = 0.3, 0.5
+"""Changes between two samples that are no jump, whatever the time between them [m] and [rad]."""
 
 
 class JumpDetector:
@@ -49,11 +52,18 @@ class JumpDetector:
         if (size := math.hypot(*change)) <= allowed:
             return 0.0, self._total()
         self._jumped = [self._wrapped(sum(pair)) for pair in zip(self._jumped, change, strict=True)]
+        if self._total() <= allowed:  # undone, but for the motion meanwhile, which must not add up over many jumps
+            self._jumped = [0.0] * len(change)
         return size, self._total()
 
+    def reason(self, values: Sequence[float], stamp: float) -> str:
+        """Take a sample of a continuous frame; returns why it is invalid, empty if it is not."""
+        total = self.after(values, stamp)[1]
+        unit = "m" if math.isinf(self._period) else "rad"
+        return f"it jumped by {total:.2f} {unit}, faster than the robot can move" if total else ""
+
     def _total(self) -> float:
-        total = math.hypot(*self._jumped)
-        return total if total > self._slack else 0.0
+        return math.hypot(*self._jumped)
 
     def _wrapped(self, change: float) -> float:
         return change if math.isinf(self._period) else math.remainder(change, self._period)

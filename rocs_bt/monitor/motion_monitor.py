@@ -13,6 +13,7 @@ from ..geometry import Twist3
 from ..signal import Signal
 from ..units import LENGTH, SPEED, TURN_RATE
 from .course import course_signals, course_values, declared
+from .jump import JUMP, JumpDetector
 from .monitor import Monitor
 
 
@@ -21,7 +22,7 @@ class MotionMonitor(Monitor):
 
     A twist sensor gives `speed`, `turn_rate` and `stop_distance`, and for bodies that move sideways or vertically
     `course_speed`, `lateral_speed` and `climb`. An attitude sensor gives `tilt`, a height sensor `height`. At least one
-    of the three sensors is needed.
+    of the three sensors is needed. A height in a continuous frame that jumps is invalid, as the pose of a PoseMonitor.
 
     Args:
         twist: Name of the twist sensor (forward, left, up [m/s], turn [rad/s]).
@@ -45,6 +46,9 @@ class MotionMonitor(Monitor):
             raise InputError(Fault(message, hint="Its parameters twist, attitude and height name its sensors."))
         self._locomotion = self.knowledge.robot.locomotion
         self._course = course_signals(self._locomotion)
+        upward = self._locomotion.axis_limits("vz" if "vz" in self._locomotion.axes else "vx").max_speed
+        continuous = any(m.sensor.name == height and m.frame == "continuous" for m in self.monitored)
+        self._jumps = JumpDetector(upward, JUMP) if continuous else None
 
     def signals(self) -> Sequence[Signal]:
         age, found = self.max_age, list[Signal]()
@@ -62,7 +66,11 @@ class MotionMonitor(Monitor):
         return self._sizes_of
 
     def reject(self, sensor: str, reading: Reading) -> str:
-        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
+        if any(map(math.isinf, reading.values)):
+            return "the reading is infinite"
+        if sensor != self._height or self._jumps is None or math.isnan(reading.values[0]):
+            return ""
+        return self._jumps.reason(reading.values, reading.stamp)
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         written: dict[str, Sequence[float]] = {}

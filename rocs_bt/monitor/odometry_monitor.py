@@ -10,6 +10,7 @@ from ..channel import Signals
 from ..device import Reading
 from ..signal import Signal
 from ..units import LENGTH, TURN_RATE
+from .jump import JUMP, JumpDetector
 from .monitor import Monitor
 
 FARTHEST = 1e7
@@ -19,7 +20,8 @@ FARTHEST = 1e7
 class OdometryMonitor(Monitor):
     """Writes `wheel_travel` [m] from an odometer, and `gyro_rate` [rad/s] if the robot has a gyro.
 
-    The travel counts from an arbitrary start; only differences are used, so a missed reading loses nothing.
+    The travel counts from an arbitrary start; only differences are used, so a missed reading loses nothing. An odometer
+    that jumps, such as one that is reset, is invalid until a later jump has undone the first.
 
     Args:
         odometer: Name of the odometer.
@@ -31,7 +33,9 @@ class OdometryMonitor(Monitor):
         self._odometer = odometer
         self._gyro = gyro
         self._has_gyro = any(each.sensor.name == gyro for each in self.monitored)
-        self._wheels = len(self.knowledge.robot.locomotion.wheels)
+        locomotion = self.knowledge.robot.locomotion
+        self._wheels = len(locomotion.wheels)
+        self._jumps = [JumpDetector(limit, JUMP) for limit in locomotion.max_speed[: self._wheels]]
 
     def signals(self) -> Sequence[Signal]:
         travel = Signal(
@@ -49,7 +53,12 @@ class OdometryMonitor(Monitor):
         return {self._odometer: self._wheels, **({self._gyro: 1} if self._has_gyro else {})}
 
     def reject(self, sensor: str, reading: Reading) -> str:
-        return "the reading is infinite" if any(map(math.isinf, reading.values)) else ""
+        if any(map(math.isinf, reading.values)):
+            return "the reading is infinite"
+        if sensor != self._odometer or any(map(math.isnan, reading.values)):
+            return ""
+        wheels = zip(self._jumps, reading.values, strict=True)
+        return max((jump.reason([travel], reading.stamp) for jump, travel in wheels), default="")
 
     def interpret(self, readings: Mapping[str, Reading]) -> Signals:
         names = {self._odometer: "wheel_travel", self._gyro: "gyro_rate"}

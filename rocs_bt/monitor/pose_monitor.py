@@ -12,7 +12,7 @@ from ..event import Change
 from ..geometry import wrap_angle
 from ..signal import Signal
 from ..units import ANGLE, LENGTH
-from .jump import JumpDetector
+from .jump import JUMP, TURN_JUMP, JumpDetector
 from .monitor import MOVING, Monitor
 
 FARTHEST = 1e6
@@ -20,9 +20,6 @@ FARTHEST = 1e6
 
 TURNING = 0.1
 """Turn rate above which consecutive orientations must differ [rad/s]."""
-
-JUMP, TURN_JUMP = 0.3, 0.5
-"""Changes between two samples that are no jump, whatever the time between them [m] and [rad]."""
 
 
 class PoseMonitor(Monitor):
@@ -66,11 +63,9 @@ class PoseMonitor(Monitor):
         values = reading.values[:2] if sensor == self._position else reading.values[:1]
         if not self._frames[sensor] or any(map(math.isnan, values)):
             return ""
-        size, total = self._jump(sensor).after(values, reading.stamp)
         if self._frames[sensor] == "continuous":
-            unit = "m" if sensor == self._position else "rad"
-            return f"it jumped by {total:.2f} {unit}, faster than the robot can move" if total else ""
-        if size:
+            return self._jump(sensor).reason(values, reading.stamp)
+        if size := self._jump(sensor).after(values, reading.stamp)[0]:
             change = Change(
                 t=self.knowledge.clock.now(),
                 agent=self.knowledge.agent,

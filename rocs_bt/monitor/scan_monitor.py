@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, TypedDict
+from typing import Annotated, Any, TypedDict
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +15,7 @@ from ..device import Reading
 from ..errors import Fault, InputError
 from ..geometry import Pose2
 from ..signal import Signal
-from ..units import LENGTH, Radians
+from ..units import LENGTH, Bounds, Radians, Seconds
 from .course import course_range, declared
 from .monitor import Monitor
 
@@ -59,6 +59,7 @@ class ScanMonitor(Monitor):
     Args:
         group: Groups by name: `sectors`, pairs of bearings from the scanner's axis, left positive [rad], and `weights`
             (default 1); or `blind = true` for a direction without rays.
+        frozen_after: As of a Monitor; the ranges of a scanner have noise, so that two scans in motion differ.
 
     Raises:
         InputError: The number of rays or the span is out of range, a group is invalid, or the size of the hull is not
@@ -69,9 +70,10 @@ class ScanMonitor(Monitor):
         self,
         *args: Any,
         group: Mapping[str, SectorTable] | None = None,
+        frozen_after: Annotated[Seconds, Bounds(infinite=True)] = 0.5,
         **kwargs: Any,
     ) -> None:
-        super().__init__(*args, **kwargs)
+        super().__init__(*args, frozen_after=frozen_after, **kwargs)
         scanner = self.knowledge.robot.scanner(SCAN)
         if scanner.rays > MOST_BEAMS or not 0.0 < scanner.span <= math.tau + 1e-9:
             found = f"{scanner.rays} and {math.degrees(scanner.span):.4g} deg"

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.catalog import SensorSpec
 from rocs_bt.event import Change, SensorFailed
-from rocs_bt.monitor import PoseMonitor
+from rocs_bt.monitor import MotionMonitor, PoseMonitor
 from rocs_bt.monitor.jump import FACTOR, JumpDetector
 
 from .test_monitors import Robot
@@ -41,6 +41,14 @@ def test_a_jump_counts_until_it_is_undone(start, size, direction, samples):
     assert detector.after([start, 0.0], t + PERIOD)[1] == 0.0
 
 
+def test_the_motion_during_many_jumps_that_are_undone_does_not_add_up():
+    detector, t = JumpDetector(SPEED, SLACK), 0.0
+    for count in range(200):
+        t += PERIOD
+        wrong = count % 2 == 1
+        assert (detector.after([SPEED * t + wrong, 0.0], t)[1] > 0.0) == wrong
+
+
 @given(ANGLES, st.floats(-0.1, 0.1))
 def test_an_angle_may_pass_pi(yaw, turn):
     detector = JumpDetector(1.0, 0.5, math.tau)
@@ -68,6 +76,21 @@ def test_a_jump_is_invalid_or_an_event(frame):
     assert robot.read("pose") == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.parametrize("frame", ["continuous", "corrected", ""])
+def test_a_jump_of_the_height_is_invalid_in_a_continuous_frame(frame):
+    robot = Robot()
+    height = robot.sensor("height", 1)
+    robot.watch(MotionMonitor, height, frame=frame)
+    robot.begin()
+    robot.step(1)
+    height.values = [1.0]
+    robot.step(3)
+    assert math.isnan(robot.read("height")[0]) == (frame == "continuous")
+    height.values = [0.0]
+    robot.step(1)
+    assert robot.read("height") == [0.0]
+
+
 @pytest.mark.parametrize(
     ("driver", "parameters", "frame"),
     [
@@ -76,7 +99,8 @@ def test_a_jump_is_invalid_or_an_event(frame):
         ("ros2", {"type": "tf2_msgs/msg/TFMessage"}, "corrected"),
         ("ros2", {"type": "tf2_msgs/msg/TFMessage", "frame": "r2/odom"}, "continuous"),
         ("udp.py:Position", {}, "continuous"),
-        ("position", {}, ""),
+        ("position", {}, "continuous"),
+        ("orientation", {}, ""),
     ],
 )
 def test_the_driver_tells_the_frame(driver, parameters, frame):
