@@ -74,6 +74,10 @@ class RosPublisher(Protocol):
         """Number of matched subscriptions."""
         ...
 
+    def mismatch(self) -> str:
+        """Reason why no subscription of the topic matches, as in the last look; empty if one does, or there is none."""
+        ...
+
     def publish(self, values: Mapping[str, Any]) -> None:
         """Publish a message; omitted fields are 0, false or empty.
 
@@ -113,6 +117,10 @@ class RosSubscription(Protocol):
 
     def newest(self) -> Received | None:
         """Newest message so far; None before the first."""
+        ...
+
+    def mismatch(self) -> str:
+        """Reason why no publisher of the topic matches; see `RosPublisher.mismatch`."""
         ...
 
     def close(self) -> None:

@@ -15,6 +15,7 @@ from ..catalog import RobotSpec, SensorSpec
 from ..clock import WallClock
 from ..device import Sensor
 from ..drivers import ROS2, read_parameters
+from ..drivers.ros2.matching import FIXED, OwnEndpoint
 from ..drivers.ros2.node import NOTABLE_AHEAD, RosNode
 from ..drivers.ros2.parameters import Ros2ActuatorParameters
 from ..drivers.ros2.sensor_node import SensorNode
@@ -229,12 +230,12 @@ def preflight_topics(agent: str, robot: RobotSpec, node: RosNode, *, dry_run: bo
     for spec in robot.actuators:
         if spec.driver == ROS2:
             given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
-            look = partial(node.listeners, given.topic, given.type, given.qos)
             topic = node.settings.topic(given.topic)
+            look = partial(node.counterparts, OwnEndpoint(topic, given.type, given.qos, publishes=True))
             found.append(PreflightTopic(agent, spec.name, topic, look, use="commands", needed=not dry_run))
     if stop:
-        look = partial(node.publishers, stop, STOP_TYPE, STOP_QOS)
         topic = node.settings.topic(stop)
+        look = partial(node.counterparts, OwnEndpoint(topic, STOP_TYPE, STOP_QOS, side=FIXED))
         found.append(PreflightTopic(agent, "emergency_stop", topic, look, use="emergency stop", needed=not dry_run))
     return found
 

@@ -16,9 +16,10 @@ from ..drivers.ros2.actuator_node import NODE as RUN
 from ..drivers.ros2.actuator_node import isolated_node
 from ..drivers.ros2.connect import open_transport
 from ..drivers.ros2.forms import Take, make_take
+from ..drivers.ros2.matching import OwnEndpoint
 from ..drivers.ros2.node import MAX_AHEAD, NOTABLE_AHEAD, RosNode, header_stamp
 from ..drivers.ros2.parameters import TRANSFORMS, Ros2ActuatorParameters, Ros2SensorParameters
-from ..drivers.ros2.qos import QoS, mismatch
+from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.settings import Ros2Settings
 from ..drivers.ros2.transport import Endpoint, Reader, Sample
 from ..errors import DeviceError, located_at
@@ -214,7 +215,7 @@ class _Heard:
     def _content(self, endpoints: Sequence[Endpoint]) -> tuple[float | None, int | None, str]:
         """Header offset [s] and number of values of the newest message, and the problem."""
         if self._newest is None:
-            why = self._node.silence(self._reader, self._qos, endpoints)
+            why = self._node.silence(OwnEndpoint(self._reader.topic, self._reader.type, self._qos), endpoints)
             return None, None, "" if self._seldom and why.endswith("published nothing yet") else why
         header = None
         try:
@@ -238,16 +239,10 @@ class _Sent:
         writer, offered = self._writer, self._given.qos
         there = [e for e in endpoints if not e.publishes and e.topic == writer.topic]
         found, matched = [e for e in there if e.type == writer.type], writer.matched()
-        problem = ""
+        own = OwnEndpoint(writer.topic, writer.type, offered, publishes=True)
+        problem = next(filter(None, map(own.problem, found or there)), "")
         if not there:
             problem = f"no node subscribes to '{writer.topic}'"
-        elif not found:
-            problem = f"the node '{there[0].node}' expects {there[0].type}, robot.toml has {writer.type}"
-        else:
-            for each in found:
-                if why := mismatch(offered, each.qos):
-                    sides = f"it requests {each.qos}, robot.toml offers {offered}"
-                    problem = f"the quality of service of the node '{each.node}' does not match in {why}: {sides}"
         kind, remark = self._publishers(endpoints)
         return TopicState(
             device=self._device,

@@ -18,6 +18,7 @@ class Network:
     Attributes:
         published: Messages that the node has written, by topic.
         time: Present time since the start [s].
+        matches: Number of subscriptions that match each publisher.
     """
 
     name = "memory"
@@ -27,6 +28,7 @@ class Network:
         self.time = 0.0
         self.published: dict[str, list[Any]] = {}
         self.peers: list[Endpoint] = []
+        self.matches = 1
         self._queues: dict[str, list[deque[Sample]]] = {}
 
     def send(self, topic: str, type: str, age: float = 0.0, **values: Any) -> None:
@@ -80,7 +82,7 @@ class _Writer:
         self._network.published.setdefault(self.topic, []).append(self._network.types.deserialize(data, self.type))
 
     def matched(self) -> int:
-        return 1
+        return self._network.matches
 
     def close(self) -> None:
         pass

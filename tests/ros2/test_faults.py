@@ -104,7 +104,10 @@ def test_policies_and_types_that_do_not_match_are_reported(counterpart, tmp_path
 @pytest.mark.parametrize(
     ("changes", "text"),
     [
-        ({"wheels_type": "geometry_msgs/msg/Twist"}, "subscribes to geometry_msgs/msg/TwistStamped, robot.toml has"),
+        (
+            {"wheels_type": "geometry_msgs/msg/Twist"},
+            "subscribes to geometry_msgs/msg/TwistStamped, which is another type",
+        ),
         ({"wheels_reliability": "best_effort"}, r"reliability \(offered best_effort, requested reliable\)"),
         ({"wheels_topic": "cmd"}, "no node subscribes to '/r1/cmd'"),
     ],

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from types import SimpleNamespace
 
 import pytest
@@ -14,7 +15,9 @@ from rocs_bt.drivers.ros2.link import NodeLink
 from rocs_bt.drivers.ros2.message_types import MessageTypes
 from rocs_bt.drivers.ros2.node import RosNode
 from rocs_bt.drivers.ros2.plain import PlainMessage
+from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
@@ -128,17 +131,77 @@ class TestAge:
         assert self.node.faults == {"/r1/speed": {"stamp": 2}}
 
 
-def test_a_subscription_that_ignores_messages_says_why():
-    network, clock = Network(MESSAGES), WallClock()
-    link = NodeLink(lambda: RosNode(Ros2Settings(), clock, transport=network))
+def plan_of(line, network):
+    """Plan with this node, and the connection of its robot."""
+    clock = WallClock()
+    node = RosNode(Ros2Settings(), clock, transport=network)
     knowledge, pipeline = Knowledge("R1", clock, NullSink()), Pipeline(clock, NullSink(), "R1")
-    mission = Mission("m", knowledge=knowledge, pipeline=pipeline, actions={}, ros=link)
-    line = '<RosSubscribe topic="speed" type="std_msgs/msg/Float64" timeout="0 s"/>'
+    mission = Mission("m", knowledge=knowledge, pipeline=pipeline, actions={}, ros=NodeLink(lambda: node))
     text = f'<root BTCPP_format="4"><BehaviorTree ID="M">{line}</BehaviorTree></root>'
-    plan = TreePlan(xml_mission(text)(mission), mission)
+    return TreePlan(xml_mission(text)(mission), mission), node
+
+
+SPEED = "std_msgs/msg/Float64"
+READS = f'<RosSubscribe topic="speed" type="{SPEED}" qos="{{}}" timeout="0 s"/>'
+SAYS = f'<RosPublish topic="speed" type="{SPEED}" qos="{{}}"/>'
+OTHER_TYPE = f"'/speed' ({SPEED}): the node '/n' {{}} std_msgs/msg/Int32, which is another type; "
+OTHER_TYPE += 'write type="std_msgs/msg/Int32", or change the other node'
+QUALITY = f"'/speed' ({SPEED}): the quality of service of the node '/n' does not match in {{}}: it {{}} {{}}, "
+QUALITY += "the node {} {}{}"
+RELIABILITY = "reliability (offered best_effort, requested reliable)"
+DURABILITY = "durability (offered volatile, requested transient_local)"
+CHANGE = '; write qos="{}", or change the other node'
+
+
+@pytest.mark.parametrize(
+    ("line", "qos", "type", "theirs", "reason"),
+    [
+        (READS, "reliable", "std_msgs/msg/Int32", QoS(), OTHER_TYPE.format("publishes")),
+        (
+            READS, "reliable", SPEED, QoS.SENSOR,
+            QUALITY.format(
+                RELIABILITY, "offers", QoS.SENSOR, "requests", QoS(depth=10), CHANGE.format("sensor_data")
+            ),
+        ),
+        (
+            READS, "latched", SPEED, QoS(),
+            QUALITY.format(DURABILITY, "offers", QoS(), "requests", QoS.LATCHED, CHANGE.format("reliable")),
+        ),
+        (READS, "sensor_data", SPEED, QoS(), ""),
+        (SAYS, "reliable", "std_msgs/msg/Int32", QoS(), OTHER_TYPE.format("subscribes to")),
+        (
+            SAYS, "sensor_data", SPEED, QoS(),
+            QUALITY.format(RELIABILITY, "requests", QoS(), "offers", QoS.SENSOR, CHANGE.format("reliable")),
+        ),
+        (
+            SAYS, "reliable", SPEED, QoS.LATCHED,
+            QUALITY.format(DURABILITY, "requests", QoS.LATCHED, "offers", QoS(depth=10), CHANGE.format("latched")),
+        ),
+        (SAYS, "reliable", SPEED, QoS.SENSOR, ""),
+    ],
+)  # fmt: skip  # a table
+def test_a_topic_that_does_not_match_is_named_with_both_sides_and_the_change(line, qos, type, theirs, reason):
+    network = Network(MESSAGES)
+    network.peers, network.matches = [Endpoint("/speed", type, "/n", line == READS, theirs)], int(not reason)
+    plan, node = plan_of(line.format(qos), network)
+    before = "TIMEOUT: no message on 'speed' within 0 s" if line == READS else "published on 'speed'"
+    heard = ", where nothing receives it" if reason and line == SAYS else ""
+    wanted = f"{before}{heard}: {reason}" if reason else before
+    for _ in range(1000):  # the endpoints are looked up in a thread
+        plan.tree.tick()
+        if plan.root.feedback_message == wanted:
+            break
+        time.sleep(0.01)
+    assert plan.root.feedback_message == wanted
+    node.close()
+
+
+def test_a_subscription_that_ignores_messages_says_why():
+    network = Network(MESSAGES)
+    plan, _ = plan_of(f'<RosSubscribe topic="speed" type="{SPEED}" timeout="0 s"/>', network)
     network.send("/speed", "std_msgs/msg/Float64", age=-30.0, data=1.0)
     plan.tree.tick()
-    assert "no message (ignored: /speed: its stamp is 30.00 s in the future" in plan.root.feedback_message
+    assert "(ignored: /speed: its stamp is 30.00 s in the future" in plan.root.feedback_message
 
 
 MISSION = """<root BTCPP_format="4"><BehaviorTree ID="M"><Sequence>

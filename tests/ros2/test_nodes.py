@@ -122,13 +122,15 @@ def test_before_the_first_message_the_reason_of_the_silence_is_told(network, nod
         (Endpoint("/scan", SCAN, "/lidar", True, QoS.SENSOR), "topics of this type: /scan"),
         (
             Endpoint("/r1/scan", "std_msgs/msg/String", "/lidar", True, QoS.SENSOR),
-            "the node '/lidar' publishes std_msgs/msg/String, which is another type",
+            "the node '/lidar' publishes std_msgs/msg/String, which is another type; "
+            'write type = "std_msgs/msg/String", or change the other node',
         ),
         (
             Endpoint("/r1/scan", SCAN, "/lidar", True, QoS.SENSOR),
             "'/r1/scan' (sensor_msgs/msg/LaserScan): the quality of service of the node '/lidar' does not match in "
             "reliability (offered best_effort, requested reliable): it offers best_effort, volatile, depth 5, "
-            "robot.toml requests reliable, volatile, depth 5",
+            'robot.toml requests reliable, volatile, depth 5; write reliability = "best_effort", '
+            "or change the other node",
         ),
         (Endpoint("/r1/scan", SCAN, "/lidar", True, QoS()), "the node '/lidar' has published nothing yet"),
     ]:

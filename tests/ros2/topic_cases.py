@@ -50,4 +50,19 @@ def silence(transport, servers, at_work):
     assert "the newest message is" in tree.feedback
 
 
-CASES = (talk, latched, silence)
+def mismatch(transport, servers, at_work):
+    """Texts go to `say`, and `beat` counts by best effort."""
+    beat = '<RosSubscribe topic="beat" type="std_msgs/msg/{}" timeout="0 s"/>'
+    for line, words in (
+        (beat.format("Int32"), ("offered best_effort, requested reliable", 'write qos="sensor_data"')),
+        (beat.format("String"), ("publishes std_msgs/msg/Int32", 'write type="std_msgs/msg/Int32"')),
+        (
+            '<RosPublish topic="say" type="std_msgs/msg/Int32"/>',
+            ("subscribes to std_msgs/msg/String", 'write type="std_msgs/msg/String"'),
+        ),
+    ):
+        tree = at_work(line, transport)
+        tree.until(lambda tree, words=words: all(word in tree.feedback for word in words))
+
+
+CASES = (talk, latched, silence, mismatch)

@@ -63,6 +63,9 @@ class _DryPublisher:
     def matched(self) -> int:
         return 1
 
+    def mismatch(self) -> str:
+        return ""
+
     def publish(self, values: Mapping[str, Any]) -> None:
         pass
 

@@ -18,6 +18,7 @@ from ...ros_link import (
     RosTrigger,
 )
 from .known_types import KnownTypes
+from .matching import OwnEndpoint, Side
 from .node import MAX_AHEAD, RosNode, of_the_future
 from .plain import PlainMessage
 from .qos import QoS
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from .services import RosServices
 
 _QOS = {"reliable": QoS("reliable", "volatile", 10), "sensor_data": QoS.SENSOR, "latched": QoS.LATCHED}
+_SIDE = Side("the node", qualities=_QOS)
 
 _NO_RCLPY = (
     "services and actions of ROS 2 need rclpy, and this connection uses DDS without ROS: the vendors of DDS send the "
@@ -63,12 +65,12 @@ class NodeLink:
     def publisher(self, topic: str, type: str, qos: str) -> RosPublisher:
         """Open a publisher; see `RosLink`."""
         with self._lock:
-            return _Publisher(self._node, self._node.writer(topic, type, _QOS[qos]))
+            return _Publisher(self._node, self._node.writer(topic, type, _QOS[qos]), _QOS[qos])
 
     def subscription(self, topic: str, type: str, qos: str) -> RosSubscription:
         """Open a subscription; see `RosLink`."""
         with self._lock:
-            return _Subscription(self._node, self._node.reader(topic, type, _QOS[qos]))
+            return _Subscription(self._node, self._node.reader(topic, type, _QOS[qos]), _QOS[qos])
 
     def service(self, name: str, type: str) -> RosServiceClient:
         """Open a client of a service; see `RosLink`."""
@@ -108,12 +110,19 @@ class NodeLink:
 
 
 class _Publisher:
-    def __init__(self, node: RosNode, writer: Writer) -> None:
+    def __init__(self, node: RosNode, writer: Writer, qos: QoS) -> None:
+        self._node = node
         self._types = node.types
         self._writer = writer
+        self._own = OwnEndpoint(writer.topic, writer.type, qos, publishes=True, side=_SIDE)
+        node.begin_lookout()
+        node.why_unmatched(self._own)  # so that the endpoints are looked up before they are asked for
 
     def matched(self) -> int:
         return self._writer.matched()
+
+    def mismatch(self) -> str:
+        return self._node.why_unmatched(self._own)
 
     def publish(self, values: Mapping[str, Any]) -> None:
         try:
@@ -127,8 +136,10 @@ class _Publisher:
 
 
 class _Subscription:
-    def __init__(self, node: RosNode, reader: Reader) -> None:
+    def __init__(self, node: RosNode, reader: Reader, qos: QoS) -> None:
         self.ignored = ""
+        self._own = OwnEndpoint(reader.topic, reader.type, qos, side=_SIDE)
+        node.why_unmatched(self._own)  # so that the endpoints are looked up before they are asked for
         self._node = node
         self._reader = reader
         self._newest: tuple[PlainMessage, float, float] | None = None  # message, stamp and time of the take [s]
@@ -147,6 +158,9 @@ class _Subscription:
         message, stamp, taken = self._newest
         age = max(self._node.transport.now() - stamp, self._node.received() - taken, 0.0)
         return Received(message, age, self._count)
+
+    def mismatch(self) -> str:
+        return self._node.why_unmatched(self._own)
 
     def _message(self, sample: Sample) -> PlainMessage:
         """Message of a sample; a faulty one, or one of the future, is counted and raises DeviceError."""

@@ -6,14 +6,15 @@ import math
 import threading
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
 from ...clock import Clock
 from ...errors import DeviceError
 from .connect import open_transport
-from .qos import QoS, mismatch
+from .matching import OwnEndpoint
+from .qos import QoS
 from .settings import Ros2Settings
 from .sim_clock import SimTimeClock
 from .transport import Endpoint, Reader, Transport, Writer
@@ -65,8 +66,8 @@ class RosNode:
         self._clock = clock
         self._faults: dict[str, Counter[str]] = {}
         self._lock = threading.Lock()  # protects the rest
-        self._silent: dict[str, tuple[Reader, QoS]] = {}
-        self._reasons: dict[str, str] = {}
+        self._silent: dict[OwnEndpoint, Callable[[OwnEndpoint, Sequence[Endpoint]], str]] = {}
+        self._reasons: dict[OwnEndpoint, str] = {}
         self._watched: dict[str, Sequence[Endpoint] | None] = {}  # publishers by topic; None before the first look
         self._asked, self._closed = threading.Event(), threading.Event()
         self._lookout = threading.Thread(target=self._look_out, name="ros2 lookout", daemon=True)
@@ -79,7 +80,7 @@ class RosNode:
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
         """Open a subscription of a topic with a full or relative name; see `Transport`."""
-        self._begin_lookout()
+        self.begin_lookout()
         return self.transport.reader(self.settings.topic(topic), type, qos)
 
     def writer(self, topic: str, type: str, qos: QoS) -> Writer:
@@ -132,25 +133,28 @@ class RosNode:
         again = f" ({total} faulty messages so far)" if total > 1 else ""
         return DeviceError(f"{topic}: {error}{again}")
 
-    def why_silent(self, reader: Reader, qos: QoS) -> str:
+    def why_silent(self, own: OwnEndpoint) -> str:
         """Reason why a subscription has received nothing, as far as the discovered publishers tell.
 
         This never waits and starts nothing, because a control period calls it: a thread of the node looks the
         publishers up, and the reason is that of its last look.
-
-        Args:
-            reader: The subscription.
-            qos: Its requested quality of service.
         """
+        return self._last_look(own, self.silence, f"nothing was received on '{own.topic}' ({own.type}) yet")
+
+    def why_unmatched(self, own: OwnEndpoint) -> str:
+        """Reason why no discovered endpoint matches, empty if one does or there is none; it never waits either."""
+        return self._last_look(own, OwnEndpoint.mismatch, "")
+
+    def _last_look(self, own: OwnEndpoint, why: Callable[[OwnEndpoint, Sequence[Endpoint]], str], first: str) -> str:
         with self._lock:
-            self._silent[reader.topic] = (reader, qos)
-            reason = self._reasons.get(reader.topic, f"nothing was received on '{reader.topic}' ({reader.type}) yet")
+            self._silent[own] = why
+            reason = self._reasons.get(own, first)
         self._asked.set()
         return reason
 
     def watch(self, topic: str) -> None:
         """Begin to look for the publishers of a topic with a full name, before the run."""
-        self._begin_lookout()
+        self.begin_lookout()
         with self._lock:
             self._watched.setdefault(topic, None)
 
@@ -164,7 +168,8 @@ class RosNode:
         with self._lock:
             return self._watched[topic]
 
-    def _begin_lookout(self) -> None:
+    def begin_lookout(self) -> None:
+        """Start the thread that looks endpoints up, before the run."""
         if self._lookout.ident is None:  # not in a control period, which would wait for the thread
             self._lookout.start()
 
@@ -185,72 +190,33 @@ class RosNode:
         if not (silent or watched) or self._closed.is_set():
             return
         endpoints = self.transport.endpoints()
-        reasons = {topic: self.silence(reader, qos, endpoints) for topic, (reader, qos) in silent.items()}
+        reasons = {own: why(own, endpoints) for own, why in silent.items()}
         found = {topic: [e for e in endpoints if e.publishes and e.topic == topic] for topic in watched}
         with self._lock:
             self._reasons |= reasons
             self._watched |= found
 
-    def silence(self, reader: Reader, qos: QoS, endpoints: Sequence[Endpoint]) -> str:
-        """Reason why a subscription has received nothing.
+    def silence(self, own: OwnEndpoint, endpoints: Sequence[Endpoint]) -> str:
+        """Reason why a subscription has received nothing, by discovered endpoints."""
+        wanted = f"'{own.topic}' ({own.type})"
+        if found := own.found(endpoints):
+            return own.mismatch(endpoints) or f"{wanted}: {found[0].owner} has published nothing yet"
+        same = sorted({e.topic for e in endpoints if e.publishes and e.type == own.type})
+        if same:
+            return f"nothing is published on {wanted}; topics of this type: {', '.join(same[:8])}"
+        where = f"the ROS domain {self.settings.domain_id} ({self.settings.network})"
+        return f"nothing is published on {wanted}; no topic of this type was discovered in {where}"
 
-        Args:
-            reader: The subscription.
-            qos: Its requested quality of service.
-            endpoints: Discovered endpoints.
-        """
-        found = [e for e in endpoints if e.topic == reader.topic and e.publishes]
-        wanted = f"'{reader.topic}' ({reader.type})"
-        if not found:
-            same = sorted({e.topic for e in endpoints if e.publishes and e.type == reader.type})
-            if same:
-                return f"nothing is published on {wanted}; topics of this type: {', '.join(same[:8])}"
-            where = f"the ROS domain {self.settings.domain_id} ({self.settings.network})"
-            return f"nothing is published on {wanted}; no topic of this type was discovered in {where}"
-        others = [e for e in found if e.type != reader.type]
-        if len(others) == len(found):
-            return f"{wanted}: {others[0].owner} publishes {others[0].type}, which is another type"
-        for each in found:
-            if each.type == reader.type and (why := mismatch(each.qos, qos)):
-                sides = f"it offers {each.qos}, robot.toml requests {qos}"
-                return f"{wanted}: the quality of service of {each.owner} does not match in {why}: {sides}"
-        return f"{wanted}: {found[0].owner} has published nothing yet"
-
-    def publishers(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
-        """Discovered publishers that match a subscription; arguments and result as of `listeners`."""
-        full = self.settings.topic(topic)
-        found = [e for e in self.transport.endpoints() if e.topic == full and e.publishes]
-        fit = [e for e in found if e.type == type and not mismatch(e.qos, qos)]
-        if fit:
-            return len(fit), ""
-        if not found:
-            return 0, f"nothing is published on '{full}' ({type})"
-        return 0, f"'{full}': {found[0].owner} publishes {found[0].type}, {found[0].qos}; wanted are {type}, {qos}"
-
-    def listeners(self, topic: str, type: str, qos: QoS) -> tuple[int, str]:
-        """Discovered subscriptions that match a publisher.
-
-        Args:
-            topic: Full or relative name of the topic.
-            type: Message type.
-            qos: Offered quality of service.
+    def counterparts(self, own: OwnEndpoint) -> tuple[int, str]:
+        """Discovered endpoints that match.
 
         Returns:
-            Number of subscriptions that match; and for 0 the reason, as far as the discovered ones tell.
+            Number of endpoints; and for 0 the reason, as far as the discovered ones tell.
         """
-        full = self.settings.topic(topic)
-        found = [e for e in self.transport.endpoints() if e.topic == full and not e.publishes]
-        fit = [e for e in found if e.type == type and not mismatch(qos, e.qos)]
-        if fit:
-            return len(fit), ""
-        if not found:
-            return 0, f"no node subscribes to '{full}'"
-        first = found[0]
-        if first.type != type:
-            return 0, f"'{full}': {first.owner} subscribes to {first.type}, robot.toml has {type}"
-        sides = f"it requests {first.qos}, robot.toml offers {qos}"
-        why = f"the quality of service of {first.owner} does not match in {mismatch(qos, first.qos)}"
-        return 0, f"'{full}': {why}: {sides}"
+        endpoints = self.transport.endpoints()
+        count = sum(map(own.matches, own.found(endpoints)))
+        none = f"no node subscribes to '{own.topic}'" if own.publishes else f"nothing is published on '{own.topic}'"
+        return count, "" if count else own.mismatch(endpoints) or f"{none} ({own.type})"
 
     def close(self) -> None:
         """Close all endpoints, and leave the network."""

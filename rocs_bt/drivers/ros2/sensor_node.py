@@ -10,6 +10,7 @@ from ...errors import DeviceError
 from ...geometry import Pose3
 from .forms import POSE_TAKES, make_take, message_size
 from .frames import Frames
+from .matching import OwnEndpoint
 from .node import MAX_AHEAD, RosNode, header_stamp
 from .parameters import DIAGNOSTICS, JOINTS, TRANSFORMS, Ros2SensorParameters
 from .qos import QoS
@@ -82,7 +83,9 @@ class SensorNode(Sensor):
         readings = [reading for reading in self._newest if reading is not None]
         if len(readings) < len(self._sources):
             i = self._newest.index(None)
-            raise DeviceError(self._faults[i] or self._node.why_silent(self._sources[i].reader, self._qos))
+            reader = self._sources[i].reader
+            own = OwnEndpoint(reader.topic, reader.type, self._qos)
+            raise DeviceError(self._faults[i] or self._node.why_silent(own))
         if len(readings) == 1:
             return readings[0]
         return Reading(min(r.stamp for r in readings), [value for r in readings for value in r.values])

@@ -8,7 +8,7 @@ from ...ros_link import QOS, RosLink, RosPublisher, RosSubscription
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
 from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
-from .uses_ros import FOREVER, UsesRos, interface_type, parse_name
+from .uses_ros import FOREVER, UsesRos, interface_type, mismatched, parse_name
 
 
 def parse_qos(text: str) -> str:
@@ -53,7 +53,7 @@ class RosPublish(UsesRos[RosPublisher], Leaf):
         if isinstance(publisher, Failure):
             return self.failed(publisher)
         if self.runtime.now() < self._until and not publisher.matched():
-            self.feedback_message = f"waits for a subscription of '{self.topic}'"
+            self.feedback_message = f"waits for a subscription of '{self.topic}'" + mismatched(publisher)
             return RUNNING
         try:
             publisher.publish(self.message_of("values"))
@@ -61,7 +61,8 @@ class RosPublish(UsesRos[RosPublisher], Leaf):
             return self.failed(Failure.cannot(error))
         except DeviceError as error:
             return self.failed(Failure(Reason.REFUSED, str(error)))
-        self.feedback_message = f"published on '{self.topic}'"
+        unheard = "" if publisher.matched() else mismatched(publisher)
+        self.feedback_message = f"published on '{self.topic}'{unheard and ', where nothing receives it'}{unheard}"
         return SUCCESS
 
 
@@ -108,9 +109,8 @@ class RosSubscribe(UsesRos[RosSubscription], Leaf):
         state = "no message" if newest is None else f"the newest message is {newest.age:.1f} s old"
         if newest is not None and newest.age <= self.max_age:
             state = "no new message"
-        if subscription.ignored:
-            state += f" (ignored: {subscription.ignored})"
-        self.feedback_message = f"waits for '{self.topic}': {state}"
+        why = f" (ignored: {subscription.ignored})" if subscription.ignored else mismatched(subscription)
+        self.feedback_message = f"waits for '{self.topic}': {state}{why}"
         if self.runtime.now() >= self._until:
-            return self.failed(Failure(Reason.TIMEOUT, f"{state} on '{self.topic}' within {self.timeout:g} s"))
+            return self.failed(Failure(Reason.TIMEOUT, f"{state} on '{self.topic}' within {self.timeout:g} s{why}"))
         return RUNNING

@@ -12,10 +12,8 @@ from ...errors import DeviceError, Fault, InputError
 from ...ros_link import (
     NO_LINK,
     FieldPath,
-    RosActionClient,
     RosLink,
     RosMessage,
-    RosServiceClient,
     RosTypes,
     index_path,
 )
@@ -213,9 +211,16 @@ class UsesRos(Node, Generic[E]):
                 yield from ((port, replace(fault, column=item.column + 1)) for fault in error.faults)
 
 
-def mismatched(client: RosServiceClient | RosActionClient) -> str:
-    """Text after `no server`: the reason why a server does not match; empty if there is none."""
-    reason = client.mismatch()
+class Matched(Protocol):
+    """Endpoint that may have no counterpart that matches."""
+
+    def mismatch(self) -> str:
+        """Reason why a counterpart does not match; empty if there is none."""
+
+
+def mismatched(endpoint: Matched) -> str:
+    """Text after `no server` or `no message`: the reason why a counterpart does not match; empty if there is none."""
+    reason = endpoint.mismatch()
     return f": {reason}" if reason else ""
 
 
