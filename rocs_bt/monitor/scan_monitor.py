@@ -59,7 +59,7 @@ class ScanMonitor(Monitor):
     Args:
         group: Groups by name: `sectors`, pairs of bearings from the scanner's axis, left positive [rad], and `weights`
             (default 1); or `blind = true` for a direction without rays.
-        frozen_after: As of a Monitor; the ranges of a scanner have noise, so that two scans in motion differ.
+        frozen_after: Parameter of every Monitor; ranges of a scanner have noise, so that two scans in motion differ.
 
     Raises:
         InputError: The number of rays or the span is out of range, a group is invalid, or the size of the hull is not
