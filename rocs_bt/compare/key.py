@@ -124,9 +124,14 @@ def libraries(file: Path) -> dict[str, str]:
     modules = {name.partition(".")[0] for name in names} - set(sys.stdlib_module_names) - {"rocs_bt"}
     if not modules:
         return {}
-    packages = importlib.metadata.packages_distributions()
-    found = {package for module in modules for package in packages.get(module, ())}
+    found = {package for module in modules for package in _packages().get(module, ())}
     return {package: importlib.metadata.version(package) for package in sorted(found)}
+
+
+@cache
+def _packages() -> Mapping[str, list[str]]:
+    """Installed packages by module; reading their metadata takes longer than a short episode."""
+    return importlib.metadata.packages_distributions()
 
 
 def _digest(value: object) -> str:

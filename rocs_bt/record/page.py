@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .figures import figure
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 # Colours of figures are replaced by CSS variables, so that figures follow the light or dark theme.
 THEME = {
@@ -32,12 +36,17 @@ def render_page(template: str, *, beside: Path | None = None, **values: Any) -> 
         beside: Folder with further templates.
         values: Values of the template's variables.
     """
+    return _environment(beside).get_template(template).render(**values)
+
+
+@cache
+def _environment(beside: Path | None) -> Environment:
+    """Environment that keeps the templates that it has compiled."""
     import jinja2
 
     folders = [Path(__file__).parent / "templates"]
     loader = jinja2.FileSystemLoader(folders if beside is None else [beside, *folders])
-    environment = jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
-    return environment.get_template(template).render(**values)
+    return jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
 def inline_svg(name: str, svg: str) -> str:

@@ -31,10 +31,12 @@ class Arena(Figure):
         self.name = name
 
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
+
         bodies = {name for run in runs for name in run.bodies}
         self.draw_bodies(canvas.add_subplot(), runs, bodies, loc="upper left", bbox_to_anchor=(1.0, 1.0))
         for _ in range(2):  # the layout of axes with a fixed aspect and a legend outside needs several passes
-            canvas.draw_without_rendering()
+            ConstrainedLayoutEngine().execute(canvas)
 
     def draw_bodies(self, axes: Axes, runs: Sequence[History], bodies: Collection[str], **legend: Any) -> None:
         """Draw the world and the given bodies only; `legend` contains placement options of the legend."""
