@@ -27,7 +27,8 @@ rounds = 1000
 BEGUN = 150_000
 """Size of a recording from which on the robot certainly drives [B]."""
 
-DRIVE = ("-m", "rocs_bt", "drive", "real")
+REPORTED = ("-m", "rocs_bt", "drive", "real")
+DRIVE = (*REPORTED, "--no-report")
 
 CREEP = """
 import py_trees

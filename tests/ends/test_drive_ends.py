@@ -15,7 +15,7 @@ from rocs_bt.event import MotionHeld, MotionReleased, OutcomeDecided, RuleChange
 from rocs_bt.record import Recording
 
 from ..udp_robot import UdpRobot
-from .conftest import DRIVE, driving
+from .conftest import DRIVE, REPORTED, driving
 
 NEUTRAL = [0.0, 0.0]
 BUTTON = '''
@@ -56,14 +56,14 @@ def test_sigterm(creep, robot, isolated):
 
 
 @isolated(True)
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGHUP])
+@pytest.mark.parametrize("number", [signal.SIGINT, pytest.param(signal.SIGHUP, marks=pytest.mark.soak)])
 def test_another_signal(creep, robot, isolated, number):
     assert_ended_by(number, creep, robot, isolated)
 
 
 def assert_ended_by(number, creep, robot, isolated):
     creep(isolated=isolated)
-    with driving() as process:
+    with driving(command=REPORTED if isolated else DRIVE) as process:
         robot.wait_until_moving()
         process.send_signal(number)
         code, out, err = process.end()
@@ -71,7 +71,7 @@ def assert_ended_by(number, creep, robot, isolated):
     assert ends_in_neutral(robot)
     assert out.startswith(f"R2 interrupted (real, seed 1): {number.name} ended the run\n")
     assert f"{number.name}: ending the run" in err
-    assert Path("runs/real-1/report.html").exists()
+    assert Path("runs/real-1/report.html").exists() == isolated
 
 
 @pytest.mark.parametrize("number", [pytest.param(signal.SIGINT, marks=pytest.mark.soak), signal.SIGTERM])
@@ -145,7 +145,7 @@ class Breaks:
         if self.count > 10:
             raise RuntimeError("a worm in the caller")
 
-drive("real", sinks=[Breaks()], out="out")
+drive("real", sinks=[Breaks()], out="out", report=False)
 """
 
 
@@ -179,7 +179,7 @@ def test_an_emergency_stop_holds_until_it_is_released_and_somebody_says_go(creep
     head, _, tail = toml.read_text().partition('name = "encoders"\n')
     toml.write_text(f'{head}name = "encoders"\n{tail.replace("UdpSensor", "Encoders", 1)}')
     robot.extra = {"stop": [0], "go": [0]}
-    arguments = [sys.executable, *DRIVE]
+    arguments = [sys.executable, *REPORTED]
     with subprocess.Popen(arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
         try:
             robot.wait_until_moving()
