@@ -14,8 +14,9 @@ import importlib.util
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
 from importlib.machinery import ModuleSpec
 from pathlib import Path
 from types import ModuleType
@@ -59,7 +60,7 @@ def load_module(path: Path) -> ModuleType:
             raise InputError(Fault("this Python file cannot be read.", path, hint="There is no such file."))
         if path.resolve().suffix != ".py":
             raise InputError(Fault("this is no Python file.", path, hint="Its name must end in '.py'."))
-        _parse(path)  # refuses what is no regular file, which an import would wait for
+        _outline(path)  # refuses what is no regular file, which an import would wait for
     if package not in known:
         folder = ModuleType(package, "Folder of content.")
         folder.__path__ = [str(path.resolve().parent)]
@@ -106,11 +107,8 @@ def with_siblings(path: Path) -> list[Path]:
     """
     found, folder = [path], path.resolve().parent
     for file in found:  # the list grows in the loop
-        for node in ast.walk(_parse(file)):
-            if isinstance(node, ast.ImportFrom) and node.level == 1:
-                stems = [node.module] if node.module else [alias.name for alias in node.names]
-                named = [folder / f"{stem}.py" for stem in stems]
-                found += [each for each in named if is_file(each) and each not in (*found, path.resolve())]
+        named = [folder / f"{stem}.py" for stem in _outline(file).siblings]
+        found += [each for each in named if is_file(each) and each not in (*found, path.resolve())]
     return found
 
 
@@ -120,7 +118,7 @@ def classes_in(path: Path) -> dict[str, int]:
     Raises:
         InputError: The file cannot be read, or is not valid Python.
     """
-    return {n.name: n.lineno for n in _parse(path).body if isinstance(n, ast.ClassDef)}
+    return dict(_outline(path).classes)
 
 
 def functions_in(path: Path) -> dict[str, int]:
@@ -129,7 +127,7 @@ def functions_in(path: Path) -> dict[str, int]:
     Raises:
         InputError: The file cannot be read, or is not valid Python.
     """
-    return {n.name: n.lineno for n in _parse(path).body if isinstance(n, ast.FunctionDef)}
+    return dict(_outline(path).functions)
 
 
 def texts_in(path: Path) -> set[str]:
@@ -138,7 +136,7 @@ def texts_in(path: Path) -> set[str]:
     Raises:
         InputError: The file cannot be read, or is not valid Python.
     """
-    return {n.value for n in ast.walk(_parse(path)) if isinstance(n, ast.Constant) and isinstance(n.value, str)}
+    return set(_outline(path).texts)
 
 
 def load_class(path: Path, name: str) -> type:
@@ -196,9 +194,33 @@ def running_class(cls: type, *passing: type[Exception]) -> AbstractContextManage
     return running(Path(file), cls, passing=(InputError, *passing))
 
 
-def _parse(path: Path) -> ast.Module:
+@dataclass(frozen=True)
+class _Outline:
+    """What a Python file contains: siblings that it imports, top-level definitions with lines, string constants."""
+
+    siblings: tuple[str, ...]
+    classes: Mapping[str, int]
+    functions: Mapping[str, int]
+    texts: frozenset[str]
+
+
+@functools.lru_cache(256)  # one check asks dozens of times
+def _outline_of(text: str, name: str) -> _Outline:
+    tree = ast.parse(text, name)
+    nodes = list(ast.walk(tree))
+    imports = [n for n in nodes if isinstance(n, ast.ImportFrom) and n.level == 1]
+    siblings = [stem for n in imports for stem in ([n.module] if n.module else [alias.name for alias in n.names])]
+    return _Outline(
+        tuple(dict.fromkeys(siblings)),
+        {n.name: n.lineno for n in tree.body if isinstance(n, ast.ClassDef)},
+        {n.name: n.lineno for n in tree.body if isinstance(n, ast.FunctionDef)},
+        frozenset(n.value for n in nodes if isinstance(n, ast.Constant) and isinstance(n.value, str)),
+    )
+
+
+def _outline(path: Path) -> _Outline:
     try:
-        return ast.parse(read_text(path), str(path))
+        return _outline_of(read_text(path), str(path))
     except (RecursionError, MemoryError) as error:  # the parser raises either for deeply nested brackets
         raise InputError(Fault("not valid Python: nested too deeply.", path)) from error
     except (SyntaxError, ValueError) as error:

@@ -61,15 +61,15 @@ def test_a_worker_that_is_killed_under_load_costs_nothing_but_time(cluster, cata
 
     with dask_executor(cluster.scheduler_address) as executor, Store(tmp_path) as store:
         found = sweep(
-            ["none", "tree"], ["short"], range(1, 16), catalog=catalog, executor=executor, store=store, progress=kill
+            ["none", "tree"], ["short"], range(1, 8), catalog=catalog, executor=executor, store=store, progress=kill
         )
-        assert found.played == 30
+        assert found.played == 14
         assert killed
-        assert [encode_record(record) for record in found.records()] == here(catalog, range(1, 16))
+        assert [encode_record(record) for record in found.records()] == here(catalog, range(1, 8))
 
 
 def test_an_episode_that_hangs_on_a_cluster_ends_its_worker_and_is_a_record(cluster, catalog, planner):
-    planner("hung", "re.match('(a+)+$', 'a' * 60 + 'b'); return 0.0, 0.0", top="import re")
+    planner("hung", "ctypes.PyDLL(None).sleep(1000000); return 0.0, 0.0", top="import ctypes")
     with dask_executor(cluster.scheduler_address) as executor:
         patient = Patient(executor, lambda episode: episode.planner.name == "hung")
         found = sweep(
