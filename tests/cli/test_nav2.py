@@ -63,7 +63,7 @@ def test_the_robot_reaches_the_goal_around_the_box(rocs_bt, project, seed):
 
 @pytest.mark.parametrize(("nodes", "later"), [("nav2", []), ("nav2:jazzy", ["Spin"])], ids=["lyrical", "jazzy"])
 def test_recoveries_are_tried_in_turn_and_then_it_fails(rocs_bt, project, nodes, later):
-    folder = project(nodes=nodes, y="0 m", x="0 m", retries=6)  # the robot believes that the box is at the goal
+    folder = project(nodes=nodes, y="0.5 m", x="0 m", retries=6)  # the robot believes that the box is near the goal
     ran = rocs_bt("run", "drive", "--seed", 1, "--out", folder / "out")
     (agent,) = json.loads((folder / "out/summary.json").read_text())["agents"].values()
     assert agent["outcome"] == "failed", ran.text
@@ -80,6 +80,14 @@ def test_recoveries_are_tried_in_turn_and_then_it_fails(rocs_bt, project, nodes,
     assert not [e for e in events if e.node.endswith("FollowPath")]  # it never drove: its error code has no value
     why = "ComputePathToPose: BLOCKED: the goal is too near to 'box'"
     assert (why if later else "in turn: the last of 4 children has ended, and wrap_around is false") in ran.text
+
+
+def test_a_goal_in_an_obstacle_has_no_recovery_and_the_reason_says_so(rocs_bt, project):
+    folder = project(y="0 m", x="0 m")
+    ran = rocs_bt("run", "drive", "--seed", 1, "--out", folder / "out", "--no-report")
+    assert ran.code == 1
+    why = "WouldAPlannerRecoveryHelp: no recovery helps after the error 206 BLOCKED: the goal is occupied: "
+    assert why + "the goal is too near to 'box'" in ran.text
 
 
 def test_a_place_may_have_any_name(rocs_bt, project):

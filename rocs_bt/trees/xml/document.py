@@ -313,6 +313,9 @@ def survey(files: Iterable[Path]) -> Survey:
 def add_siblings(document: Document, beside: Mapping[str, Path]) -> list[Path]:
     """Add the trees of other files to which the document, or a tree added before, refers.
 
+    A tree refers to the trees of its own file. If the document has a tree of the same name, that one counts, with a
+    warning.
+
     Args:
         document: Document, extended in place.
         beside: File that may contain each tree, by the tree's ID, as in `Survey.trees`.
@@ -329,10 +332,32 @@ def add_siblings(document: Document, beside: Mapping[str, Path]) -> list[Path]:
         for name in names:
             file = beside[name]
             other = read[file] if file in read else read.setdefault(file, read_document(file))
-            if (tree := other.trees.get(name)) is None:
+            if name not in other.trees:
                 missing.add(name)
                 continue
-            document.trees[name] = TreeElement(name, tree.element, tree.body, included=True)
+            _add(document, other, name)
             for model in other.models.values():
                 document.models.setdefault(model.name, model)
     return [*read]
+
+
+def _add(document: Document, other: Document, name: str) -> None:
+    """Add a tree of another document, and the trees of that document to which it refers."""
+    todo = [name]
+    while todo:
+        name = todo.pop()
+        if name in document.trees:
+            continue
+        tree = other.trees[name]
+        document.trees[name] = TreeElement(name, tree.element, tree.body, included=True)
+        for element in below(tree.body):
+            inner = element.attributes.get("ID", "") if element.tag == "SubTree" else ""
+            if inner not in other.trees:
+                continue
+            present = document.trees.get(inner)
+            if present is not None and present.element is not other.trees[inner].element:
+                message = f"this tree replaces the tree '{inner}' of {other.files[0].name}, which '{name}' uses."
+                document.faults.append(
+                    present.element.fault(message, "Rename one of them.", attribute="ID", warning=True)
+                )
+            todo.append(inner)
