@@ -32,8 +32,9 @@ from .terminal import echo
     ),
     click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer."),
     click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file."),
+    click.option("--follow", metavar="ROBOT", default="", help="The camera of the video follows this robot."),
 )
-def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, **shared: Any) -> int:
+def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, follow: str, **shared: Any) -> int:
     """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
     Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
@@ -44,7 +45,7 @@ def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, *
     from ..simulation import read_swap
 
     asked = [read_swap(text) for text in swaps]
-    changes, made = {"mode": mode, "swaps": asked, "view": view, "video": video}, _Swaps()
+    changes, made = {"mode": mode, "swaps": asked, "view": view, "video": video, "follow": follow}, _Swaps()
     sinks = [made] if asked else []
     code = play_scenario(run, SharedOptions(**shared), changes, unit="s simulated", sinks=sinks)
     for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:

@@ -54,6 +54,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         swaps: Subtrees of missions that are replaced at given times.
         view: Whether to show MuJoCo's viewer.
         video: File for a video of the run.
+        follow: Robot that the camera of the video follows; the whole world if empty.
         live: Live page of the run, with its context entered; the run then keeps pace with the wall clock.
         command: Command line that repeats this run, for the report; `rocs-bt run ...` or `rocs-bt drive ...` if empty.
         signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
@@ -82,6 +83,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     swaps: Sequence[SubtreeSwap] = ()
     view: bool = False
     video: Path | None = None
+    follow: str = ""
     live: LiveView | None = None
     command: str = ""
     signals: StopSignals | None = None
@@ -95,6 +97,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     def __post_init__(self) -> None:
         if self.mode not in MODES:
             raise InputError(f"unknown mode '{self.mode}'. Modes: {', '.join(MODES)}.")
+        if self.follow and self.video is None:
+            raise InputError(f"a camera that follows '{self.follow}' needs a video: name its file with --video FILE.")
         if not 0.0 <= self.wait < math.inf:
             raise InputError(f"the time to wait for sensors must be 0 s or more and finite, found {self.wait:g} s.")
 
@@ -142,6 +146,7 @@ class RunChanges(TypedDict, total=False):
     swaps: Sequence[SubtreeSwap]
     view: bool
     video: Path | None
+    follow: str
     live: LiveView | None
     command: str
     signals: StopSignals | None

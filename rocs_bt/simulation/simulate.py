@@ -80,7 +80,7 @@ def _watchers(stack: ExitStack, simulated: SimulatedWorld, options: RunOptions) 
     if options.video is not None:
         from .video import Video
 
-        watchers.append(stack.enter_context(Video(simulated.world, options.video)))
+        watchers.append(stack.enter_context(Video(simulated.world, options.video, follow=options.follow)))
     if options.live is not None:
         watchers.append(Pace())
     progress = options.progress

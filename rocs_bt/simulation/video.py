@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import importlib
 import importlib.util
 from io import BytesIO
@@ -16,6 +17,11 @@ from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError
 from ..files import check_writable, write_whole
 
+_DRAWN_GROUPS = 3
+"""Number of groups of geoms that MuJoCo draws by default: 0, 1 and 2."""
+
+_SIZES = 8.0  # distance of a camera that follows, in radii of the robot
+
 Frame = npt.NDArray[np.uint8]
 
 _FORMATS = (".mp4", ".gif", ".webp", ".png")
@@ -27,7 +33,7 @@ _INSTALL = (
 
 
 class Video:
-    """Renders a world from above into a file; a context manager and an observer of an episode.
+    """Renders a world into a file; a context manager and an observer of an episode.
 
     Args:
         world: World to render.
@@ -35,14 +41,22 @@ class Video:
             last frame.
         size: Width and height [pixels]; by default 1280 x 960 for `.mp4`, else 640 x 480.
         rate: Frames per simulated second [1/s].
+        follow: Robot that the camera follows; by default it shows the whole world from above.
 
     Raises:
+        UnknownName: The world has no such robot.
         InputError: Unknown format, or the format cannot be written or rendered on this machine; names the package to
             install.
     """
 
     def __init__(
-        self, world: MujocoWorld, file: Path, *, size: tuple[int, int] | None = None, rate: float = 10.0
+        self,
+        world: MujocoWorld,
+        file: Path,
+        *,
+        size: tuple[int, int] | None = None,
+        rate: float = 10.0,
+        follow: str = "",
     ) -> None:
         if file.suffix not in _FORMATS:
             raise InputError(
@@ -58,7 +72,7 @@ class Video:
         self._file = file
         self._rate = rate
         self._due = 0.0
-        self._camera = _Camera(world, size or ((1280, 960) if file.suffix == ".mp4" else (640, 480)))
+        self._camera = _Camera(world, size or ((1280, 960) if file.suffix == ".mp4" else (640, 480)), follow)
         self._frames: list[Any] = []
         self._writer: Any = None
 
@@ -104,36 +118,41 @@ class Video:
 
 
 class _Camera:
-    """MuJoCo's classic renderer with a separate OpenGL context; the camera shows the whole world from above."""
+    """MuJoCo's classic renderer with a separate OpenGL context."""
 
-    def __init__(self, world: MujocoWorld, size: tuple[int, int]) -> None:
+    def __init__(self, world: MujocoWorld, size: tuple[int, int], follow: str) -> None:
         from ..drivers.mujoco.library import mujoco
 
-        self._mj, self._world, self._size = mujoco, world, size
+        body = world.body(follow) if follow else None
+        self._mj, self._world, self._size, self._follow = mujoco, world, size, follow
+        self._model = as_drawn(world.model)
         self._gl = _context(size)
         self._gl.make_current()
-        model = world.model
+        model = self._model
         model.vis.global_.offwidth = max(int(model.vis.global_.offwidth), size[0])
         model.vis.global_.offheight = max(int(model.vis.global_.offheight), size[1])
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0  # without shadows rendering is four times as fast
         self._option = mujoco.MjvOption()
         self._option.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
-        self._option.geomgroup[3] = 1  # hulls
         self._render = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._render)
         self._view = mujoco.MjvCamera()
         self._view.lookat[:] = model.stat.center
         self._view.distance = 0.85 * model.stat.extent
         self._view.azimuth, self._view.elevation = 90.0, -65.0
+        if body is not None:
+            self._view.distance, self._view.elevation = max(1.0, _SIZES * body.reach), -30.0
 
     def shoot(self) -> Frame:
         """Render one frame, shape (height, width, 3)."""
         mj, (width, height) = self._mj, self._size
         with self._world.lock:
             self._world.update_poses()
+            if self._follow:
+                self._view.lookat[:] = self._world.position(self._follow)
             mj.mjv_updateScene(
-                self._world.model,
+                self._model,
                 self._world.data,
                 self._option,
                 None,
@@ -151,6 +170,15 @@ class _Camera:
         """Free the renderer and its OpenGL context."""
         self._render.free()
         self._gl.free()
+
+
+def as_drawn(model: Any) -> Any:
+    """Copy of a model for drawings: hulls and other geoms that MuJoCo hides are visible only without drawn ones."""
+    drawn = copy.copy(model)
+    trees, hidden = model.body_rootid[model.geom_bodyid], model.geom_group >= _DRAWN_GROUPS
+    bare = hidden & ~np.isin(trees, trees[~hidden])
+    drawn.geom_group[bare] = 0
+    return drawn
 
 
 def _context(size: tuple[int, int]) -> Any:
