@@ -1,25 +1,21 @@
-"""MujocoWorld: the simulated world, a compiled model of an arena and robots with its state."""
+"""MujocoWorld: the simulated world, a compiled model of an arena and robots that moves."""
 
 from __future__ import annotations
 
-import hashlib
 import math
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 from ...clock import Clock, SimulatedClock
-from ...errors import BlockError, DeviceError, Fault, InputError, UnknownName, unknown
-from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
+from ...errors import BlockError, DeviceError, Fault, InputError
+from ...geometry import Pose2
 from ...safety import SafetyGate
-from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
+from .body import Controls, FreeBody, Motors, RobotBody
 from .ground import carrying_geoms
-from .nearness import Among, ClearanceQuery
-from .sight import LineOfSight
-from .terrain import GroundHeight
+from .state import WorldState
 from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
@@ -30,52 +26,24 @@ _UNSTABLE = (
 )
 
 
-_RAYS, _POSITION, _VELOCITY = range(3)  # stages of sensors: rangefinders, then those of MuJoCo, with acceleration last
-
-
-class MujocoWorld:
-    """Simulated world: an arena, robots and time in MuJoCo, protected by one lock.
+class MujocoWorld(WorldState):
+    """Simulated world: an arena, robots and time in MuJoCo.
 
     Args:
         model: Compiled MjModel; elements of robots have the robot's name as prefix.
         robots: Names of the robots.
         clock: Clock of the world; a simulated clock is advanced by each physics step.
-
-    Attributes:
-        model, data: MuJoCo's model and state; hold `lock` to use them while another thread steps.
-        robots: Indices of the robots in the model, by name.
-        objects: Named bodies that are no robots: mocap bodies, which scripts move, and free bodies, by name.
-        step: Physics step [s].
-        lock: Lock of the state, held for each physics step and each read.
-        stamp: Time of the present state, on `clock` [s].
-        only_robots_move: Whether all movable bodies belong to robots.
     """
 
     def __init__(self, model: Any, robots: Sequence[str], clock: Clock) -> None:
-        from .library import mujoco
-
-        self.model = model
-        self.data = mujoco.MjData(model)
-        # Views of MuJoCo's arrays, which have fixed memory; for few numbers they are faster than numpy.
-        self._qpos: memoryview[float] = memoryview(self.data.qpos)
-        self._qvel: memoryview[float] = memoryview(self.data.qvel)
+        super().__init__(model, robots, clock)
         self._ctrl: memoryview[float] = memoryview(self.data.ctrl)
-        kinds = mujoco.mjtWarning
+        kinds = self._mj.mjtWarning
         bad = slice(int(kinds.mjWARN_BADQPOS), int(kinds.mjWARN_BADQACC) + 1)  # of positions, velocities, accelerations
         self._bad: memoryview[int] = memoryview(self.data.warning.number)[bad]
-        self._sensordata: npt.NDArray[np.float64] = self.data.sensordata
-        self.clock = clock
-        self.step = float(model.opt.timestep)
-        self.lock = threading.RLock()
-        self.stamp = clock.now()
-        self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
-        self.objects: Mapping[str, MocapBody | FreeBody] = find_objects(model, self.robots)
-        roots = {body.root for body in self.robots.values()}
-        self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         self._drift = np.zeros((model.nmocap, 3))  # [m] displacements of scripted objects per physics step
         self._turns: dict[int, float] = {}  # [rad] turns of scripted objects per physics step, by slot
         self._pushes: list[tuple[int, RobotBody, npt.NDArray[np.float64]]] = []  # end [steps], robot, force [N]
-        self._mj = mujoco
         self._simulated = isinstance(clock, SimulatedClock)
         self._tick: Callable[[], None] = clock.advance if isinstance(clock, SimulatedClock) else lambda: None
         self._motors: dict[str, list[Motors]] = {name: [] for name in robots}
@@ -86,29 +54,8 @@ class MujocoWorld:
         self._loops: list[Callable[[float], None]] = []  # inner loops of actuators
         self._motion: dict[str, SafetyGate] = {}  # gates of robots' motion actuators without velocity motors
         self._touch = ContactDetector(model, self.robots)
-        mujoco.mj_kinematics(model, self.data)
         for name, body in self.robots.items():
             self._touch.allow_ground(name, carrying_geoms(model, self.data, body))
-        self._ground = GroundHeight(model, self.data)
-        self._clearance = ClearanceQuery(model, self.robots)
-        self._sight = LineOfSight(model, self.robots)
-        self._revision = 0  # number of the present state, for values that are cached per state
-        self._posed = -1
-        self._sensor_stages = _sensor_stages(model)
-        self._sensed: dict[int, int] = {}  # revision of the values of each stage of sensors
-        self._poses: dict[str, tuple[int, Pose2]] = {}
-        self._sensors_off = int(model.opt.disableflags)
-        self._sensors_on = self._sensors_off & ~int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-
-    def body(self, robot: str) -> RobotBody:
-        """Indices of a robot in the model.
-
-        Raises:
-            UnknownName: The world has no such robot.
-        """
-        if robot not in self.robots:
-            raise UnknownName(unknown("robot", robot, self.robots, "The world"))
-        return self.robots[robot]
 
     def place(self, robot: str, pose: Pose2, height: float | None = None) -> None:
         """Place a robot at rest.
@@ -130,80 +77,6 @@ class MujocoWorld:
             self.data.qpos[q + 3 : q + 7] = math.cos(pose.yaw / 2.0), 0.0, 0.0, math.sin(pose.yaw / 2.0)
             self.data.qvel[v : v + 6] = 0.0
             self._revision += 1
-
-    def pose(self, robot: str) -> Pose2:
-        """True pose of a robot's base, world frame; cached per state."""
-        known = self._poses.get(robot)
-        if known is not None and known[0] == self._revision:
-            return known[1]
-        with self.lock:
-            q = self.body(robot).q
-            x, y, _, w, i, j, k = self._qpos[q : q + 7].tolist()
-            pose = pose2((x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k)))))
-            self._poses[robot] = self._revision, pose
-        return pose
-
-    def pose3(self, robot: str) -> Pose3:
-        """True pose of a robot's base in space, world frame."""
-        q = self.body(robot).q
-        with self.lock:
-            state = self._qpos[q : q + 7].tolist()
-        return Pose3.from_quaternion(state[:3], state[3:])
-
-    def tilt(self, robot: str) -> float:
-        """True angle between the z axis of a robot's base and the vertical [rad], in [0, pi]."""
-        q, state = self.body(robot).q, self._qpos
-        i, j = state[q + 4], state[q + 5]
-        return math.acos(max(-1.0, 1.0 - 2.0 * (i * i + j * j)))
-
-    def position(self, robot: str) -> list[float]:
-        """True position of the origin of a robot's base: x, y, z [m], world frame."""
-        q = self.body(robot).q
-        with self.lock:
-            return [*self._qpos[q : q + 3]]
-
-    def twist(self, robot: str) -> Twist2:
-        """True velocity of a robot's base, body frame."""
-        v, yaw = self.body(robot).v, self.pose(robot).yaw
-        with self.lock:
-            x, y, _, _, _, turn = self._qvel[v : v + 6].tolist()
-        c, s = math.cos(yaw), math.sin(yaw)
-        return Twist2(c * x + s * y, turn, c * y - s * x)
-
-    def twist3(self, robot: str) -> Twist3:
-        """True velocity of a robot's base in space; forward and left are horizontal, up and turn vertical."""
-        body = self.body(robot)
-        with self.lock:
-            w, i, j, k = self._qpos[body.q + 3 : body.q + 7].tolist()
-            x, y, up, *turning = self._qvel[body.v : body.v + 6].tolist()
-        yaw = self.pose(robot).yaw
-        c, s = math.cos(yaw), math.sin(yaw)
-        vertical = (2.0 * (i * k - w * j), 2.0 * (j * k + w * i), 1.0 - 2.0 * (i * i + j * j))  # in the body frame
-        turn = sum(a * b for a, b in zip(vertical, turning, strict=True))
-        return Twist3(c * x + s * y, c * y - s * x, up, turn)
-
-    def mocap_body(self, name: str) -> MocapBody:
-        """Find a mocap body by its name.
-
-        Raises:
-            UnknownName: The world has no such mocap body.
-        """
-        found, known = self.objects.get(name), [n for n, o in self.objects.items() if isinstance(o, MocapBody)]
-        if not isinstance(found, MocapBody):
-            raise UnknownName(unknown("mocap body", name, known, "The world"))
-        return found
-
-    def object_pose(self, name: str) -> Pose2:
-        """Pose of a mocap body or a free body, world frame."""
-        if isinstance(free := self.objects.get(name), FreeBody):
-            with self.lock:
-                x, y, _, w, i, j, k = self._qpos[free.q : free.q + 7].tolist()
-            return Pose2(x, y, wrap_angle(math.atan2(2.0 * (w * k + i * j), 1.0 - 2.0 * (j * j + k * k))))
-        slot = self.mocap_body(name).slot
-        with self.lock:
-            x, y, _ = self.data.mocap_pos[slot].tolist()
-            w, _, _, k = self.data.mocap_quat[slot].tolist()
-        return Pose2(x, y, wrap_angle(2.0 * math.atan2(k, w)))
 
     def place_object(self, name: str, pose: Pose2) -> None:
         """Move a mocap body, or a free body at rest, at once to a pose, world frame; a free body above the ground."""
@@ -285,16 +158,6 @@ class MujocoWorld:
             else:
                 self._aim(motors, speeds)
 
-    def motor_speeds(self, motors: Motors) -> list[float]:
-        """True speeds of motors [rad/s]."""
-        with self.lock:
-            return [self._qvel[j] for j in motors.joints]
-
-    def motor_angles(self, motors: Motors) -> list[float]:
-        """True angles of motors since the start [rad]."""
-        with self.lock:
-            return [self._qpos[a] for a in motors.angles]
-
     def controls(self, robot: str, names: Sequence[str]) -> Controls:
         """Get a handle of actuators in a robot's model.
 
@@ -332,16 +195,6 @@ class MujocoWorld:
             raise DeviceError(f"the value of '{controls.names[int(np.isnan(wanted).argmax())]}' is NaN.")
         with self.lock:
             self.data.ctrl[controls.ids] = np.minimum(np.maximum(wanted, controls.low), controls.high)
-
-    def joint_positions(self, controls: Controls) -> npt.NDArray[np.float64]:
-        """True positions of the joints of actuators [rad or m], shape (n,); NaN without a joint."""
-        with self.lock:
-            return np.where(controls.angles < 0, math.nan, self.data.qpos[controls.angles])
-
-    def joint_velocities(self, controls: Controls) -> npt.NDArray[np.float64]:
-        """True velocities of the joints of actuators [rad/s or m/s], shape (n,); NaN without a joint."""
-        with self.lock:
-            return np.where(controls.joints < 0, math.nan, self.data.qvel[controls.joints])
 
     def attach(self, loop: Callable[[float], None]) -> None:
         """Call a function before each physics step with the time [s], in the order of attachment, with `lock` held.
@@ -442,100 +295,6 @@ class MujocoWorld:
         body = self.model.geom_bodyid[geom]
         return str(self.model.geom(geom).name or self.model.body(body).name).removeprefix(f"{robot}/")
 
-    def ground_height(self, x: float, y: float) -> float:
-        """Height of the ground over the level floor at a point of the world frame [m]; obstacles do not count."""
-        with self.lock:
-            return self._ground.at(x, y)
-
-    def clearance(self, robot: str, limit: float = math.inf, among: Among = "all") -> tuple[float, str]:
-        """Distance from a robot's hull to the nearest obstacle, without the floor.
-
-        Args:
-            robot: Name of the robot.
-            limit: Distance beyond which obstacles are ignored [m].
-            among: Obstacles that count: other `robots`, `obstacles` that are no robots, or `all`.
-
-        Returns:
-            Distance [m], negative if they overlap, and name of the obstacle; (limit, "") if none is within the limit.
-        """
-        body = self.body(robot)
-        with self.lock:
-            self.update_poses()
-            return self._clearance.clearance(self.data, body, limit, among)
-
-    def sunk(self, robot: str) -> tuple[float, str, str]:
-        """Depth of a robot's hull in the level floor [m], and the names of both geoms; (0, "", "") if it is above."""
-        body = self.body(robot)
-        with self.lock:
-            self.update_poses()
-            return self._clearance.sunk(self.data, body)
-
-    def room(self, x: float, y: float, z: float = 0.15) -> float:
-        """Distance from a point (x, y, z), world frame [m], to the nearest static obstacle, without the floor [m]."""
-        with self.lock:
-            self.update_poses()
-            return self._clearance.room(self.data, np.array([x, y, z]))
-
-    def sees(self, robot: str, other: str, height: float) -> bool:
-        """Whether the line of sight between the bases of two robots is free, at a height over the floor [m]."""
-        here, there = self.pose(robot), self.pose(other)
-        ends = (here.x, here.y, height), (there.x, there.y, height)
-        with self.lock:
-            self.update_poses()
-            return self._sight.clear(self.data, self.body(robot), self.body(other), *ends)
-
-    def sensed(self, addresses: npt.NDArray[np.intp]) -> npt.NDArray[np.float64]:
-        """Values of sensors of the model at n addresses, in the present state, shape (n,); cached per state."""
-        with self.lock:
-            for stage in {*self._sensor_stages.take(addresses).tolist()}:
-                if self._sensed.get(stage) != self._revision:
-                    self._compute_sensors(stage)
-                    self._sensed[stage] = self._revision
-            return self._sensordata.take(addresses)
-
-    def sensor_address(self, robot: str, name: str) -> int:
-        """Address of the first value of a sensor in a robot's model, for `sensed`; its other values follow.
-
-        Raises:
-            UnknownName: The model has no such sensor.
-        """
-        return int(self.model.sensor_adr[self._id("sensor", robot, name)])
-
-    def bounds(self) -> tuple[float, float, float, float]:
-        """Minimum x, minimum y, maximum x, maximum y of the static geoms [m]; infinite for an infinite floor."""
-        return bounds(self.model)
-
-    def digest(self, into: hashlib._Hash) -> None:
-        """Update a hash with all generalised positions (float64 bytes), to compare trajectories."""
-        with self.lock:
-            into.update(self._qpos)
-
-    def update_poses(self) -> None:
-        """Compute the poses of all geoms and sites in `data`, which a physics step leaves at the previous state."""
-        if self._posed != self._revision:
-            self._mj.mj_kinematics(self.model, self.data)
-            self._posed = self._revision
-
-    def _compute_sensors(self, stage: int) -> None:
-        """Compute the sensors of one stage of the model; physics steps compute none."""
-        mj, model, data = self._mj, self.model, self.data
-        if stage == _RAYS:
-            self.update_poses()
-        else:
-            mj.mj_fwdPosition(model, data)
-            self._posed = self._revision
-        model.opt.disableflags = self._sensors_on
-        if stage <= _POSITION:
-            mj.mj_sensorPos(model, data)
-        elif stage == _VELOCITY:
-            mj.mj_fwdVelocity(model, data)
-            mj.mj_sensorVel(model, data)
-        else:
-            warm_start = data.qacc_warmstart.copy()  # a reading must not change the next physics step
-            mj.mj_forward(model, data)
-            data.qacc_warmstart[:] = warm_start
-        model.opt.disableflags = self._sensors_off
-
     def _turn_objects(self) -> None:
         for slot, turn in self._turns.items():
             w, _, _, k = self.data.mocap_quat[slot].tolist()
@@ -572,22 +331,3 @@ class MujocoWorld:
                     ctrl[i] = now + math.copysign(change, target - now)
                     motors.settled = False
         self._ramping = [motors for motors in self._ramping if not motors.settled]
-
-    def _id(self, kind: str, robot: str, name: str) -> int:
-        obj, model = self._mj.mjtObj, self.model
-        kinds = {"actuator": obj.mjOBJ_ACTUATOR, "sensor": obj.mjOBJ_SENSOR, "geom": obj.mjOBJ_GEOM}
-        found = self._mj.mj_name2id(self.model, kinds[kind], f"{robot}/{name}")
-        if found < 0:
-            count = {"actuator": model.nu, "sensor": model.nsensor, "geom": model.ngeom}[kind]
-            names = [str(self._mj.mj_id2name(self.model, kinds[kind], i)) for i in range(count)]
-            own = [n.removeprefix(f"{robot}/") for n in names if n.startswith(f"{robot}/")]
-            raise UnknownName(unknown(f"MuJoCo {kind} of {robot}", name, own, f"The model of {robot}"))
-        return int(found)
-
-
-def _sensor_stages(model: Any) -> npt.NDArray[np.intp]:
-    """Stage of each value in `sensordata`. Rangefinders need less than MuJoCo's position stage: the poses only."""
-    from .library import mujoco
-
-    rays = model.sensor_type == int(mujoco.mjtSensor.mjSENS_RANGEFINDER)
-    return np.repeat(np.where(rays, _RAYS, model.sensor_needstage), model.sensor_dim)
