@@ -11,10 +11,10 @@ from ...trees.nodes.node import LazyAttribute
 from ...trees.value import from_string
 from ..context import mission_of
 from ..waits import until
-from .decorators import goals_of
+from .decorators import GoalWatch
 from .lenient import Framed, Lenient
 from .path import PathInput, PathSearch, length, poses_in
-from .poses import PoseInput, PosesInput, known, pose_of, robot_pose, same
+from .poses import PoseInput, known, pose_of, robot_pose
 from .run_aware import RunAwareCondition
 
 if TYPE_CHECKING:
@@ -53,30 +53,21 @@ class _RelativeCondition(Lenient, RunAwareCondition):
         raise NotImplementedError
 
 
-class GoalUpdated(_RelativeCondition):
+class GoalUpdated(GoalWatch, _RelativeCondition):
     """SUCCESS if the goal has changed since the last tick; FAILURE in the first tick."""
 
-    goal = PoseInput(None, "the goal; the key `goal` by default")
-    goals = PosesInput(None, "the goals; the key `goals` by default")
-
-    def restart(self) -> None:
-        self._goals = goals_of(self)
-
     def holds(self) -> bool:
-        return not same(goals_of(self), self._goals)
+        return self.changed()
 
 
-class GlobalUpdatedGoal(_Condition):
+class GlobalUpdatedGoal(GoalWatch, _Condition):
     """SUCCESS in its very first tick, and if the goal has changed since its last tick; a new run does not reset it."""
 
-    goal = PoseInput(None, "the goal; the key `goal` by default")
-    goals = PosesInput(None, "the goals; the key `goals` by default")
-    _goals: list[Any] | None = None
+    _goals: Any = None
 
     def holds(self) -> bool:
-        now = goals_of(self)
-        changed = self._goals is None or not same(now, self._goals)
-        self._goals = now
+        changed = self._goals is None or self.changed()
+        self.restart()
         return changed
 
 

@@ -105,22 +105,41 @@ class DistanceController(Framed, _Throttled):
         return robot_pose(mission_of(self)).distance(self._at)
 
 
-class SpeedController(_Throttled):
+class GoalWatch(Lenient):
+    """Base of nodes that compare the goal with that of a reference state."""
+
+    goal = PoseInput(None, "goal; the key `goal` by default")
+    goals = PosesInput(None, "goals; the key `goals` by default")
+
+    def restart(self) -> None:
+        self._goals = self.present()
+
+    def changed(self) -> bool:
+        """Whether the goal differs from that of the reference state."""
+        return not same(self.present(), self._goals)
+
+    def present(self) -> list[Pose2 | None]:
+        """Current poses of the goals."""
+        mission = mission_of(self)
+        goal, goals = value_of(self, "goal"), value_of(self, "goals")
+        return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])
+
+
+class SpeedController(GoalWatch, _Throttled):
     """Ticks its child at a rate that increases with the robot's speed, and at once when the goal changes."""
 
     min_rate = Input(float, 0.1, "rate at `min_speed` [Hz], above 0", parse=_rate)
     max_rate = Input(float, 1.0, "rate at `max_speed` [Hz], above 0", parse=_rate)
     min_speed = Input(float, 0.0, "speed for `min_rate` [m/s]")
     max_speed = Input(float, 0.5, "speed for `max_rate` [m/s]")
-    goal = PoseInput(None, "goal; a change makes the child due; the key `goal` by default")
-    goals = PosesInput(None, "goals; a change makes the child due; the key `goals` by default")
 
     def restart(self) -> None:
-        self._since, self._goals = self.runtime.now(), goals_of(self)
+        super().restart()
+        self._since = self.runtime.now()
 
     def due(self) -> bool:
         elapsed = self.runtime.now() - self._since + 1e-9
-        return not same(goals_of(self), self._goals) or elapsed * self._present_rate() >= 1.0
+        return self.changed() or elapsed * self._present_rate() >= 1.0
 
     def next_tick(self) -> str:
         return f"at {self._since + 1.0 / self._present_rate():.1f} s at this speed, or with a new goal"
@@ -134,17 +153,11 @@ class SpeedController(_Throttled):
         return float(self.min_rate + share * (self.max_rate - self.min_rate))
 
 
-class GoalUpdatedController(_Throttled):
+class GoalUpdatedController(GoalWatch, _Throttled):
     """Ticks its child at the beginning and each time the goal changes. RUNNING in between."""
 
-    goal = PoseInput(None, "goal; the key `goal` by default")
-    goals = PosesInput(None, "goals; the key `goals` by default")
-
-    def restart(self) -> None:
-        self._goals = goals_of(self)
-
     def due(self) -> bool:
-        return not same(goals_of(self), self._goals)
+        return self.changed()
 
     def next_tick(self) -> str:
         return "with a new goal"
@@ -229,10 +242,3 @@ def value_of(node: Any, port: str) -> Any:
         entry = node.board.entry(key)
         return None if entry is None else entry.value
     return node.read(port)
-
-
-def goals_of(node: Any) -> list[Pose2 | None]:
-    """Current poses of the goals in a node's ports `goal` and `goals`."""
-    mission = mission_of(node)
-    goal, goals = value_of(node, "goal"), value_of(node, "goals")
-    return poses_of(mission, [goal] if goal is not None else []) + poses_of(mission, goals or [])

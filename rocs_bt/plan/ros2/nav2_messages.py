@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
 from ...errors import Fault, InputError
@@ -160,9 +160,3 @@ def path_message(value: Any, frame: str) -> Mapping[str, Any]:
     if not isinstance(value, Sequence) or isinstance(value, str) or not value:
         raise InputError(Fault(f"{value!r:.60} is no path.", hint="Write the key of a path."))
     return {"header": {"frame_id": frame}, "poses": [stamped_message(pose, frame) for pose in poses_in(value)]}
-
-
-def corners_of(path: Mapping[str, Any]) -> list[tuple[float, float]]:
-    """Positions of a nav_msgs/Path, (x, y) in its frame [m]."""
-    positions: Iterable[Any] = (pose["pose"]["position"] for pose in path.get("poses", ()))
-    return [(float(p["x"]), float(p["y"])) for p in positions]

@@ -18,10 +18,11 @@ from ...trees.nodes import RUNNING, SUCCESS, Input, Node, Outcome, Output
 from ..action_node import ActionNode
 from ..nav2 import NAV2
 from ..nav2.lenient import Served
+from ..nav2.path import corners_of
 from ..nav2.tables import made_node
 from .action import GoalLeaf
 from .assignments import FieldOutputs
-from .nav2_messages import Nav2Caller, corners_of, field_of
+from .nav2_messages import Nav2Caller, field_of
 from .relay_twist import TWISTS, RelayTwist
 from .uses_ros import interface_type, parse_name
 

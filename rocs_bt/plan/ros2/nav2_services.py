@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
-from ...action import Failure, Reason
-from ...errors import DeviceError, InputError
-from ...ros_link import RosCall, RosField, RosLink, RosMessage, RosServiceClient, RosTypes
-from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Node, Outcome
+from ...ros_link import RosField, RosMessage, RosTypes
+from ...trees.nodes import FAILURE, SUCCESS, Input, Node, Outcome
 from ..nav2 import NAV2
 from ..nav2.costs import NO_INFORMATION
 from ..nav2.goals import SKIPPED, Statuses
@@ -19,13 +17,14 @@ from ..nav2.servers import CANCELLED
 from ..nav2.tables import made_node
 from .nav2_messages import Nav2Caller, field_of
 from .nav2_servers import server_of
-from .uses_ros import mismatched, parse_name
+from .service import ServiceLeaf
+from .uses_ros import parse_name
 
 PATIENCE = 5.0
 """Maximum time to wait for a service, and for its response [s]."""
 
 
-class Nav2Service(Nav2Caller, Leaf):
+class Nav2Service(Nav2Caller, ServiceLeaf):
     """Base of nodes that call a service of Nav2: RUNNING until its response is there; FAILURE after 5 s without it."""
 
     named = "service_name"
@@ -34,51 +33,13 @@ class Nav2Service(Nav2Caller, Leaf):
     service_name = Input(str, doc="name of the service", parse=parse_name)
     server_timeout = Input(float, 0.0, "timeout in Nav2 [ms]; not used")
 
-    _call: RosCall | None = None
+    wait = timeout = PATIENCE
+
+    def message(self) -> dict[str, Any]:
+        return self.filled("Request")
 
     def responded(self, response: RosMessage) -> Outcome:
-        """Outcome for a response: FAILURE if it says that there was no success."""
         return SUCCESS if field_of(response, "success", True) else FAILURE
-
-    def connect(self, link: RosLink, name: str, type: str) -> RosServiceClient:
-        return link.service(name, type)
-
-    def initialise(self) -> None:
-        self._call = None
-        self._until = self.runtime.now() + PATIENCE
-
-    def deadline(self) -> float:
-        return self._until
-
-    def update(self) -> Outcome:
-        client = self.opened()
-        if isinstance(client, Failure):
-            return self.failed(client)
-        name, late = self.names()[0], self.runtime.now() >= self._until
-        if self._call is None:
-            if not client.ready():
-                self.feedback_message = f"waits for a server of '{name}'"
-                why = f"no server of the service '{name}' within {PATIENCE:g} s" + mismatched(client)
-                return self.failed(Failure(Reason.UNHEARD, why)) if late else RUNNING
-            try:
-                self._call = client.call(self.filled("Request"))
-            except InputError as error:
-                return self.failed(Failure.cannot(error))
-            except DeviceError as error:
-                return self.failed(Failure(Reason.REFUSED, str(error)))
-            self._until, late = self.runtime.now() + PATIENCE, False
-        if self._call.error:
-            return self.failed(Failure(Reason.REFUSED, f"the service '{name}' failed: {self._call.error}"))
-        if self._call.response is not None:
-            return self.responded(self._call.response)
-        self.feedback_message = f"waits for the response of '{name}'"
-        why = f"no response of the service '{name}' within {PATIENCE:g} s"
-        return self.failed(Failure(Reason.TIMEOUT, why)) if late else RUNNING
-
-    def terminate(self, new_status: Outcome) -> None:
-        if self._call is not None:
-            self._call.forget()
-            self._call = None
 
 
 class _Validate(Nav2Service):

@@ -2,16 +2,87 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from ...action import Failure, Reason
 from ...errors import DeviceError, InputError
-from ...ros_link import RosCall, RosLink, RosServiceClient
+from ...ros_link import RosCall, RosLink, RosMessage, RosServiceClient
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
 from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import UsesRos, interface_type, mismatched, parse_name
 
 
-class RosService(UsesRos[RosServiceClient], Leaf):
+class ServiceLeaf(UsesRos[RosServiceClient], Leaf):
+    """Base of leaves that call a service: RUNNING until its response is there.
+
+    FAILURE if no server is there within `wait`, if there is no response within `timeout`, or if the server refuses the
+    request.
+    """
+
+    wait: Any
+    timeout: Any
+    _call: RosCall | None = None
+    _until = 0.0
+
+    def message(self) -> dict[str, Any]:
+        """Fields of the request.
+
+        Raises:
+            InputError: A value is missing or does not fit.
+        """
+        raise NotImplementedError
+
+    def responded(self, response: RosMessage) -> Outcome:
+        """Outcome for a response."""
+        raise NotImplementedError
+
+    def connect(self, link: RosLink, name: str, type: str) -> RosServiceClient:
+        return link.service(name, type)
+
+    def initialise(self) -> None:
+        self._call = None
+        self._until = self.runtime.now() + self.wait
+
+    def deadline(self) -> float:
+        return self._until
+
+    def update(self) -> Outcome:
+        client = self.opened()
+        if isinstance(client, Failure):
+            return self.failed(client)
+        name = self.names()[0]
+        if self._call is None:
+            if not client.ready():
+                missing = f"no server of the service '{name}' within {self.wait:g} s"
+                return self._waits(f"a server of '{name}'", Reason.UNHEARD, missing + mismatched(client))
+            try:
+                self._call = client.call(self.message())
+            except InputError as error:
+                return self.failed(Failure.cannot(error))
+            except DeviceError as error:
+                return self.failed(Failure(Reason.REFUSED, str(error)))
+            self._until = self.runtime.now() + self.timeout
+        if self._call.error:
+            return self.failed(Failure(Reason.REFUSED, f"the service '{name}' failed: {self._call.error}"))
+        if self._call.response is not None:
+            return self.responded(self._call.response)
+        missing = f"no response of the service '{name}' within {self.timeout:g} s"
+        return self._waits(f"the response of '{name}'", Reason.TIMEOUT, missing)
+
+    def terminate(self, new_status: Outcome) -> None:
+        if self._call is not None:
+            self._call.forget()
+            self._call = None
+
+    def _waits(self, what: str, reason: Reason, evidence: str) -> Outcome:
+        if self.runtime.now() >= self._until:
+            return self.failed(Failure(reason, evidence))
+        self.feedback_message = f"waits for {what}"
+        return RUNNING
+
+
+class RosService(ServiceLeaf):
     """Calls a service: RUNNING until its response is there, then SUCCESS; needs rclpy.
 
         <RosService service="lamp" type="std_srvs/srv/SetBool" request="data = true" response="message -> {text}"/>
@@ -30,53 +101,10 @@ class RosService(UsesRos[RosServiceClient], Leaf):
     wait = Input(float, 5.0, "maximum time to wait for a server [s]", dimension=TIME)
     timeout = Input(float, 5.0, "maximum time to wait for the response [s]", dimension=TIME)
 
-    _call: RosCall | None = None
+    def message(self) -> dict[str, Any]:
+        return self.message_of("request")
 
-    def connect(self, link: RosLink, name: str, type: str) -> RosServiceClient:
-        return link.service(name, type)
-
-    def initialise(self) -> None:
-        self._call = None
-        self._until = self.runtime.now() + self.wait
-
-    def deadline(self) -> float:
-        return self._until
-
-    def update(self) -> Outcome:
-        client = self.opened()
-        if isinstance(client, Failure):
-            return self.failed(client)
-        if self._call is None:
-            if not client.ready():
-                return self._absent(client)
-            try:
-                self._call = client.call(self.message_of("request"))
-            except InputError as error:
-                return self.failed(Failure.cannot(error))
-            except DeviceError as error:
-                return self.failed(Failure(Reason.REFUSED, str(error)))
-            self._until = self.runtime.now() + self.timeout
-        call = self._call
-        if call.error:
-            return self.failed(Failure(Reason.REFUSED, f"the service '{self.service}' failed: {call.error}"))
-        if call.response is not None:
-            missing = self.put("response", call.response)
-            self.feedback_message = f"'{self.service}' responded"
-            return self.failed(Failure(Reason.CANNOT, missing)) if missing else SUCCESS
-        if self.runtime.now() >= self._until:
-            evidence = f"no response of the service '{self.service}' within {self.timeout:g} s"
-            return self.failed(Failure(Reason.TIMEOUT, evidence))
-        self.feedback_message = f"waits for the response of '{self.service}'"
-        return RUNNING
-
-    def terminate(self, new_status: Outcome) -> None:
-        if self._call is not None:
-            self._call.forget()
-            self._call = None
-
-    def _absent(self, client: RosServiceClient) -> Outcome:
-        if self.runtime.now() >= self._until:
-            evidence = f"no server of the service '{self.service}' within {self.wait:g} s" + mismatched(client)
-            return self.failed(Failure(Reason.UNHEARD, evidence))
-        self.feedback_message = f"waits for a server of '{self.service}'"
-        return RUNNING
+    def responded(self, response: RosMessage) -> Outcome:
+        missing = self.put("response", response)
+        self.feedback_message = f"'{self.service}' responded"
+        return self.failed(Failure(Reason.CANNOT, missing)) if missing else SUCCESS
