@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import inspect
 import types
 import typing
@@ -95,11 +96,16 @@ def class_parameters(cls: type, positional: Sequence[str]) -> dict[str, Paramete
     return found
 
 
-def field_parameters(declared: type) -> dict[str, Parameter]:
+def field_parameters(declared: type) -> Mapping[str, Parameter]:
     """Parameters that a dataclass declares, by name, in order.
 
     Their bounds allow infinite values, because the dataclass checks values itself.
     """
+    return _field_parameters(declared)
+
+
+@functools.cache
+def _field_parameters(declared: type) -> Mapping[str, Parameter]:
     hints = typing.get_type_hints(declared, include_extras=True)
     found = {}
     for field in dataclasses.fields(declared):

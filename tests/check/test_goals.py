@@ -112,6 +112,24 @@ def test_of_many_goals_only_some_are_checked_in_every_respect(tmp_path, monkeypa
     assert len(tried) == 2 * feasible.POSES_TRIED + 19
 
 
+@pytest.mark.parametrize(("bad", "good", "further"), [(1, 2, 0), (2, 0, 0), (2, 1, 1), (3, 0, 1), (5, 1, 4)])
+def test_after_some_faulty_goals_the_others_are_not_checked(tmp_path, monkeypatch, bad, good, further):
+    monkeypatch.setattr(feasible, "_MANY", 2)
+    (tmp_path / "scenarios").mkdir()
+    file = tmp_path / "scenarios" / "goal.toml"
+    text = SCENARIO.format(robot="jackal", rules='"contact"').split("[[place]]")[0]
+    places = [
+        f'[[place]]\nname = "p{i}"\nx = "{x} m"\ny = "0 m"\ntolerance = "0.1 m"\n'
+        for i, x in enumerate([2.5] * bad + [-1.5] * good)
+    ]
+    file.write_text(text.replace('"goal"', '"p0"') + "".join(places))
+    said = [fault.message for fault in check_content([file]).faults]
+    assert len([each for each in said if "no free pose within" in each]) == min(bad, 2), said
+    assert [each for each in said if "further" in each] == [
+        f"{further} further goals of R1 were not checked." for _ in range(bool(further))
+    ]
+
+
 def test_a_goal_in_a_door_and_slow_sensors_are_warned_of(tmp_path):
     (tmp_path / "scenarios" / "worlds").mkdir(parents=True)
     (tmp_path / "scenarios" / "worlds" / "yard.xml").write_text(DOOR)
