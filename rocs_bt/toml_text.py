@@ -36,6 +36,7 @@ _KEY_PART = re.compile(r"""[ \t]*([A-Za-z0-9_-]+|"(?:[^"\\]|\\.)*"|'[^']*')[ \t]
 _BLANK = re.compile(r"(?:\s|#[^\n]*)*")
 _BARE_VALUE = re.compile(r"[^,\]}#\n]+")
 _LONG_NUMBER = re.compile(r"(?<![0-9_])[0-9_]{4301,}")  # digits that int() refuses
+_STRING = re.compile(r"""'[^']*'|"(?:[^"\\]|\\.)*\"""")
 _MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change the parsing of the rest of a line
 
 
@@ -52,13 +53,16 @@ def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[i
     Raises:
         InputError: The text is not valid TOML, or exceeds a limit of this module.
     """
-    data, positions = _parse_short(text, file) if len(text) <= _SHORT else _parse(text, file)
+    if len(text) > _SHORT:
+        return _parse(text, file)
+    data, positions = _parse_short(text, file)
     return _copied(data), dict(positions)
 
 
 def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
-    _refuse_long_keys(text, file)
-    _refuse_deep(text, file)
+    lines = list(_lines(text))
+    _refuse_long_keys(lines, file)
+    _refuse_deep(lines, file)
     try:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -71,7 +75,7 @@ def _parse(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, 
         at = 0 if number is None else number.start()
         line, column = text.count("\n", 0, at) + 1, at - text.rfind("\n", 0, at)
         raise InputError(_not_64_bits(file, line, column)) from error
-    positions = _positions(text)
+    positions = _positions(lines)
     _refuse_values(data, positions, file)
     return data, positions
 
@@ -127,19 +131,15 @@ def _as_value(value: object) -> str:
     return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _refuse_deep(text: str, file: Path) -> None:
+def _refuse_deep(lines: Sequence[_Line], file: Path) -> None:
     """Refuse deep nesting before parsing, because the depth that tomllib can parse depends on the process."""
-    if text.count("[") + text.count("{") <= MAX_DEPTH:
-        return
-    for line in _lines(text):
+    for line in lines:
         if line.too_deep:
             raise InputError(_too_deep(file, line.number, line.too_deep))
 
 
-def _refuse_long_keys(text: str, file: Path) -> None:
-    if text.count(".") < MAX_PARTS:
-        return
-    for number, line, _, _ in _lines(text):
+def _refuse_long_keys(lines: Sequence[_Line], file: Path) -> None:
+    for number, line, _, _ in lines:
         if line.count(".") < MAX_PARTS:
             continue
         count, begin, end = 0, 0, 0
@@ -296,12 +296,12 @@ def _long_string_end(text: str, at: int, quote: str) -> int:
     return at
 
 
-def _positions(text: str) -> dict[Key, tuple[int, int]]:
+def _positions(lines: Sequence[_Line]) -> dict[Key, tuple[int, int]]:
     """Line and column of each key at the beginning of a line, and of each table header."""
     positions: dict[Key, tuple[int, int]] = {}
     counts: dict[Key, int] = {}
     here: Key = ()
-    for number, line, depth, _ in _lines(text):
+    for number, line, depth, _ in lines:
         if depth:
             continue
         start = len(line) - len(line.lstrip(" \t"))
@@ -385,7 +385,6 @@ def _lines(text: str) -> Iterator[_Line]:
 
 
 def _string_end(line: str, at: int) -> int:
-    quote, at = line[at], at + 1
-    while at < len(line) and line[at] != quote:
-        at += 2 if line[at] == "\\" and quote == '"' else 1
-    return at + 1
+    """Index after the string that begins at an index of a line."""
+    found = _STRING.match(line, at)
+    return len(line) if found is None else found.end()

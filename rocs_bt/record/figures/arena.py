@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 LABEL_WIDTH = 22
 """Maximum number of characters in a line of the legend, beside which the arena needs its room."""
 
+PLACES = 100
+"""Maximum number of places that a figure draws with their names and sizes; the others are points."""
+
 
 class Arena(Figure):
     """Arena from above: obstacles, goals and paths; dots mark atomic actions, squares switches of the route."""
@@ -142,10 +145,12 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         )
         shape.set(facecolor=WALL, edgecolor=MUTED, linewidth=0.6, gid=f"{gid}-outline-{i}")
         axes.add_patch(shape)
-    for i, place in enumerate(header.places):
+    for i, place in enumerate(header.places[:PLACES]):
         radius = max(place.radius, 0.05)
         ring = Circle((place.x, place.y), radius, fill=False, ec=PLACE, lw=1.2, gid=f"{gid}-place-{i}")
         axes.add_patch(ring)
+    if more := [(place.x, place.y) for place in header.places[PLACES:]]:
+        axes.plot(*zip(*more, strict=True), ",", color=PLACE, gid=f"{gid}-places", rasterized=True)
     axes.margins(0.02)
     axes.autoscale_view()
     labels = _Labels(axes)
@@ -153,7 +158,7 @@ def draw_world(axes: Axes, header: RunHeader, gid: str) -> None:
         corner = min(x for x, _ in ground.points), max(y for _, y in ground.points)
         high = f"{100.0 * ground.height:.3g} cm" if ground.height < 1.0 else f"{ground.height:.3g} m"  # as in arena.js
         labels.write(f"{ground.name}, {high}", corner, (4, -11), color=MUTED, fontsize=7.5)
-    for place in (place for place in header.places if place.known):
+    for place in (place for place in header.places[:PLACES] if place.known):
         labels.write(place.name, (place.x, place.y), (9, -19), color=PLACE, fontsize=9.0)
 
 

@@ -10,7 +10,7 @@ from ...errors import Fault, InputError, RecordingError
 from ...files import write_whole
 from ..history import History, Span
 from ..recording import Recording
-from .arena import Arena
+from .arena import PLACES, Arena
 from .commands import Commands
 from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
 from .height import HeightAndTilt
@@ -76,7 +76,7 @@ class Coordinates(Figure):
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         rows = canvas.subplots(2, 1, sharex=True)
         for i, (axes, what) in enumerate(zip(rows, "xy", strict=True)):
-            for place in runs[0].header.places:
+            for place in runs[0].header.places[:PLACES]:
                 axes.axhline((place.x, place.y)[i], color=MUTED, lw=0.8, ls=":", gid=f"{self.name}-{what}-{place.name}")
             for r, run in enumerate(runs):
                 for name, body in run.bodies.items():
