@@ -9,7 +9,7 @@ from ..catalog import ActuatorSpec, RobotSpec
 from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.ros2.forms import make_take, message_size
 from ..drivers.ros2.message_types import MessageTypes
-from ..drivers.ros2.parameters import Ros2SensorParameters
+from ..drivers.ros2.parameters import TRANSFORMS, Ros2SensorParameters
 from ..drivers.ros2.rclpy_transport import definition
 from ..errors import Fault, InputError
 
@@ -31,7 +31,8 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     for sensor in sensors:
         try:
             given = read_parameters(Ros2SensorParameters, sensor.parameters, f"sensor '{sensor.name}'")
-            make_take(types, given)
+            if given.type != TRANSFORMS:  # read as a tree of frames
+                make_take(types, given)
             message_size(types, given)
         except InputError as error:
             yield from error.at(robot.file, sensor.line).faults

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, check_scenario
+from rocs_bt.check.ros2 import ros2_faults
+from rocs_bt.drivers.ros2.parameters import TAKES
 
 ROBOT = """\
 format = "robot/3"
@@ -48,6 +51,17 @@ def test_unknown_types_and_fields_are_faults_at_the_sensor(tmp_path: Path, keys:
     (fault,) = faults(tmp_path, **keys)
     assert fault.startswith(":4: ")
     assert wanted in fault
+
+
+def test_a_sensor_of_each_type_that_has_a_short_form_is_checked(tmp_path: Path) -> None:
+    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    robot = Catalog().load_robot("pioneer_p3dx")
+    sensor = robot.sensors[0]
+    for name, takes in TAKES.items():
+        for take in takes:
+            each = replace(sensor, driver="ros2", parameters={"type": name, "take": take, "topic": "a"})
+            for fault in ros2_faults(replace(robot, sensors=(each,))):
+                assert "need" in fault.message, (name, take, fault)  # a key of this type
 
 
 SCENARIO = (
