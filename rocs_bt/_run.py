@@ -6,16 +6,19 @@ import it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Unpack
 
 import msgspec
 
-from .catalog import Catalog, ScenarioSpec
+from .catalog import CachingCatalog, Catalog, ScenarioSpec
+from .check import check_scenario
 from .errors import RecordingError
 from .files import write_whole
 from .record import Recording, write_report
 from .simulation import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
+from .simulation.run_files import ReportWriter
 
 _DEFAULTS = RunOptions()
 
@@ -42,12 +45,11 @@ def run(
         changes: Attributes of `RunOptions` as keywords, which replace those of `options`.
 
     Raises:
-        InputError: The content is invalid; nothing was written.
+        InputError: `rocs-bt check` finds errors in the scenario, or an option is invalid; nothing was written.
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """
-    catalog = catalog or Catalog.here()
-    return simulate(_spec(scenario, catalog), catalog, msgspec.structs.replace(options, **changes), write_report)
+    return _checked(simulate, scenario, catalog, msgspec.structs.replace(options, **changes))
 
 
 def drive(
@@ -77,8 +79,7 @@ def drive(
         DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values within the option `wait`.
         KeyboardInterrupt: A signal ended the run.
     """
-    catalog = catalog or Catalog.here()
-    return drive_robots(_spec(scenario, catalog), catalog, msgspec.structs.replace(options, **changes), write_report)
+    return _checked(drive_robots, scenario, catalog, msgspec.structs.replace(options, **changes))
 
 
 def report(recording: Recording | Path | str, out: Path | str | None = None) -> RunResult:
@@ -104,5 +105,15 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
     return RunResult(summary=summary, recording=recorded.path, report=page)
 
 
-def _spec(scenario: ScenarioSpec | str, catalog: Catalog) -> ScenarioSpec:
-    return catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
+def _checked(
+    play: Callable[[ScenarioSpec, Catalog, RunOptions, ReportWriter], RunResult],
+    scenario: ScenarioSpec | str,
+    catalog: Catalog | None,
+    options: RunOptions,
+) -> RunResult:
+    """Check a scenario, run it, and add the warnings of the check to the result."""
+    catalog = catalog or CachingCatalog.here()
+    findings = check_scenario(scenario, catalog, options.missions or {})
+    findings.refuse()
+    spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
+    return msgspec.structs.replace(play(spec, catalog, options, write_report), warnings=findings.warnings)

@@ -19,7 +19,7 @@ from .entry import (
     shipped_root,
 )
 from .ground_tables import GroundSpec, PushSpec
-from .planner_file import PlannerSpec, at_parameters, read_planner
+from .planner_file import PlannerSpec, mission_values, read_planner
 from .robot_file import load_robot
 from .robot_spec import (
     ActuatorSpec,
@@ -61,7 +61,6 @@ __all__ = [
     "SensorSpec",
     "ShareSpec",
     "Upgrade",
-    "at_parameters",
     "classes_in",
     "command_size",
     "content_hash",
@@ -73,6 +72,7 @@ __all__ = [
     "load_class",
     "load_robot",
     "make_entry",
+    "mission_values",
     "read_planner",
     "read_scenario",
     "robot_locomotion",

@@ -198,9 +198,7 @@ class Catalog:
         Raises:
             InputError: Referenced content does not exist.
         """
-        made = self._made.get("scenario")
-        own = made if made and made.path == scenario.file else make_entry(scenario.file, "scenario", "file")
-        entries = [own, self.find("world", scenario.world)]
+        entries = [self.entry_of(scenario), self.find("world", scenario.world)]
         entries += [self.find("scenario", path.stem) for path in scenario.bases]
         for name in scenario.robots:
             entries += self.content_of_robot(name)
@@ -208,6 +206,16 @@ class Catalog:
             entries += self.content_of_controller(agent)
         entries += self.list("schema")
         return tuple(dict.fromkeys(entries))
+
+    @property
+    def made(self) -> tuple[Entry, ...]:
+        """Scenario and world made by a program; empty if there are none."""
+        return tuple(self._made.values())
+
+    def entry_of(self, scenario: ScenarioSpec) -> Entry:
+        """Entry of a loaded scenario."""
+        made = self._made.get("scenario")
+        return made if made and made.path == scenario.file else make_entry(scenario.file, "scenario", "file")
 
     def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         """Catalog entries of a controller (an agent or a planner): mission, rules, and the files that these name.
@@ -562,13 +570,17 @@ class CachingCatalog(Catalog):
         key = "mission", name, dialect
         return self.cached(key, lambda: super(CachingCatalog, self).load_mission(name, dialect))
 
+    def read_scenario(self, name: str, *, missions: bool = True) -> ScenarioSpec:
+        key = "scenario", name, missions, self.made
+        return self.cached(key, lambda: super(CachingCatalog, self).read_scenario(name, missions=missions))
+
     def content_of_controller(self, controller: AgentSpec | PlannerSpec) -> tuple[Entry, ...]:
         key = "controller", controller.mission, controller.rules, repr(controller.parameters), controller.nodes
         return self.cached(key, lambda: super(CachingCatalog, self).content_of_controller(controller))
 
     def digest(self, scenario: ScenarioSpec, more: tuple[Entry, ...] = ()) -> str:
         agents = tuple((a.name, a.robot, a.mission, a.rules, repr(a.parameters), a.nodes) for a in scenario.agents)
-        made = self._made.get("scenario"), self._made.get("world")
         return self.cached(
-            ("digest", scenario.file, made, agents, more), lambda: super(CachingCatalog, self).digest(scenario, more)
+            ("digest", scenario.file, self.made, agents, more),
+            lambda: super(CachingCatalog, self).digest(scenario, more),
         )

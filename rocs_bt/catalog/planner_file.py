@@ -9,9 +9,10 @@ from typing import Any
 
 from ..document import Table, read_toml
 from ..errors import Fault, InputError
+from ..plan import mission_arguments
 from ..python_content import is_reference
 from .scenario_file import AgentSpec, ScenarioSpec, dialect_in
-from .values import latency_of
+from .values import ParameterTable, latency_of, mission_parameters_in
 
 FORMAT = "planner/1"
 Missing = Callable[[str, str], Fault | None]
@@ -34,6 +35,7 @@ class PlannerSpec:
         doc: One-sentence description.
         source: Book or paper of the method.
         file: Planner file; None for a planner made by a program.
+        parameters_at: Position of the parameters in the file; None for those made by a program.
     """
 
     name: str
@@ -47,6 +49,7 @@ class PlannerSpec:
     doc: str = ""
     source: str = ""
     file: Path | None = None
+    parameters_at: ParameterTable | None = None
 
     def drives(self, scenario: ScenarioSpec, agent: str, privileged: Mapping[str, Any] | None = None) -> ScenarioSpec:
         """Copy of a scenario in which this planner controls an agent; name and random samples do not change.
@@ -73,6 +76,7 @@ class PlannerSpec:
             mission=self.mission,
             rules=self.rules,
             parameters=dict(self.parameters),
+            parameters_at=self.parameters_at,
             latency=self.latency,
             nodes=self.nodes,
             privileged=privileged,
@@ -97,12 +101,13 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
     for name in rules:
         if fault := missing("rules", name):
             root.fault("rules", fault.message, fault.hint)
-    parameters = root.table("parameters")
+    parameters, parameters_at = mission_parameters_in(root)
     spec = PlannerSpec(
         name=file.stem,
         mission=_mission(root, missing),
         rules=rules,
-        parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
+        parameters=parameters,
+        parameters_at=parameters_at,
         latency=latency_of(root),
         nodes=dialect_in(root),
         oracle=root.flag("oracle", False),
@@ -114,12 +119,18 @@ def read_planner(file: Path, missing: Missing = lambda kind, name: None) -> Plan
     return spec
 
 
-def at_parameters(planner: PlannerSpec, error: InputError) -> InputError:
-    """The error with positions: faults without a file get the position of `parameters` in the planner's file."""
-    if planner.file is None:
-        return error
-    table = read_toml(planner.file)
-    return error.at(planner.file, *table.position("parameters" if "parameters" in table else None))
+def mission_values(build: Callable[..., Any], controller: AgentSpec | PlannerSpec) -> dict[str, Any]:
+    """Parameters of an agent or a planner as arguments of its mission, in SI units.
+
+    Raises:
+        InputError: The mission does not take them; each fault has the position of its parameter.
+    """
+    if (at := controller.parameters_at) is None:
+        return mission_arguments(build, controller.parameters)
+    try:
+        return mission_arguments(build, controller.parameters, at.file, at.positions)
+    except InputError as error:
+        raise error.at(*at.of("")) from error
 
 
 def _mission(root: Table, missing: Missing) -> str:

@@ -17,7 +17,7 @@ from ..units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
 from .renamed_keys import SCENARIO
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
-from .values import latency_of, raw_parameters, read_name
+from .values import ParameterTable, latency_of, mission_parameters_in, raw_parameters, read_name
 
 FORMAT = SCENARIO.name
 
@@ -72,7 +72,7 @@ class AgentSpec:
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         parameters: Mission parameters as in the file, typed by the mission's annotations.
         line: Line of the table in the file.
-        parameters_line: Line of the parameters in the file.
+        parameters_at: Position of the parameters in their file; None for those made by a program.
         privileged: Ground-truth information for oracle planners (`Mission.privileged`), set by programs and never by a
             file.
     """
@@ -90,7 +90,7 @@ class AgentSpec:
     latency: float | None = 0.0
     parameters: Mapping[str, Any] = field(default_factory=dict)
     line: int = 0
-    parameters_line: int = 0
+    parameters_at: ParameterTable | None = None
     nodes: str = ""
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
@@ -280,7 +280,7 @@ def _place(table: Table, agents: Sequence[str]) -> PlaceSpec:
 def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
     success = table.table("success")
     goal = success.text("goal") if "success" in table else None
-    parameters = table.table("parameters")
+    parameters, parameters_at = mission_parameters_in(table)
     return AgentSpec(
         name=_name(table),
         robot=_content(table, "robot", missing),
@@ -293,9 +293,9 @@ def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
         after=_after(success.table("after")),
         shortest_path=success.quantity("shortest_path", LENGTH, low=1e-3) if "shortest_path" in success else None,
         latency=latency_of(table),
-        parameters={key: parameters.raw(key) for key in parameters.keys()},  # noqa: SIM118 - a Table is no mapping
+        parameters=parameters,
         line=table.position()[0],
-        parameters_line=parameters.position()[0],
+        parameters_at=parameters_at,
     )
 
 

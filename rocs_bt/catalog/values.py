@@ -7,6 +7,8 @@ import math
 import re
 import typing
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 from ..arguments import Positions, field_parameters
@@ -68,6 +70,34 @@ def raw_parameters(table: Table, known: Collection[str]) -> tuple[dict[str, Any]
     """
     found = {key: table.raw(key) for key in table.keys() if key not in known}  # noqa: SIM118 - a Table is no mapping
     return found, dict(_positions(table, found, ()))
+
+
+@dataclass(frozen=True)
+class ParameterTable:
+    """Position of a `parameters` table of a mission, and of the values in it.
+
+    Attributes:
+        file: File of the table.
+        line: Line of the table; of the table around it if there is none.
+        column: Column of the table.
+        positions: Line and column of each value.
+    """
+
+    file: Path
+    line: int
+    column: int
+    positions: Positions
+
+    def of(self, name: str) -> tuple[Path, int, int]:
+        """File, line and column of a value; of the table for an unknown name."""
+        return self.file, *self.positions.get(name, (self.line, self.column))
+
+
+def mission_parameters_in(table: Table) -> tuple[dict[str, Any], ParameterTable]:
+    """Read the table `parameters` of an agent or a planner, unconverted."""
+    parameters = table.table("parameters")
+    found, positions = raw_parameters(parameters, ())
+    return found, ParameterTable(table.file, *parameters.position(), positions)
 
 
 def _positions(table: Table, values: Mapping[str, Any], above: Key) -> Iterator[tuple[str, tuple[int, int]]]:

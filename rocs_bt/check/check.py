@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -15,19 +15,19 @@ from ..catalog import (
     CachingCatalog,
     Catalog,
     Entry,
-    at_parameters,
+    ScenarioSpec,
     classes_in,
     find_project,
     functions_in,
     kind_of,
     make_entry,
+    mission_values,
 )
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from ..expression import one_for_each_signal
 from ..files import MOST_TEXT, is_file, read_bytes, read_text
 from ..knowledge import SCHEMA, load_schema
-from ..plan import mission_arguments
 from ..raised import content_line, describe
 from ..reactive import tested_file
 from ..trees.examine import blocking_faults
@@ -35,7 +35,7 @@ from ..trees.xml import included_files, survey
 from .mission import check_mission_file
 from .robot import check_robot, check_world
 from .rules import check_rule_file
-from .scenario import check_scenario_file
+from .scenario import NO_MISSIONS, Missions, check_scenario_file, scenario_faults
 from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
@@ -120,32 +120,42 @@ def check_content(
     together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix in TREES])
     scenarios = frozenset(e.path for e, _ in entries if e.kind == "scenario")
     options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together, scenarios)
-    return _findings(entries, faults, options, progress)
+    checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
+    found = _findings(_with_robots(entries), faults, checkers, progress)
+    return replace(found, files=tuple(dict.fromkeys(entry.path for entry, _ in entries)))
 
 
-def check_scenario(name: str, catalog: Catalog) -> Findings:
-    """Check a scenario and the robots that it uses, as for `rocs-bt run`, which refuses what has errors here.
+def check_scenario(scenario: ScenarioSpec | str, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Findings:
+    """Check a scenario and the robots that it uses, as for a run, which refuses what has errors here.
 
     Args:
-        name: Name or path of the scenario.
+        scenario: Scenario, or its name, or its file.
         catalog: Source of the content.
+        missions: Mission functions that replace the scenario's, by agent; they are not called.
 
     Raises:
         InputError: The scenario does not exist.
     """
-    return _findings([(catalog.find("scenario", name), catalog)], [], MissionOptions())
+    if isinstance(scenario, str):
+        entry, robots = catalog.find("scenario", scenario), _robots(catalog, scenario)
+        check: Checker = partial(check_scenario_file, missions=missions)
+    else:
+        entry, robots = catalog.entry_of(scenario), scenario.robots
+        check = lambda entry, catalog: scenario_faults(scenario, catalog, missions)  # noqa: E731 - narrowed type
+    entries = [(found, catalog) for found in (entry, *_entries_of(robots, catalog))]
+    key = "check", str(scenario), catalog.made, tuple(missions)
+    return catalog.cached(key, lambda: _findings(entries, [], {**_CHECKERS, "scenario": check}))
 
 
 def _findings(
     entries: Sequence[tuple[Entry, Catalog]],
     faults: list[Fault],
-    options: MissionOptions,
+    checkers: Mapping[str, Checker],
     progress: Callable[[float], None] = lambda done: None,
 ) -> Findings:
-    """Check entries, and the robots that their scenarios use; `faults` are those already found."""
-    checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
+    """Check entries; `faults` are those already found."""
     defect: BaseException | None = None
-    for done, (entry, catalog) in enumerate(_with_robots(entries)):
+    for done, (entry, catalog) in enumerate(entries):
         progress(done)
         found, ended = _faults(entry, catalog, checkers)
         faults += found
@@ -158,11 +168,26 @@ def _with_robots(entries: Sequence[tuple[Entry, Catalog]]) -> list[tuple[Entry, 
     """The entries, and those of the robots that their scenarios use."""
     found = {entry.path: (entry, catalog) for entry, catalog in entries}
     for entry, catalog in entries:
-        with suppress(InputError):  # reported by the check of the scenario
-            for name in catalog.read_scenario(str(entry.path)).robots if entry.kind == "scenario" else ():
-                robot = catalog.find("robot", name)
-                found.setdefault(robot.path, (robot, catalog))
+        for robot in _entries_of(_robots(catalog, str(entry.path)) if entry.kind == "scenario" else (), catalog):
+            found.setdefault(robot.path, (robot, catalog))
     return list(found.values())
+
+
+def _robots(catalog: Catalog, scenario: str) -> tuple[str, ...]:
+    """Names of the robots of a scenario; empty if it cannot be read, which its check reports."""
+    try:
+        return catalog.read_scenario(scenario).robots
+    except InputError:
+        return ()
+
+
+def _entries_of(robots: Iterable[str], catalog: Catalog) -> list[Entry]:
+    """Entries of the robots that exist; the check of the scenario reports the others."""
+    found = []
+    for name in robots:
+        with suppress(InputError):
+            found.append(catalog.find("robot", name))
+    return list(dict.fromkeys(found))
 
 
 def _once(faults: Iterable[Fault]) -> list[Fault]:
@@ -279,9 +304,9 @@ def check_planner_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if not catalog.code and catalog.find("mission", planner.mission).path.suffix == ".py":
         return
     try:
-        mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
+        mission_values(catalog.load_mission(planner.mission, planner.nodes), planner)
     except InputError as error:
-        yield from at_parameters(planner, error).faults
+        yield from error.faults
 
 
 def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:

@@ -20,47 +20,51 @@ from ..simulation import POSES_TRIED, FreePose, RunOptions, SimulatedWorld, buil
 from ..simulation.ready_run import set_up
 from ..simulation.scripted_objects import FREE
 from ..units import TIME
+from .floor import floor_faults
 from .robot import trial_faults
 from .stub_agent import idle
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
 _AT_ONCE = 0.2  # [s] maximum `for` of a rule that fires before a robot that drives to a goal is there
-_MANY = 100  # number of an agent's goals that are checked in every respect, and of warnings about them
+_MANY = 25  # number of an agent's goals that are checked in every respect, and of warnings about them
 _TIME = TIME.exponents.index(1)
 _AWAY = 1000.0  # [m] distance of moving objects from the world while the goals are checked
 
 
-def check_feasible(scenario: ScenarioSpec, catalog: Catalog) -> Iterable[Fault]:
+def check_feasible(scenario: ScenarioSpec, catalog: Catalog, replaced: Iterable[str] = ()) -> Iterable[Fault]:
     """Set a scenario up and check its feasibility; an unreachable goal is a warning, since the scenario still runs.
 
     A goal needs a pose within its tolerance at which the robot has no contact and no reflex fires; a goal with few
-    free poses is also reported. Every goal that an agent knows is checked.
+    free poses is also reported. Every goal that an agent knows is checked. The agents in `replaced` have no mission.
 
     Raises:
         InputError: A run of the scenario could not begin: for example, a robot's start pose is not free.
     """
-    yield from _outside(scenario, _stage(scenario, catalog))
-    for agent in scenario.agents:
-        others = tuple(m for m in scenario.actors if not m.robot)
-        world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
-        _remove_movers(scenario, world)
-        built = _single_agent(scenario, catalog, agent, world)
-        faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
-        yield from faults
-        if faults:
-            continue  # without readings the reflexes cannot be evaluated
+    ready = set_up(scenario, catalog, RunOptions(missions=dict.fromkeys(replaced, idle))) if catalog.code else None
+    simulated = build_world(scenario, catalog, 1, NullSink()) if ready is None else ready.simulated
+    yield from _outside(scenario, simulated)
+    if ready is not None and len(ready.agents) == 1 and not any(actor.robot for actor in scenario.actors):
+        yield from _in_world(scenario, scenario.agents[0], simulated, ready.agents[0], catalog)
+    else:
+        for agent in scenario.agents:
+            others = tuple(m for m in scenario.actors if not m.robot)
+            world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
+            yield from _in_world(scenario, agent, world, _single_agent(scenario, catalog, agent, world), catalog)
+    for built in ready.agents if ready else ():
+        built.close()
+
+
+def _in_world(
+    scenario: ScenarioSpec, agent: AgentSpec, world: SimulatedWorld, built: Agent, catalog: Catalog
+) -> Iterator[Fault]:
+    """Faults of an agent that is alone in the world: of its sensors, monitors, goals, and floor."""
+    _remove_movers(scenario, world)
+    faults = list(trial_faults(built, world.robots[agent.name], world.sensors[agent.name]))
+    yield from faults
+    if not faults:  # without readings the reflexes cannot be evaluated
         goals = [place for place in scenario.places if place.kind == "goal" and agent.name in place.agents]
         yield from _goal_warnings(world, built, agent, goals, scenario.file)
-
-
-def _stage(scenario: ScenarioSpec, catalog: Catalog) -> SimulatedWorld:
-    """World of the scenario, set up as for a run: with its agents, unless their missions may not be loaded."""
-    if not catalog.code:
-        return build_world(scenario, catalog, 1, NullSink())
-    ready = set_up(scenario, catalog, RunOptions())
-    for agent in ready.agents:
-        agent.close()
-    return ready.simulated
+        yield from floor_faults(scenario, agent, world.world, catalog)
 
 
 def _remove_movers(scenario: ScenarioSpec, simulated: SimulatedWorld) -> None:

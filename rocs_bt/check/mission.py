@@ -87,7 +87,7 @@ def _alone(build: Any, catalog: Catalog, parameters: dict[str, Any]) -> list[Fau
             agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
         except InputError:
             continue  # reported by the check of the robot
-        found = built_faults(build, agent, parameters, robot="")
+        found = built_faults(build, agent, parameters, "")
         if best is None or _misfit(found) < _misfit(best):
             best = found
         if not _of_signals(best):

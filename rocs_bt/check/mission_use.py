@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,13 +13,12 @@ from typing import Any
 from ..actions import ACTIONS, action_table
 from ..actions.heading import looked_at
 from ..agent import Agent, Controller
-from ..catalog import TREES, AgentSpec, Catalog, RobotSpec, ScenarioSpec
+from ..catalog import TREES, AgentSpec, Catalog, RobotSpec, ScenarioSpec, mission_values
 from ..drivers.ros2.known_types import installed_types
-from ..drivers.ros2.settings import Ros2Settings
 from ..errors import Fault, InputError
 from ..expression import Environment, compile_expression
 from ..files import read_text
-from ..plan import check_mission, mission_actions, mission_arguments
+from ..plan import check_mission, mission_actions
 from .stub_agent import idle
 
 _GOALS = ("goal", "leader", "heading")
@@ -47,18 +46,22 @@ def mission_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, b
         built: Stub agent of the robot, with the controller from `idle_controller`.
 
     Raises:
-        InputError: The mission does not load.
+        InputError: The mission does not load, or does not take its parameters.
     """
-    robot, build = catalog.load_robot(agent.robot), catalog.load_mission(agent.mission, agent.nodes)
-    line = agent.parameters_line or agent.line
-    try:
-        parameters = mission_arguments(build, agent.parameters)
-    except InputError as error:
-        yield from error.at(scenario.file, line).faults
-        return
-    later, named = _later(scenario, agent, robot, catalog), f"{robot.name} ({agent.name} in {scenario.name})"
-    for fault in built_faults(build, built, parameters, later, robot=named, ros2=robot.ros2):
-        yield fault.at(scenario.file, line)
+    robot, at = catalog.load_robot(agent.robot), agent.parameters_at
+    build = catalog.load_mission(agent.mission, agent.nodes)
+    found = built_faults(
+        build,
+        built,
+        mission_values(build, agent),
+        f"{robot.name} ({agent.name} in {scenario.name})",
+        later=_later(scenario, agent, robot, catalog),
+        ros_types=partial(installed_types, robot.ros2),
+        position=(lambda name: (None, 0, 0)) if at is None else at.of,
+        privileged=agent.privileged,
+    )
+    for fault in found:
+        yield fault.at(scenario.file, agent.line) if at is None else fault.at(*at.of(""))
 
 
 def mission_notes(agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
@@ -84,24 +87,15 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, robot: RobotSpec, catalog: 
     return declared | nodes_in([mission.path, *(entry.path for entry in python)])
 
 
-def built_faults(
-    build: Any,
-    agent: Agent,
-    parameters: Mapping[str, Any],
-    later: Collection[str] | None = None,
-    *,
-    robot: str,
-    ros2: Ros2Settings | None = None,
-) -> list[Fault]:
+def built_faults(build: Any, agent: Agent, parameters: Mapping[str, Any], robot: str, **more: Any) -> list[Fault]:
     """Faults of a mission built for an agent.
 
     Args:
         build: The mission's `build` function.
         agent: Agent of the mission.
         parameters: Mission parameters, in SI units.
-        later: Nodes that may become known during the run; None if any node may.
         robot: Robot of the agent in messages; empty if it is an arbitrary one, for which the mission is not meant.
-        ros2: Settings of the robot's ROS connection, with the types that the mission may use; None for the defaults.
+        more: Further arguments of `check_mission`.
     """
     environment = Environment.of(agent.knowledge.signals)
     return check_mission(
@@ -112,8 +106,7 @@ def built_faults(
         parameters=parameters,
         compile_guard=lambda text: compile_expression(text, environment),
         robot=robot,
-        later=later,
-        ros_types=partial(installed_types, ros2),
+        **more,
     )
 
 

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 
 from ..actions import action_table
 from ..agent.build import thresholds
@@ -15,10 +16,8 @@ from ..plan import mission_actions
 from ..reactive import Rule, load_rules, rule_misfits
 from ..reactive.analysis import analyse_fit
 from ..record import TRUTH
-from ..simulation import (
-    on_hardware,
-    requirement_faults,
-)
+from ..simulation import on_hardware, requirement_faults
+from ..simulation.options import Build
 from ..simulation.share import share_faults
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible
@@ -27,30 +26,45 @@ from .protection import unprotected
 from .rules import examined, inactive_faults
 from .stub_agent import stub_agent
 
+Missions = Mapping[str, Build]
+NO_MISSIONS: Missions = {}
 
-def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a scenario: its file, its agents' missions and rules, and whether its goals can be reached.
+
+def check_scenario_file(entry: Entry, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Iterable[Fault]:
+    """Check the file of a scenario, and the scenario; see `scenario_faults`."""
+    # Read with code allowed: reading runs no code, and most checks do not either.
+    reader = catalog if catalog.code else Catalog(catalog.project)
+    return scenario_faults(reader.load_scenario(str(entry.path)), catalog, missions)
+
+
+def scenario_faults(scenario: ScenarioSpec, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Iterator[Fault]:
+    """Check a scenario: its agents' missions and rules, and whether its goals can be reached.
 
     A scenario without other errors is set up as for a run, so that everything that a run refuses is an error here too.
+
+    Args:
+        scenario: The scenario.
+        catalog: Source of the content.
+        missions: Mission functions that replace the scenario's, by agent. They are not called: only the run does.
     """
-    # Read with code allowed: reading runs no code, and most checks do not either.
-    scenario = Catalog(catalog.project).load_scenario(str(entry.path))
     found = []
-    for fault in _faults(scenario, catalog):
+    for fault in _faults(scenario, catalog, missions):
         found.append(fault)
         yield fault
     robots = [catalog.load_robot(name) for name in scenario.robots]
     # Not simulated: robots with code that may not run, and robots with drivers for hardware.
     code = catalog.code or not any(robot.code for robot in robots)
     if code and all(fault.warning for fault in found) and not any(on_hardware(catalog, robot) for robot in robots):
-        yield from check_feasible(scenario, catalog)
+        yield from check_feasible(scenario, catalog, missions)
 
 
-def _faults(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
+def _faults(scenario: ScenarioSpec, catalog: Catalog, missions: Missions) -> Iterator[Fault]:
     """Faults that are found without a simulated world."""
     for agent in scenario.agents:
         try:
-            yield from _agent_faults(scenario, agent, catalog)
+            build = missions.get(agent.name)
+            own = agent if build is None else replace(agent, mission="", parameters={})
+            yield from _agent_faults(scenario, own, catalog, build)
         except InputError as error:
             yield from error.at(scenario.file, agent.line).faults
     yield from share_faults(scenario, catalog.load_schema())
@@ -89,15 +103,17 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
             yield Fault(message, scenario.file, push.line, hint=hint, warning=True)
 
 
-def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
+def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None) -> Iterable[Fault]:
     robot = catalog.load_robot(agent.robot)
     if robot.code and not catalog.code:
         return
     built = stub_agent(robot, catalog.load_class, idle_controller(scenario, agent, catalog), agent.name)
     environment = Environment.of(built.knowledge.signals, robot.values)
-    build = catalog.load_mission(agent.mission, agent.nodes) if catalog.code else None
+    if build is None and catalog.code:
+        build = catalog.load_mission(agent.mission, agent.nodes)
     actions = action_table(*(mission_actions(build) if build else ()))
-    period, modes = scenario.rate.control_rate.period, words_in(catalog.find("mission", agent.mission).path)
+    modes = words_in(catalog.find("mission", agent.mission).path) if agent.mission else None
+    period = scenario.rate.control_rate.period
     found: list[Rule] = []
     for name in agent.rules:
         file = catalog.find("rules", name).path
@@ -117,5 +133,5 @@ def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) ->
     for entry in catalog.content_of_controller(agent):
         if entry.path.suffix == ".py":
             yield from blocking_faults(read_text(entry.path), entry.path)
-    if build is not None:
+    if build is not None and agent.mission:
         yield from mission_faults(scenario, agent, catalog, built)

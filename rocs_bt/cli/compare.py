@@ -19,7 +19,7 @@ from ..files import check_writable, write_whole
 from ..words import counted
 from .content import no_code_option
 from .progress import Progress
-from .terminal import echo, show_table
+from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
     from ..compare import Comparison
@@ -149,6 +149,7 @@ def command(
                 workers=jobs,
                 wall_limit=wall_limit,
                 retry_errors=retry_errors,
+                warned=show_warnings,
                 stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
             ),
             progress=progress,

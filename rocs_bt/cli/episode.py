@@ -10,7 +10,7 @@ import click
 from ..catalog import Catalog
 from .content import no_code_option
 from .outcome import exit_code
-from .terminal import echo
+from .terminal import echo, show_warnings
 
 
 @click.command()
@@ -28,6 +28,7 @@ def command(planner: str, scene: str, seed: int, out: Path | None, no_code: bool
 
     folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
     result = replay_episode(planner, scene, seed, Catalog.here(code=not no_code), folder)
+    show_warnings(result.warnings)
     echo(str(result))
     if result.report is not None:
         echo(f"Report: {result.report}")

@@ -10,24 +10,22 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..catalog import CachingCatalog, Catalog, ScenarioSpec
+from ..catalog import CachingCatalog, Catalog
 from ..errors import Fault, InputError
 from ..event import Event, EventSink, RulesReplaced
 from .content import catalog_for, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
-from .terminal import discard_if_closed, echo
+from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
     from ..record.live import LivePage
     from ..simulation import RunOptions, RunResult
 
-Play = Callable[["ScenarioSpec", "Catalog", "RunOptions"], "RunResult"]
+Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
 """Function that runs a scenario: `rocs_bt.run` or `rocs_bt.drive`."""
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
-
-_SHOWN = 5  # warnings before a run; `rocs-bt check` prints all
 
 _FIRST = (
     click.argument("scenario"),
@@ -129,10 +127,9 @@ def play_scenario(
     findings.refuse()
     spec, warnings = catalog.load_scenario(scenario), findings.warnings
     notes = [note for agent in spec.agents for note in mission_notes(agent, catalog)]
-    for fault in dict.fromkeys([*notes, *warnings[:_SHOWN]]):
-        echo(str(fault), err=True)
-    if len(warnings) > _SHOWN:
-        echo(f"{len(warnings) - _SHOWN} more warnings: rocs-bt check {scenario}", err=True)
+    for note in dict.fromkeys(notes):
+        echo(str(note), err=True)
+    show_warnings(warnings, f"rocs-bt check {scenario}")
     folder, signals = shared.out or _default_folder(f"{spec.name}-{seed}", keep), StopSignals(_NOTICE)
     with _live(shared.port) if shared.show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration, unit) as shown:
@@ -156,7 +153,7 @@ def play_scenario(
                 signals=signals,
                 **changes,
             )
-            result = play(spec, catalog, options)
+            result = play(scenario, catalog, options)
         _print(result, folder, shared.as_json)
         if live is not None and signals.received is None:
             with suppress(KeyboardInterrupt):  # also before `wait` is entered

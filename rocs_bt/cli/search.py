@@ -16,7 +16,7 @@ from ..errors import Fault, InputError
 from ..words import counted
 from .content import no_code_option
 from .progress import Progress
-from .terminal import echo
+from .terminal import echo, show_warnings
 
 if TYPE_CHECKING:
     from ..compare.record import EpisodeRecord
@@ -99,6 +99,7 @@ def command(
         seed=seed,
         workers=jobs,
         wall_limit=wall_limit,
+        warned=show_warnings,
     )
     with Store(store) as kept, Progress(f"{spec.name} in {family}", budget, "episodes") as progress:
         result = search(spec, space, options, catalog=catalog, store=kept, progress=progress)

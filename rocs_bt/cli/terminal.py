@@ -20,6 +20,9 @@ from typing import Any, TextIO
 
 import click
 
+from ..errors import Fault
+from ..words import counted
+
 _UNSAFE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters except tab and newline
     "\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069"  # marks that reorder text
@@ -52,6 +55,17 @@ def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
     for i, part in enumerate(parts):
         parts[i] = f"\x1b[{part}m" if i % 2 else safe(part)
     _write("".join(parts), err, nl)
+
+
+_SHOWN = 5  # warnings before a run
+
+
+def show_warnings(faults: Sequence[Fault], command: str = "rocs-bt check") -> None:
+    """Print the first warnings of a check to stderr, and the command that prints all."""
+    for fault in faults[:_SHOWN]:
+        echo(fault, err=True)
+    if (more := len(faults) - _SHOWN) > 0:
+        echo(f"{counted(more, 'more warning')}: {command}", err=True)
 
 
 def show_table(

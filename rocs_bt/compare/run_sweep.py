@@ -6,11 +6,11 @@ import os
 from collections.abc import Callable, Container, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import ExitStack, closing, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from ..catalog import Catalog, PlannerSpec, at_parameters
-from ..errors import InputError, RocsError
-from ..plan import mission_arguments
+from ..catalog import Catalog, PlannerSpec
+from ..errors import Fault, InputError, RocsError
+from .check_planners import check_planners
 from .episode import Episode, ScenarioScene, SceneRef
 from .key import Keys
 from .pool import EXIT_TIMEOUT, WorkerDied, WorkerPool
@@ -37,6 +37,7 @@ class SweepOptions:
             episodes.
         stop_when: Function called after each scene, in scene order, with all episodes so far; the sweep ends if it
             returns True. When it ends does not depend on the speed of the workers, so the result is reproducible.
+        warned: Function called before the first episode with the warnings of the check.
     """
 
     workers: int | None = None
@@ -44,6 +45,7 @@ class SweepOptions:
     retry_errors: bool = False
     require: str = ""
     stop_when: Callable[[Sequence[EpisodeRecord]], bool] | None = None
+    warned: Callable[[Sequence[Fault]], None] = lambda warnings: None
 
 
 @dataclass(frozen=True)
@@ -54,11 +56,13 @@ class Sweep:
         store: Store that holds the episodes.
         keys: Keys of the sweep's episodes, ordered by planner, scene and seed.
         played: Number of episodes that this sweep played; the others were in the store already.
+        warnings: Warnings of the check of the planners in their scenes, each once.
     """
 
     store: Store
     keys: tuple[str, ...]
     played: int
+    warnings: tuple[Fault, ...] = ()
 
     def records(self) -> Iterator[EpisodeRecord]:
         """Episodes in the order of the keys."""
@@ -79,7 +83,7 @@ def sweep(
     """Play every planner in every scene with every seed, except episodes that are in the store already.
 
     Every result is stored as soon as it arrives. A sweep that was killed therefore continues where it ended when it is
-    called again.
+    called again. Before it plays an episode, each planner is checked in each scenario, and in a scene of each family.
 
     Args:
         planners: Planners, or their names.
@@ -93,12 +97,34 @@ def sweep(
         progress: Callback with the number of finished episodes.
 
     Raises:
-        InputError: Content is invalid; finished episodes are in the store.
+        InputError: Content is invalid: `rocs-bt check` finds errors, or a scene cannot be played; finished episodes are
+            in the store.
         RocsError: The executor failed.
     """
     catalog, options = catalog or Catalog.here(), options or SweepOptions()
-    store = Store() if store is None else store
-    by_scene = _by_scene(planners, scenes, tuple(seeds), catalog, options)
+    chosen = [catalog.load_planner(each) if isinstance(each, str) else each for each in planners]
+    refs = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
+    store, warnings = Store() if store is None else store, tuple[Fault, ...]()
+    try:
+        by_scene = episodes_of(chosen, refs, tuple(seeds), catalog, options)
+    except InputError:
+        check_planners(chosen, refs, catalog)  # finds the same, and all other errors
+        raise
+    if not all(store.outcome(episode.key) for episodes in by_scene for episode in episodes):
+        warnings = check_planners(chosen, refs, catalog)
+        options.warned(warnings)
+    found = play_episodes(by_scene, store, executor, options, progress)
+    return replace(found, warnings=warnings)
+
+
+def play_episodes(
+    by_scene: Sequence[Sequence[Episode]],
+    store: Store,
+    executor: Executor | None,
+    options: SweepOptions,
+    progress: Callable[[float], None] = lambda done: None,
+) -> Sweep:
+    """Play the episodes of a sweep, grouped by scene, without a check; see `sweep`."""
     again = ("", "error", "limit") if options.retry_errors else ("",)
     done = {episode.key for episodes in by_scene for episode in episodes if store.outcome(episode.key) not in again}
     scene_progress = _Progress(by_scene, store, options.stop_when)
@@ -118,23 +144,19 @@ def sweep(
     return Sweep(store, scene_progress.keys, len(done) - found)
 
 
-def _by_scene(
-    planners: Sequence[PlannerSpec | str],
-    scenes: Iterable[SceneRef | str],
+def episodes_of(
+    planners: Sequence[PlannerSpec],
+    scenes: Iterable[SceneRef],
     seeds: Sequence[int],
     catalog: Catalog,
     options: SweepOptions,
 ) -> list[list[Episode]]:
     """All episodes of a sweep, grouped by scene, because workers cache the scenes that they have prepared."""
-    chosen = [catalog.load_planner(p) if isinstance(p, str) else p for p in planners]
-    _refuse_duplicate_names(chosen)
-    for planner in chosen:
-        _refuse_wrong_parameters(planner, catalog)
-    refs = [ScenarioScene(scene) if isinstance(scene, str) else scene for scene in scenes]
+    _refuse_duplicate_names(planners)
     keys, extra = Keys(catalog), (catalog.project, options.wall_limit, options.require, catalog.code)
     return [
-        [Episode(keys.of(p, scene, seed, options.require), p, scene, seed, *extra) for p in chosen for seed in seeds]
-        for scene in refs
+        [Episode(keys.of(p, scene, seed, options.require), p, scene, seed, *extra) for p in planners for seed in seeds]
+        for scene in scenes
     ]
 
 
@@ -254,19 +276,6 @@ def _died(episode: Episode, error: Exception, time_limit: float) -> EpisodeRecor
 
 def _reason(error: Exception) -> str:
     return str(error) if isinstance(error, RocsError) else f"{type(error).__name__}: {error}"
-
-
-def _refuse_wrong_parameters(planner: PlannerSpec, catalog: Catalog) -> None:
-    """Check a planner's parameters before the sweep, to report faults at the lines of the planner's file.
-
-    A worker does not know this file.
-    """
-    if not planner.mission:
-        return
-    try:
-        mission_arguments(catalog.load_mission(planner.mission, planner.nodes), planner.parameters)
-    except InputError as error:
-        raise at_parameters(planner, error) from error
 
 
 def _refuse_duplicate_names(planners: Sequence[PlannerSpec]) -> None:

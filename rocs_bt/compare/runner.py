@@ -18,12 +18,12 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .._run import run
 from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
-from ..simulation import SimulatedWorld
+from ..record import write_report
+from ..simulation import RunOptions, SimulatedWorld, simulate
 from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
 from .family import AGENT, load_family
 from .metric import METRICS, ZERO_ON_FAILURE, EpisodeData, measure_all
@@ -92,7 +92,7 @@ class EpisodeRunner:
         return self._prepared[scene]
 
     def play(self, episode: Episode) -> EpisodeRecord:
-        """Play one episode in lockstep, without a recording.
+        """Play one episode in lockstep, without a recording and without the checks of a sweep.
 
         Raises:
             InputError: Content is invalid.
@@ -105,14 +105,8 @@ class EpisodeRunner:
             extra = RequirementSpec(episode.require, episode.require, (agent,))
             scenario = replace(scenario, requirements=(*scenario.requirements, extra))
         sink = MetricSink(agent)
-        summary = run(
-            scenario,
-            prepared.catalog,
-            seed=episode.seed,
-            report=False,
-            prepare=sink.prepare,
-            sinks=[sink],
-        ).summary
+        options = RunOptions(seed=episode.seed, report=False, prepare=sink.prepare, sinks=[sink])
+        summary = simulate(scenario, prepared.catalog, options, write_report).summary
         result = summary.agents[agent]
         measured = EpisodeData(
             outcome=result.outcome,

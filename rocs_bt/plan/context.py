@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -109,6 +109,10 @@ class NoContent:
         return file.resolve().parent
 
 
+Position = tuple[Path | None, int, int]
+"""File, line and column; None and 0 if unknown."""
+
+
 @dataclass(frozen=True)
 class CheckOptions:
     """Options of a mission check, in which leaves with faults are created and their faults collected.
@@ -116,13 +120,13 @@ class CheckOptions:
     Attributes:
         fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
             robot's limits.
-        passed: Values of the mission's parameters, as the scenario sets them. A fault of such a value is reported at
-            the scenario's parameter instead of the mission's line.
+        passed: File, line and column of each text that is the value of a parameter of the mission. A fault of such a
+            value is reported there instead of at the mission's line.
         later: Names of knowledge-graph nodes that may become known during the run; None if any node may.
     """
 
     fit: bool = True
-    passed: Collection[object] = ()
+    passed: Mapping[str, Position] = field(default_factory=dict)
     later: Collection[str] | None = None
 
 
@@ -152,7 +156,7 @@ class MissionContext:
         faults: Faults that a check of the mission has collected.
         swap: Function that replaces a subtree, given by its name, while the mission runs (see `TreePlan.swap`).
         check_options: Options of a check; None in a run.
-        passed: Values of the mission's parameters that are texts; set only in a check.
+        passed: Position of each value of a parameter that is a text; empty except in a check.
         board: Blackboard of the root, where `build` may store values for nodes.
         content: Access to nodes, route planners and missions; empty unless a catalog loaded the mission.
         dialect: Dialect of the XML trees that the mission loads: that of the scenario, or Nav2's if the mission's own
@@ -204,7 +208,7 @@ class MissionContext:
         self._compile = compile_guard
         self.check_options = check_options
         self.fit = check_options is None or check_options.fit
-        self.passed: Collection[object] = () if check_options is None else check_options.passed
+        self.passed: Mapping[str, Position] = {} if check_options is None else check_options.passed
         self._later = None if check_options is None else check_options.later
         self._paths: Mapping[Any, str] = {}
         self._time = self.clock.now()

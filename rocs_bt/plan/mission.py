@@ -17,7 +17,7 @@ from ..raised import CodeLocation, called_at
 from ..trees.nodes import Node, Registry, SubTree
 from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
-from .context import MissionContext, SignalCondition
+from .context import MissionContext, Position, SignalCondition
 from .leaves import Condition, Enter, Wait
 from .xml_mission import embedded, mission_nodes
 
@@ -257,15 +257,16 @@ class Mission(MissionContext):
             raise type(error)(*faults) from error
         self._warn(*faults)
 
-    def _warn(self, *faults: Fault, about: object = None) -> None:
+    def _warn(self, *faults: Fault, about: str = "") -> None:
         """Collect faults in a check, located at the line of the mission that is being executed.
 
         Args:
             faults: Faults to collect.
-            about: Faulty value; if it is the value of a mission parameter, the faults get no line.
+            about: Faulty value; if it is the value of a mission parameter, the faults get its position.
         """
-        here = None if about in self.passed else called_at()
-        self.faults.extend(faults if here is None else (fault.at(here.file, here.line) for fault in faults))
+        here = called_at()
+        at: Position = (here.file, here.line, 0) if here else (None, 0, 0)
+        self.faults.extend(fault.at(*self.passed.get(about, at)) for fault in faults)
 
 
 def _converted(value: Any, dimension: Dimension, what: str) -> Any:

@@ -26,7 +26,7 @@ from ..trees.nodes.tree import fault_at
 from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
-from .context import CheckOptions, MissionContext
+from .context import CheckOptions, MissionContext, Position
 from .mission import Mission, named_place, unknown_goal
 from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
@@ -102,12 +102,12 @@ def _unknown_goals(tree: Tree, flow: Flow, knowledge: Knowledge, later: Collecti
         if text is None or text in parameters or text in added:
             continue
         owner = node.runtime.owner
-        passed = node.key(port.name) is not None and isinstance(owner, MissionContext) and text in owner.passed
-        if passed:
+        passed = owner.passed if isinstance(owner, MissionContext) and node.key(port.name) is not None else {}
+        if text in passed:
             parameters.add(text)
         for fault in _pose_faults(node, port, text, knowledge, later):
-            if passed:  # a fault without a position gets that of the parameters
-                yield replace(fault, message=f"'{node.name}': {fault.message}")
+            if text in passed:
+                yield replace(fault, message=f"'{node.name}': {fault.message}").at(*passed[text])
             else:
                 at = fault_at(node, fault.message, fault.hint, attribute=port.name)
                 yield replace(at, warning=fault.warning)
@@ -180,6 +180,8 @@ def check_mission(
     robot: str = THIS_ROBOT,
     later: Collection[str] | None = None,
     ros_types: Callable[[], RosTypes | None] = lambda: None,
+    position: Callable[[str], Position] = lambda name: (None, 0, 0),
+    privileged: Mapping[str, Any] | None = None,
 ) -> list[Fault]:
     """Check a mission: build it, and check its tree. Faults that are warnings do not prevent a run.
 
@@ -194,6 +196,8 @@ def check_mission(
             which do not count.
         later: Names of nodes that may become known during the run; None if any node may.
         ros_types: Function that returns the ROS types that are installed, or None.
+        position: Function from the name of a parameter to its position.
+        privileged: Information for oracle planners only.
     """
     try:
         declared = mission_parameters(build)
@@ -210,8 +214,11 @@ def check_mission(
         actions=actions,
         compile_guard=compile_guard,
         check_options=CheckOptions(
-            bool(robot), [value for value in (parameters or {}).values() if isinstance(value, str)], later
+            bool(robot),
+            {value: position(name) for name, value in (parameters or {}).items() if isinstance(value, str)},
+            later,
         ),
+        privileged=privileged,
         ros_types=ros_types,
     )
     try:

@@ -5,10 +5,11 @@ from __future__ import annotations
 import inspect
 import sys
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 from ..action import Action, Parameter
-from ..arguments import keyword_parameters, read_arguments
+from ..arguments import Positions, keyword_parameters, read_arguments
 from ..errors import Fault, InputError
 
 _FORM = "Write: def build(mission: Mission, *, ...)."
@@ -26,18 +27,25 @@ def mission_parameters(build: Callable[..., Any]) -> dict[str, Parameter]:
     return found
 
 
-def mission_arguments(build: Callable[..., Any], values: Mapping[str, object]) -> dict[str, Any]:
+def mission_arguments(
+    build: Callable[..., Any],
+    values: Mapping[str, object],
+    file: Path | None = None,
+    positions: Positions | None = None,
+) -> dict[str, Any]:
     """Convert values from a file to the arguments of a mission: numbers in SI units, other values unchanged.
 
     Args:
         build: `build` function of the mission.
         values: Values from the file, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
+        file: File of the values, for faults.
+        positions: Line and column of each value in the file.
 
     Raises:
         InputError: A name, type, unit or value is wrong, or a required parameter is missing; the error lists all
             faults.
     """
-    return read_arguments(mission_parameters(build), values, "the mission")
+    return read_arguments(mission_parameters(build), values, "the mission", file=file, positions=positions)
 
 
 def mission_actions(build: Callable[..., Any]) -> list[type[Action]]:

@@ -7,10 +7,10 @@ from dataclasses import replace
 from functools import partial
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
-from ..catalog import AgentSpec, Catalog, ScenarioSpec
+from ..catalog import AgentSpec, Catalog, ScenarioSpec, mission_values
 from ..clock import Rate
-from ..errors import InputError, located_at
-from ..plan import mission_actions, mission_arguments
+from ..errors import located_at
+from ..plan import mission_actions
 from .options import Build
 from .random_streams import stream
 from .share import sharing_of
@@ -31,10 +31,7 @@ def load_controller(
         InputError: An unknown name, or parameters that the mission does not take.
     """
     mission = build or catalog.load_mission(agent.mission, agent.nodes)
-    try:
-        parameters = mission_arguments(mission, agent.parameters if build is None else {})
-    except InputError as error:
-        raise error.at(scenario.file, agent.parameters_line or agent.line) from error
+    parameters = mission_values(mission, agent if build is None else replace(agent, parameters={}))
     return Controller(
         build=mission,
         mission=agent.mission if build is None else getattr(build, "__module__", "mission"),
@@ -76,9 +73,9 @@ def build_agents(
     shares = sharing_of(scenario, runtime.clock, seed)
     agents = []
     for agent in scenario.agents:
-        controller = load_controller(scenario, agent, catalog, (missions or {}).get(agent.name))
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
         with located_at(scenario.file, agent.line):
+            controller = load_controller(scenario, agent, catalog, (missions or {}).get(agent.name))
             built = build_agent(
                 agent.name,
                 devices[agent.name],

@@ -9,7 +9,7 @@ from urllib.parse import quote
 
 import msgspec
 
-from ..errors import RecordingError
+from ..errors import Fault, RecordingError
 from ..event import Event
 from ..record import AgentResult, Recording, Summary
 from ..record.tables import Table, event_table, signal_table
@@ -36,12 +36,14 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
         recording: Path of run.mcap; None if nothing was recorded.
         report: Path of report.html; None if none was written.
         missing: One sentence for each file that could not be written, with the reason, such as a full disk.
+        warnings: Warnings of the check before the run: probable mistakes, with which the scenario runs.
     """
 
     summary: Summary
     recording: Path | None = None
     report: Path | None = None
     missing: tuple[str, ...] = ()
+    warnings: tuple[Fault, ...] = ()
 
     @property
     def success(self) -> bool:

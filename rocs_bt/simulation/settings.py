@@ -11,7 +11,7 @@ from ..catalog import ActorSpec, AgentSpec, FactSpec
 from ..document import Table
 from ..geometry import Pose2
 
-OMITTED = ("name", "file", "doc", "bases", "line", "parameters_line", "position", "positions")
+OMITTED = ("name", "file", "doc", "bases", "line", "parameters_at", "position", "positions")
 """Fields that are no settings: documentation, names, and positions in files."""
 
 UNITS = {

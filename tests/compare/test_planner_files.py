@@ -76,7 +76,7 @@ def test_a_planner_takes_the_place_of_mission_rules_parameters_and_latency_of_on
     before, after = ({agent.name: agent for agent in s.agents} for s in (scenario, changed))
     assert {name for name in before if before[name] != after[name]} == {"R2"}
     assert after["R2"] == dataclasses.replace(
-        before["R2"], mission="go_to", rules=(), parameters={"cruise": "0.1 m/s"}, latency=None
+        before["R2"], mission="go_to", rules=(), parameters={"cruise": "0.1 m/s"}, parameters_at=None, latency=None
     )
     assert (changed.file, changed.actors, changed.world) == (scenario.file, scenario.actors, scenario.world)
 

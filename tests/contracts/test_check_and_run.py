@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from concurrent.futures import Executor
 from pathlib import Path
 
 import pytest
 
+from rocs_bt import run, sweep
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.errors import RocsError
+from rocs_bt.compare import SweepOptions, load_family, scenes_of
+from rocs_bt.compare.search import SearchOptions, SearchSpace, search
+from rocs_bt.errors import InputError, RocsError
 from rocs_bt.simulation import RunOptions
 from rocs_bt.simulation.ready_run import set_up
 
-from .faulty_projects import ERRORS, WARNINGS, two_faults, write_project
+from .faulty_projects import ERRORS, WARNINGS, S, W, two_faults, write_project
 
 Fault = tuple[str, str, str]
 SOAK = pytest.mark.soak
@@ -81,6 +85,67 @@ def test_a_warning_is_printed_by_run(tmp_path, capsys, monkeypatch, fault):
 def test_check_finds_what_the_engine_refuses(tmp_path, capsys, monkeypatch, seed):
     findings = judged(tmp_path, capsys, monkeypatch, two_faults(seed))
     assert findings.has_errors or not refused_by_the_engine(tmp_path)
+
+
+PLANNER = 'format = "planner/1"\ndoc = "Own."\nmission = "own"\nrules = ["own"]\n\n[parameters]\ngoal = "goal"\n'
+DOORS = {
+    "run": lambda catalog: run("own", catalog, duration=0.05),
+    "sweep": lambda catalog: sweep(["@rover", "mine"], ["own"], (1, 2), catalog=catalog, executor=Here()),
+    "family": lambda catalog: sweep(["mine@rover"], scenes_of("barn_like", 2), catalog=catalog, executor=Here()),
+    "search": lambda catalog: search(
+        catalog.load_planner("mine@rover"),
+        SearchSpace.of(load_family(catalog, "barn_like"), {}, {}),
+        SearchOptions(budget=1),
+        catalog=catalog,
+        executor=Here(),
+    ),
+}
+
+
+class Here(Executor):
+    """Executor that must not get an episode."""
+
+    def submit(self, fn, /, *args, **kwargs):
+        raise AssertionError("an episode is played")
+
+
+@pytest.mark.parametrize("door", DOORS)
+@pytest.mark.parametrize("fault", named(ERRORS, 13))
+def test_an_error_is_refused_at_every_door_before_an_episode_is_played(tmp_path, door, fault):
+    scenario = write_project(tmp_path, [fault])
+    (tmp_path / "planners/mine.toml").write_text(PLANNER)
+    expected = [each for each in check_content([scenario]).faults if not each.warning]
+    if door in ("family", "search"):
+        expected = [
+            each for each in expected if Path(str(each.file)).suffix != ".toml" or each.file.parent.name == "rules"
+        ]
+        if fault[0] in (S, W) or not expected:
+            pytest.skip("not in the scenes of a family")
+    with pytest.raises(InputError) as caught:
+        DOORS[door](Catalog(tmp_path))
+    assert {str(each) for each in expected} <= {str(each) for each in caught.value.faults}
+
+
+@pytest.mark.parametrize("fault", named(WARNINGS, 3))
+def test_a_sweep_gives_each_warning_once(tmp_path, fault):
+    scenario, given = write_project(tmp_path, [fault]), []
+    options = SweepOptions(warned=given.append, stop_when=lambda records: True)
+    expected = [each for each in check_content([scenario]).warnings if each.file and each.file.parent.name != "rover"]
+    with pytest.raises(AssertionError, match="played"):
+        sweep(["@rover"], ["own"], (1, 2), catalog=Catalog(tmp_path), executor=Here(), options=options)
+    (warnings,) = given
+    assert len({*warnings}) == len(warnings)
+    assert {*expected} <= {*warnings}
+
+
+def test_a_mission_that_a_program_gives_is_built_by_the_run_only(tmp_path):
+    write_project(tmp_path)
+    built = []
+    result = run(
+        "own", Catalog(tmp_path), duration=0.05, missions={"R1": lambda mission: built.append(1) or mission.wait(1.0)}
+    )
+    assert built == [1]
+    assert result.warnings == ()
 
 
 def test_an_exception_in_a_check_is_not_swallowed(tmp_path, monkeypatch):

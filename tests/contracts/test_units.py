@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import json
 import re
 import typing
 from collections.abc import Iterator, Mapping
@@ -16,11 +17,14 @@ from rocs_bt.action import parameters_of
 from rocs_bt.actions import action_table
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.arguments import class_parameters, field_parameters, read_arguments
+from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
+from rocs_bt.compare.family import family_parameters, load_family
 from rocs_bt.drivers import DRIVER_PARAMETERS
 from rocs_bt.errors import InputError, UnitError
 from rocs_bt.monitor import MONITORS
 from rocs_bt.parameter import Parameter
+from rocs_bt.plan import mission_parameters
 from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
 from rocs_bt.simulation.scripted_robots import SCRIPTED_ROBOTS
 from rocs_bt.units import NONE, parse_unit
@@ -79,6 +83,43 @@ def test_a_value_of_another_dimension_is_one_fault(name: str, cls: type, declare
             with pytest.raises(InputError, match=parameter.name) as caught:
                 read_arguments({parameter.name: parameter}, {parameter.name: value}, name)
             assert len(caught.value.faults) == 1, (parameter, value)
+
+
+FAMILIES = [entry.name for entry in Catalog().list("family")]
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_value_of_another_dimension_is_one_fault_of_a_family(name: str) -> None:
+    declared = family_parameters(type(load_family(Catalog(), name)))
+    for parameter in filter(numeric, declared.values()):
+        for value in wrong(parameter):
+            with pytest.raises(InputError, match=parameter.name) as caught:
+                load_family(Catalog(), name, {parameter.name: value})
+            assert len(caught.value.faults) == 1, (parameter, value)
+
+
+AGENT = 'world = "plane"\n[[agent]]\nname = "R1"\nrobot = "jackal"\nx = "0 m"\ny = "0 m"\nrules = []\n'
+MISSION = {
+    "scenario": f'format = "scenario/2"\n{AGENT}mission = "{{}}"\n[agent.parameters]\n',
+    "planner": 'format = "planner/1"\nmission = "{}"\n[parameters]\n',
+}
+"""A mission with parameters in a file of each kind, without the last line."""
+
+
+@pytest.mark.parametrize("kind", MISSION)
+@pytest.mark.parametrize("name", [entry.name for entry in Catalog().list("mission")])
+def test_a_value_of_another_dimension_is_one_fault_at_its_place(name: str, kind: str, tmp_path: Path) -> None:
+    """Of the parameters of each shipped mission, in a scenario and in a planner."""
+    catalog, file, text = Catalog(), tmp_path / "own.toml", MISSION[kind].format(name)
+    build = catalog.load_mission(name)
+    for key, parameter in mission_parameters(build).items():
+        for value in wrong(parameter) if numeric(parameter) else ():
+            file.write_text(f"{text}{key} = {json.dumps(value)}\n")
+            user = catalog.load_planner(str(file)) if kind == "planner" else catalog.load_scenario(str(file)).agents[0]
+            with pytest.raises(InputError) as caught:
+                mission_values(build, user)
+            own = [fault for fault in caught.value.faults if "the mission needs" not in fault.message]
+            assert [(f.file, f.line, f.column) for f in own] == [(file, text.count("\n") + 1, 1)]
 
 
 @pytest.mark.parametrize(("name", "cls", "declared"), OWNERS, ids=[name for name, _, _ in OWNERS])
@@ -165,6 +206,4 @@ def refused(project: Path, name: str, text: str, at: str) -> None:
         faults = [fault for fault in check_content([Path(name)]).faults if not fault.warning]
     finally:
         file.write_text(text)
-    if key == "cruise":  # parameters of missions are reported at their table
-        line = text[: text.index("[agent.parameters]")].count("\n") + 1
     assert [fault.line for fault in faults] == [line], (key, list(map(str, faults)))

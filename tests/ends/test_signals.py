@@ -110,6 +110,7 @@ def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
 
 
 SLOW = """
+import signal
 import time
 from pathlib import Path
 
@@ -117,9 +118,10 @@ from rocs_bt.units import MetresPerSecond
 
 
 def build(mission, *, first: str = "", second: str = "", cruise: MetresPerSecond = 0.4):
-    Path("begun").touch()
-    while not Path("go").exists():
-        time.sleep(0.01)
+    if signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:  # not in the check before the run
+        Path("begun").touch()
+        while not Path("go").exists():
+            time.sleep(0.01)
     return mission.act("GoTo", goal="gate")
 """
 

@@ -35,7 +35,7 @@ def test_only_the_robots_and_the_words_differ_from_the_experiment(scenario: str,
     assert [a.robot for a in spec.agents] == [a.robot + "_localised" for a in base.agents]
     assert [a.name for a in spec.agents] == agents
     for own, other in zip(spec.agents, base.agents, strict=True):
-        same = {"robot": "", "line": 0, "parameters_line": 0}
+        same = {"robot": "", "line": 0, "parameters_at": None}
         assert replace(own, **same) == replace(other, **same)
     assert [(m.name, m.robot, m.parameters) for m in spec.actors] == [
         (m.name, m.robot, m.parameters) for m in base.actors

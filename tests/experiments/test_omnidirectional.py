@@ -45,7 +45,7 @@ def episode(scenario: str, seed: int) -> tuple[Summary, dict[str, list[Pose2]], 
 def test_only_the_robot_differs_from_exp1(scenario: str, robot: str) -> None:
     spec, base = CATALOG.load_scenario(scenario), CATALOG.load_scenario("exp1")
     assert [a.robot for a in spec.agents] == [robot]
-    same = {"robot": "", "line": 0, "parameters_line": 0}
+    same = {"robot": "", "line": 0, "parameters_at": None}
     assert [replace(a, **same) for a in spec.agents] == [replace(a, **same) for a in base.agents]
     assert spec.world == base.world
     assert spec.duration == (120.0 if robot == "humanoid" else base.duration), "only the slow one has more time"

@@ -304,7 +304,7 @@ def test_a_monitor_that_raises_has_invalid_signals_and_is_asked_again(method, br
     stages, sound = [], getattr(RangeMonitor, method)
 
     def rotten(self, *args):
-        if AT <= stages[0].clock.now() < 2 * AT:
+        if stages and AT <= stages[0].clock.now() < 2 * AT:
             raise Rotten("a worm")
         return sound(self, *args)
 

@@ -131,7 +131,7 @@ def test_an_interpret_that_sleeps(broken, before, monkeypatch):
     sound, stages = RangeMonitor.interpret, []
 
     def interpret(self, readings):
-        if stages[0].clock.now() >= AT:
+        if stages and stages[0].clock.now() >= AT:
             sleep(stages[0].clock)
         return sound(self, readings)
 

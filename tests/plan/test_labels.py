@@ -21,6 +21,14 @@ duration = "2 s"
 name = "kitchen"
 x = "0.2 m"
 y = "0 m"
+[[place]]
+name = "bath"
+x = "0.4 m"
+y = "0 m"
+[[place]]
+name = "dock"
+x = "0.6 m"
+y = "0 m"
 [[agent]]
 name = "R1"
 robot = "pioneer_p3dx"

@@ -9,10 +9,11 @@ from typing import Any
 
 import pytest
 
-from rocs_bt import run
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
+from rocs_bt.record import write_report
+from rocs_bt.simulation import RunOptions, simulate
 from rocs_bt.simulation.provenance import is_counted, package_of
 from rocs_bt.simulation.reuse import Reuse, Share, diff
 from rocs_bt.simulation.settings import Setting
@@ -153,7 +154,8 @@ def test_what_a_run_really_makes_once_it_drives_is_among_what_was_found(scenario
     before = sys.getprofile()
     sys.setprofile(note)
     try:
-        run(scenario, CATALOG, seed=1, duration=seconds, sinks=[sink])
+        options = RunOptions(duration=seconds, sinks=[sink])
+        simulate(CATALOG.load_scenario(scenario), CATALOG, options, write_report)
     finally:
         sys.setprofile(before)
     code = by_kind(between(scenario, scenario).code)

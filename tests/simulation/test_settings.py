@@ -22,6 +22,7 @@ from rocs_bt.catalog import (
     ScenarioSpec,
     ShareSpec,
 )
+from rocs_bt.catalog.values import ParameterTable
 from rocs_bt.document import Table
 from rocs_bt.geometry import Pose2
 from rocs_bt.simulation.reuse import _pairs
@@ -36,7 +37,7 @@ LEFT_OUT = {
     *(f"ScenarioSpec.{name}" for name in ("name", "file", "doc", "bases")),
     *(f"RequirementSpec.{name}" for name in ("doc", "position")),
     *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share", "Ground", "Push")),
-    "AgentSpec.parameters_line",
+    "AgentSpec.parameters_at",
     *("ActorSpec.positions", "PlaceSpec.positions"),
 }
 """Words for people, and where things stand in which file."""
@@ -119,6 +120,8 @@ def changed(value: Any) -> Iterator[tuple[str, Any]]:
 
 def other_than(value: Any) -> Any:
     """Another value of its kind, as like it as can be."""
+    if value is None:
+        return ParameterTable(Path("full.toml"), 1, 1, {})
     if isinstance(value, bool):
         return not value
     if isinstance(value, (int, float)):

@@ -11,7 +11,7 @@ from typing import TypeAlias
 from ...catalog import Catalog, PlannerSpec
 from ...errors import InputError
 from ..record import EpisodeRecord
-from ..run_sweep import SweepOptions, sweep
+from ..run_sweep import SweepOptions, episodes_of, play_episodes
 from ..store import Store
 from .draft import Draft
 
@@ -100,13 +100,7 @@ class Player:
         return found
 
     def _swept(self, drafts: Sequence[Draft], fails: Fails) -> Iterable[EpisodeRecord]:
-        done = sweep(
-            [self.planner],
-            [draft.scene_ref for draft in drafts],
-            (SEED,),
-            catalog=self.catalog,
-            store=self.store,
-            executor=self.executor,
-            options=SweepOptions(wall_limit=self.wall_limit, stop_when=lambda records: fails(records[-1])),
-        )
-        return done.records()
+        options = SweepOptions(wall_limit=self.wall_limit, stop_when=lambda records: fails(records[-1]))
+        scenes = [draft.scene_ref for draft in drafts]
+        by_scene = episodes_of([self.planner], scenes, (SEED,), self.catalog, options)
+        return play_episodes(by_scene, self.store, self.executor, options).records()

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor
 from contextlib import ExitStack
 from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
 from ...catalog import CachingCatalog, Catalog, PlannerSpec
 from ...control.footprint import Footprint
 from ...errors import Fault, InputError
+from ..check_planners import check_planners
 from ..record import OUTCOMES, EpisodeRecord
 from ..run_sweep import WALL_LIMIT, cores, local_pool
 from ..store import Store
@@ -37,6 +39,7 @@ class SearchResult:
         searched: Number of episodes until the planner failed.
         shrunk: Number of episodes for simplifying the scene.
         done: Whether the simplification finished within the budget.
+        warnings: Warnings of the check of the planner in the first sampled scene.
     """
 
     sampled: SampledScene | None = None
@@ -47,6 +50,7 @@ class SearchResult:
     searched: int = 0
     shrunk: int = 0
     done: bool = True
+    warnings: tuple[Fault, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -60,6 +64,7 @@ class SearchOptions:
         seed: Seed of the sampling.
         workers: Number of local processes; None for one per core.
         wall_limit: Maximum wall-clock time of an episode [s].
+        warned: Function called before the first episode with the warnings of the check.
     """
 
     name: str = ""
@@ -68,6 +73,7 @@ class SearchOptions:
     seed: int = 1
     workers: int | None = None
     wall_limit: float = WALL_LIMIT
+    warned: Callable[[Sequence[Fault]], None] = lambda warnings: None
 
 
 def search(
@@ -94,7 +100,8 @@ def search(
         progress: Callback with the number of counted episodes.
 
     Raises:
-        InputError: Content is invalid, no parameters within the ranges give a scene, or the planner is an oracle.
+        InputError: `rocs-bt check` finds errors in a sampled scene, no parameters in the ranges give a scene, or the
+            planner is an oracle.
     """
     if planner.oracle:
         message = f"'{planner.name}' is an oracle, which gets the family's map; shrinking would change the map."
@@ -108,9 +115,14 @@ def search(
         sampled: dict[Draft, SampledScene] = {}
         name = options.name or default_name(planner, space)
         drafts = _drafts(space, planner, name, options.seed, sampled)
-        found = player.first(drafts, lambda record: record.outcome in options.failures, skip_invalid=False)
+        first = next(drafts)
+        warnings = check_planners([planner], [first.scene_ref], keeping)
+        options.warned(warnings)
+        found = player.first(
+            chain([first], drafts), lambda record: record.outcome in options.failures, skip_invalid=False
+        )
         if found is None:
-            return SearchResult(searched=player.count)
+            return SearchResult(searched=player.count, warnings=warnings)
         searched = player.count
         robot = keeping.load_robot(found[0].robot)
         shrinking = Shrinking(player, *found, Footprint(robot.length, robot.width))
@@ -123,6 +135,7 @@ def search(
         searched,
         player.count - searched,
         player.count < options.budget,
+        warnings,
     )
 
 

@@ -1,0 +1,47 @@
+"""Check of planners before a sweep or a search: what `check` calls an error in a scene is refused."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from ..catalog import Catalog, PlannerSpec
+from ..check import check_scenario
+from ..errors import Fault, InputError
+from .episode import FamilyScene, ScenarioScene, SceneRef
+from .runner import EpisodeRunner
+
+
+def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], catalog: Catalog) -> tuple[Fault, ...]:
+    """Check each planner in each scenario, in the first scene of each family, and in the first generated scene.
+
+    The scenes of a family differ in their worlds only; what a run refuses in one of the others ends the sweep.
+
+    Returns:
+        Warnings, each once.
+
+    Raises:
+        InputError: There are errors; contains all of them.
+    """
+    runner, first = EpisodeRunner(catalog.project, code=catalog.code), dict[object, SceneRef]()
+    for scene in scenes:
+        group = scene.group if isinstance(scene, (FamilyScene, ScenarioScene)) else type(scene)
+        first.setdefault(group, scene)
+    errors, warnings = dict[Fault, None](), dict[Fault, None]()
+    for scene in first.values():
+        try:
+            prepared = runner.prepare(scene)
+        except InputError:
+            if isinstance(scene, ScenarioScene):
+                check_scenario(scene.scenario, runner.catalog).refuse()
+            raise
+        for planner in planners:
+            try:
+                findings = check_scenario(prepared.with_planner(planner), prepared.catalog)
+                findings.refuse()
+            except InputError as error:
+                errors |= dict.fromkeys(error.faults)
+            else:
+                warnings |= dict.fromkeys(findings.warnings)
+    if errors:
+        raise InputError(*errors)
+    return tuple(warnings)
