@@ -129,7 +129,19 @@ def describe(error: BaseException) -> str:
     if len(message) > _MAX_LENGTH:
         message = f"{message[:_MAX_LENGTH]} ..."
     name = type(error).__name__
-    return f"{name}: {message}" if message else name
+    return f"{name}: {message}{_attribute_hint(error)}" if message else name
+
+
+def _attribute_hint(error: BaseException) -> str:
+    """Remedy for an unknown attribute of a method or of an object of rocs_bt; empty for all other exceptions."""
+    if not isinstance(error, AttributeError) or not error.name:
+        return ""
+    if inspect.isroutine(error.obj):
+        called = f"{error.obj.__name__}()"
+        return f". It must be called: write {called}.{error.name}"
+    classes = [cls for cls in type(error.obj).__mro__ if cls.__module__.partition(".")[0] == "rocs_bt"]
+    names = sorted({name for cls in classes for name in vars(cls) if not name.startswith("_")})
+    return f". {type(error.obj).__name__} has: {', '.join(names)}" if names else ""
 
 
 def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:

@@ -52,6 +52,7 @@ _OPTIONAL = (
         _RANGE,
         doc="Ranges of the downward beams, each divided by its weight; the first one straight down.",
     ),
+    Signal("battery", 1, bounds=(0.0, 1.0), doc="Charge of the battery, 1 for full."),
 )
 OPTIONAL_SIGNALS: Mapping[str, Signal] = MappingProxyType({signal.name: signal for signal in _OPTIONAL})
 """Standard signals that only some robots have, by name; a rule that reads one must list it in `require`.

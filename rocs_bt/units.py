@@ -84,6 +84,7 @@ _UNITS: dict[str, tuple[float, Dimension]] = {
     "N": (1.0, FORCE),
     "Nm": (1.0, FORCE * LENGTH),
     "J": (1.0, FORCE * LENGTH),
+    "Wh": (3600.0, FORCE * LENGTH),
     "W": (1.0, FORCE * SPEED),
     "A": (1.0, CURRENT),
     "V": (1.0, FORCE * SPEED / CURRENT),

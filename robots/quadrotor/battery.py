@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 
-from rocs_bt import Monitor, Reading, Signal
-from rocs_bt.channel import Signals
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
 from rocs_bt.units import Joules, Metres, Watts
 
@@ -55,15 +52,3 @@ class Battery(MujocoSensor):
             power = self._electronics + self._factor * sum(max(thrust, 0.0) ** 1.5 for thrust in thrusts)
             self._charge = max(0.0, self._charge - power * seconds / self._capacity)
         return [self._charge]
-
-
-class BatteryMonitor(Monitor):
-    """Writes the signal `battery` from the sensor of that name."""
-
-    def signals(self) -> Sequence[Signal]:
-        """Declaration of `battery`."""
-        return [Signal("battery", 1, bounds=(0.0, 1.0), max_age=self.max_age, doc="Charge of the battery, 1 for full.")]
-
-    def interpret(self, readings: Mapping[str, Reading]) -> Signals:
-        """Charge as the sensor measures it."""
-        return {"battery": readings["battery"].values}

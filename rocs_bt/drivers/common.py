@@ -1,4 +1,4 @@
-"""Sensor models of robot sensors, twist sensors and gyros, which all simulated backends share."""
+"""Sensor models of robot sensors, twist sensors, gyros and batteries, which all simulated backends share."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from ..geometry import Pose2, Twist3, wrap_angle
-from .parameters import GyroParameters, RobotSensorParameters, TwistParameters
+from .parameters import BatteryParameters, GyroParameters, RobotSensorParameters, TwistParameters
 
 _EMPTY_SLOT = (0.0, math.inf, 0.0)
+_MOVING = 0.02  # [m/s], [rad/s]
 
 
 class RobotSensorModel:
@@ -53,6 +54,32 @@ class RobotSensorModel:
         found.sort(key=lambda sighting: sighting[1])
         slots = (found + [_EMPTY_SLOT] * given.max_peers)[: given.max_peers]
         return [value for slot in slots for value in slot]
+
+
+class BatteryModel:
+    """Model of a battery: its charge, from the power between two readings.
+
+    Args:
+        parameters: Parameters of the sensor.
+        stamp: Time of the start [s].
+        places: Positions of the scenario's places by name, world frame.
+    """
+
+    def __init__(self, parameters: BatteryParameters, stamp: float, places: Mapping[str, Pose2]) -> None:
+        self._parameters, self._stamp, self._charge = parameters, stamp, parameters.charge
+        self._chargers = [places[name] for name in parameters.chargers if name in places]
+
+    def read(self, stamp: float, pose: Pose2, twist: Twist3) -> list[float]:
+        """Charge, 0 to 1. The power since the last reading is that of the present pose and motion."""
+        given = self._parameters
+        seconds, self._stamp = stamp - self._stamp, stamp
+        power = -given.idle_power
+        if max(math.hypot(twist.forward, twist.left), abs(twist.up), abs(twist.turn)) > _MOVING:
+            power -= given.motion_power
+        if any(pose.distance(charger) <= given.charge_distance for charger in self._chargers):
+            power += given.charge_power
+        self._charge = min(1.0, max(0.0, self._charge + power * seconds / given.capacity))
+        return [self._charge]
 
 
 class TwistModel:

@@ -23,9 +23,10 @@ from ..errors import DeviceError, Fault, InputError, unknown
 from ..geometry import Pose2, along_arc
 from ..knowledge.share import MessageQueue, packed
 from ..safety import SafetyGate
-from .common import GyroModel, RobotSensorModel, TwistModel
+from .common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
 from .parameters import (
     DRIVER_PARAMETERS,
+    BatteryParameters,
     GyroParameters,
     LidarParameters,
     RangeConeParameters,
@@ -47,6 +48,7 @@ class MockWorld:
         clock: Clock of the world; the caller of `advance` must also advance the clock.
         segments: Walls, each as its two end points, world frame [m].
         circles: Round obstacles, each as centre, world frame [m], and radius [m].
+        places: Positions of places by name, world frame; batteries are charged at some of them.
     """
 
     def __init__(
@@ -54,10 +56,12 @@ class MockWorld:
         clock: Clock,
         segments: Sequence[tuple[Point, Point]] = (),
         circles: Sequence[tuple[Point, float]] = (),
+        places: Mapping[str, Pose2] | None = None,
     ) -> None:
         self.clock = clock
         self.segments = list(segments)
         self.circles = list(circles)
+        self.places = dict(places or {})
         self.robots: list[MockRobot] = []
 
     def advance(self, duration: float) -> None:
@@ -297,6 +301,18 @@ class MockMailbox(MockSensor):
         return packed(self.message_queue.take())
 
 
+class MockBattery(MockSensor):
+    """Battery: charge, 0 to 1."""
+
+    def __init__(self, name: str, robot: MockRobot, parameters: BatteryParameters) -> None:
+        super().__init__(name, robot, parameters)
+        self._model = BatteryModel(parameters, robot.world.clock.now(), robot.world.places)
+
+    def sample(self) -> list[float]:
+        robot = self.robot
+        return self._model.read(robot.world.clock.now(), robot.pose, robot.locomotion.twist3(robot.motion))
+
+
 SENSORS: Mapping[str, type[MockSensor]] = {
     "position": MockPosition,
     "orientation": MockOrientation,
@@ -309,6 +325,7 @@ SENSORS: Mapping[str, type[MockSensor]] = {
     "range_cone": MockRangeCone,
     "lidar": MockLidar,
     "robot_sensor": MockRobotSensor,
+    "battery": MockBattery,
     "mailbox": MockMailbox,
 }
 ACTUATORS: Mapping[str, type[MockWheels]] = {"velocity": MockWheels}

@@ -19,7 +19,16 @@ from typing import Any, ClassVar, TypeVar
 from ..arguments import field_parameters
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..parameter import misfit
-from ..units import Metres, MetresPerSecond, MetresPerSecondSquared, Radians, RadiansPerSecond, Seconds
+from ..units import (
+    Joules,
+    Metres,
+    MetresPerSecond,
+    MetresPerSecondSquared,
+    Radians,
+    RadiansPerSecond,
+    Seconds,
+    Watts,
+)
 from .ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 T = TypeVar("T")
@@ -295,6 +304,40 @@ class VelocityParameters(WheelSpeedParameters):
 
 
 @dataclass(frozen=True, kw_only=True)
+class BatteryParameters:
+    """Battery: charge, 0 (empty) to 1 (full). An empty battery does not stop the motors.
+
+    Attributes:
+        capacity: Energy of the full battery [J].
+        idle_power: Power that is always drawn [W].
+        motion_power: Power that is drawn in addition while the body moves [W].
+        charge_power: Power with which the battery is charged at a charger [W].
+        chargers: Names of the places of a scenario at which the battery is charged; other names have no effect.
+        charge_distance: Distance between the robot's base and a charger within which the battery is charged [m].
+        charge: Charge at the start, 0 to 1.
+    """
+
+    size: ClassVar[int] = 1
+    capacity: Joules
+    idle_power: Watts
+    motion_power: Watts = 0.0
+    charge_power: Watts = 0.0
+    chargers: tuple[str, ...] = ("charger",)
+    charge_distance: Metres = 0.3
+    charge: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("capacity", "charge_distance"):
+            if not 0.0 < (value := getattr(self, name)) < math.inf:
+                raise InputError(Fault(f"{name} must be positive, found {value}."))
+        for name in ("idle_power", "motion_power", "charge_power"):
+            if not 0.0 <= (value := getattr(self, name)) < math.inf:
+                raise InputError(Fault(f"{name} must be 0 W or more, found {value} W."))
+        if not 0.0 <= self.charge <= 1.0:
+            raise InputError(Fault(f"charge must be 0 to 1, found {self.charge}."))
+
+
+@dataclass(frozen=True, kw_only=True)
 class MailboxParameters:
     """Mailbox: messages of other robots, as the bytes of sender and text; a reading is empty without messages."""
 
@@ -313,6 +356,7 @@ DRIVER_PARAMETERS: Mapping[str, type] = {
     "wheel_speed": WheelSpeedParameters,
     "wheel_travel": WheelTravelParameters,
     "gyro": GyroParameters,
+    "battery": BatteryParameters,
     "mailbox": MailboxParameters,
     "velocity": VelocityParameters,
 }

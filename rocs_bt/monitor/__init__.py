@@ -5,6 +5,7 @@ Only `agent` and the packages above it import this package.
 
 from collections.abc import Mapping
 
+from .battery_monitor import BatteryMonitor
 from .fix_monitor import FixMonitor
 from .message_monitor import MessageMonitor
 from .monitor import Monitor, MonitoredSensor
@@ -18,6 +19,7 @@ from .wheel_monitor import WheelMonitor
 
 __all__ = [
     "MONITORS",
+    "BatteryMonitor",
     "FixMonitor",
     "MessageMonitor",
     "Monitor",
@@ -32,6 +34,7 @@ __all__ = [
 ]
 
 _SHIPPED = (
+    BatteryMonitor,
     FixMonitor,
     MessageMonitor,
     MotionMonitor,

@@ -91,6 +91,7 @@ def build_world(
     """
     time = clock or SimulatedClock(scenario.rate.physics)
     world, robots = _compose(scenario, catalog, time, seed)
+    world.places = {place.name: place.pose for place in scenario.places}
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
     with located_at(scenario.file):

@@ -6,8 +6,10 @@ import textwrap
 
 import pytest
 
-from rocs_bt.clock import Rate
+from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink
+from rocs_bt.knowledge import Knowledge
 from rocs_bt.python_content import load_module
 from rocs_bt.raised import Raised, called_at, describe, owners_of, raised_at
 
@@ -154,3 +156,21 @@ def test_an_error_of_the_engine_without_content_has_a_line_of_the_engine():
     error = caught(Rate.dividing, 0, 0.005, "it")
     error.__traceback__ = error.__traceback__.tb_next
     assert raised_at(error).file.name == "clock.py"
+
+
+@pytest.mark.parametrize(
+    ("code", "hint"),
+    [
+        ("robot.pose.x", "It must be called: write pose().x"),
+        ("robot.pose.distance(robot)", "It must be called: write pose().distance"),
+        ("robot.pose().heading", "Pose2 has: bearing, compose, distance, transform, x, y, yaw"),
+        ("robot.pose().distance_to(robot)", "Pose2 has: bearing, compose, distance, transform, x, y, yaw"),
+        ("robot.position", "RobotModel has: "),
+        ("[].first", "'list' object has no attribute 'first'"),
+    ],
+)
+def test_an_unknown_attribute_names_the_right_spelling(code, hint):
+    robot = Knowledge("R", SimulatedClock(0.05), ListSink()).robot
+    with pytest.raises(AttributeError) as found:
+        eval(code, {"robot": robot})
+    assert hint in describe(found.value)

@@ -381,7 +381,7 @@ def test_every_blocks_parameters_are_documented():
 
     found = by_owner("Blocks")
     assert found.pop("every Monitor") == own(Monitor)
-    wanted = {name: own(cls) for name, cls in {**MONITORS, **ANALYZERS}.items()}
+    wanted = {name: own(cls, own(Monitor)) for name, cls in {**MONITORS, **ANALYZERS}.items()}
     assert found == {name: names for name, names in wanted.items() if names}
 
 

@@ -157,8 +157,7 @@ WITHOUT = {  # outcome, code, part of the reason
     "DockRobot": ("FAILURE", 999, "no docking server"),
     "UndockRobot": ("FAILURE", 999, "no docking server"),
     "FollowObject": ("FAILURE", 902, "no topic with its pose"),
-    "IsBatteryLow": ("FAILURE", None, "no battery"),
-    "IsBatteryCharging": ("FAILURE", None, "no battery"),
+    "IsBatteryCharging": ("FAILURE", None, "not known here"),
     "ReinitializeGlobalLocalization": ("SUCCESS", None, "not started again"),
     "ToggleCollisionMonitor": ("SUCCESS", None, "reflexes stay on"),
 }

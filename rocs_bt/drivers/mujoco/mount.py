@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from typing import Any, Literal, Protocol
@@ -53,6 +53,11 @@ class DriverWorld(Protocol):
     @property
     def robots(self) -> Collection[str]:
         """Names of all robots in the world."""
+        ...
+
+    @property
+    def places(self) -> Mapping[str, Pose2]:
+        """Positions of the scenario's places by name, world frame."""
         ...
 
     def pose(self, robot: str) -> Pose2:

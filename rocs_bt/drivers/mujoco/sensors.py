@@ -12,9 +12,10 @@ import numpy.typing as npt
 from ...errors import InputError, unknown
 from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
-from ..common import GyroModel, RobotSensorModel, TwistModel
+from ..common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
 from ..parameters import (
     AttitudeParameters,
+    BatteryParameters,
     GyroParameters,
     HeightParameters,
     MailboxParameters,
@@ -249,6 +250,24 @@ class MailboxSensor(MujocoSensor):
         return packed(self.message_queue.take())
 
 
+class Battery(MujocoSensor):
+    """Battery: charge, 0 to 1."""
+
+    declares = BatteryParameters
+
+    def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
+        super().__init__(name, mount)
+        given = read_parameters(BatteryParameters, parameters, f"battery '{name}'")
+        self._model = BatteryModel(given, mount.world.stamp, mount.world.places)
+
+    def sample(self) -> list[float]:
+        world, robot = self.mount.world, self.mount.robot
+        return self._model.read(world.stamp, world.pose(robot), world.twist3(robot))
+
+    def limit(self, values: list[float]) -> list[float]:
+        return [min(1.0, max(0.0, value)) for value in values]
+
+
 SENSORS: Mapping[str, type[MujocoSensor]] = {
     "position": Position,
     "orientation": Orientation,
@@ -261,6 +280,7 @@ SENSORS: Mapping[str, type[MujocoSensor]] = {
     "range_cone": RangeCone,
     "lidar": Lidar,
     "robot_sensor": RobotSensor,
+    "battery": Battery,
     "mailbox": MailboxSensor,
 }
 

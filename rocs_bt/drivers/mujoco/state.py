@@ -38,6 +38,7 @@ class WorldState:
         step: Physics step [s].
         lock: Lock of the state, held for each physics step and each read.
         stamp: Time of the present state, on `clock` [s].
+        places: Positions of the places of the scenario by name, world frame; empty without a scenario.
         only_robots_move: Whether all movable bodies belong to robots.
     """
 
@@ -55,6 +56,7 @@ class WorldState:
         self.step = float(model.opt.timestep)
         self.lock = threading.RLock()
         self.stamp = clock.now()
+        self.places: Mapping[str, Pose2] = {}
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
         self.objects: Mapping[str, MocapBody | FreeBody] = find_objects(model, self.robots)
         roots = {body.root for body in self.robots.values()}

@@ -108,8 +108,23 @@ class Battery(_WithoutRos):
     """Base of conditions on the state of a battery; FAILURE without ROS."""
 
     kind = "Condition"
-    why = "the robots of the simulator have no battery, as if no message had arrived"
+    why = "whether the battery is charging is not known here, as if no message had arrived"
     battery_topic = Input(str, "/battery_status", "topic; for a running Nav2 only")
+
+
+class _BatteryLow(Battery):
+    min_battery = Input(float, 0.0, "threshold: charge from 0 to 1")
+    is_voltage = Input(bool, False, "whether the threshold is a voltage; for a running Nav2 only")
+    why = "the robot has no signal `battery`, as if no message had arrived"
+
+    def update(self) -> Outcome:
+        mission = mission_of(self)
+        signals = mission.knowledge.signals
+        if "battery" not in signals or self.is_voltage:
+            return super().update()
+        charge = signals.value("battery", mission.clock.now())
+        self.feedback_message = f"battery = {charge:.3g}"
+        return SUCCESS if charge <= self.min_battery else FAILURE
 
 
 _RESET = {"reset_distance": Input(float, 1.0, "diameter of the region [m]; in Nav2 the side of a square")}
@@ -148,6 +163,7 @@ _DOCK = {
     "success": Output(bool, "for a running Nav2 only"),
     "num_retries": Output(int, "for a running Nav2 only"),
 }
+_LOW: Final = "SUCCESS if the signal `battery` is at most `min_battery`; FAILURE without the signal, or for a voltage."
 _LACKS: Final = "there is no {} without ROS; use ComputePathToPose and FollowPath"
 _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any]]]] = {
     "ReinitializeGlobalLocalization": (_NoService, 0, "the robot's localisation is not started again here", {}),
@@ -156,15 +172,6 @@ _WITHOUT: Final[Mapping[str, tuple[type[_WithoutRos], int, str, Mapping[str, Any
         0,
         "the robot's reflexes stay on, whatever the value of `enable`",
         {"enable": Input(bool, True, "whether Nav2's collision monitor is on; for a running Nav2 only")},
-    ),
-    "IsBatteryLow": (
-        Battery,
-        0,
-        Battery.why,
-        {
-            "min_battery": Input(float, 0.0, "threshold; for a running Nav2 only"),
-            "is_voltage": Input(bool, False, "whether the threshold is a voltage; for a running Nav2 only"),
-        },
     ),
     "IsBatteryCharging": (Battery, 0, Battery.why, {}),
     "NavigateToPose": (_NoServer, 9001, _LACKS.format("navigator"), {"goal": PoseInput("{goal}", "goal"), **_TREE}),
@@ -205,6 +212,7 @@ def table_nodes() -> Iterator[type[Node]]:
         yield made_node(f"WouldA{camel}RecoveryHelp", _WouldHelp, doc, {"helped": codes})
     for tag, (doc, ports) in _CLEARED.items():
         yield made_node(tag, _Clear, doc, ports)
+    yield made_node("IsBatteryLow", _BatteryLow, _LOW, {})
     for tag, (without, code, why, ports) in _WITHOUT.items():
         doc = f"{without.outcome.name}{f' with the code {code}' if code else ''}: {why}."
         yield made_node(tag, without, doc, {"code": code, "why": why, **ports})
