@@ -29,6 +29,7 @@ def test_the_nodes_of_our_own_are_these():
         "FinishTask",
         "Known",
         "Log",
+        "MarkVisited",
         "PlaceGoal",
         "SelectStrategy",
         "Speak",

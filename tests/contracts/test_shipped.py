@@ -84,7 +84,7 @@ def test_a_robot_on_hardware_differs_from_a_simulated_one_only_in_its_drivers_an
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_number_of_a_robot_has_its_source(robot):
     lines = CATALOG.find("robot", robot).path.read_text("utf-8").splitlines()
-    quantities = [line for line in lines if re.search(r'= \[?"-?[0-9.]+ [a-z]', line)]
+    quantities = [line for line in lines if re.search(r'= \[?"-?[0-9.]+ [a-zA-Z]', line)]
     # A rate or a weight that follows from another line need not repeat it; physical numbers must say whence.
     physical = [line for line in quantities if not line.startswith(("rate", "max_command_age", "near", "clear"))]
     assert physical

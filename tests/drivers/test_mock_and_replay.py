@@ -100,7 +100,7 @@ def test_every_backend_has_every_driver() -> None:
 
 def test_unknown_drivers_and_mounts_list_what_exists() -> None:
     body = robot(MockWorld(SimulatedClock(0.1)))
-    with pytest.raises(UnknownName, match="The mock backend has: attitude, gyro, height, lidar, mailbox"):
+    with pytest.raises(UnknownName, match="The mock backend has: attitude, battery, gyro, height, lidar, mailbox"):
         make_sensor(body, "s", "radar", {})
     with pytest.raises(InputError, match="no mount for sensor 's' is named 'rear'"):
         make_sensor(body, "s", "range_cone", {"sites": ["rear"], "range": [0.1, 1.0]})
