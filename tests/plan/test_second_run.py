@@ -62,6 +62,7 @@ VALUES = {  # of input ports by name, in two runs; all other ports have their de
     "proximity_threshold": (0.65, 0.65),
     "num_goals": (1, 2),
     "paused": (False, True),
+    "place": ("near", "far"),
     "room": (0.05, 0.05),
     "safety": (0.02, 0.02),
     "points": ([(0.0, 0.0), (0.5, 0.0)], [(0.0, 0.0), (0.0, 1.0)]),
