@@ -7,6 +7,7 @@ import it.
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Unpack
 
@@ -16,7 +17,7 @@ from .catalog import CachingCatalog, Catalog, ScenarioSpec
 from .check import check_scenario
 from .errors import RecordingError
 from .files import write_whole
-from .record import Recording, write_report
+from .record import FolderLock, Recording, write_report
 from .simulation import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
 from .simulation.run_files import ReportWriter
 
@@ -90,6 +91,7 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
         out: Folder for the two files; by default the folder of the recording.
 
     Raises:
+        InputError: A run is writing in the folder.
         RecordingError: The recording cannot be read, or a file cannot be written.
     """
     recorded = recording if isinstance(recording, Recording) else Recording.open(recording)
@@ -97,11 +99,12 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
     summary, page = summary_of(recorded), folder / REPORT
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_whole(folder / SUMMARY, summary.to_json())
+        with closing(FolderLock(folder)):
+            write_whole(folder / SUMMARY, summary.to_json())
+            write_report(recorded, summary, page)
     except OSError as error:
         hint = "Name another folder with --out."
         raise RecordingError(f"the summary '{folder / SUMMARY}' cannot be written: {error.strerror}. {hint}") from error
-    write_report(recorded, summary, page)
     return RunResult(summary=summary, recording=recorded.path, report=page)
 
 

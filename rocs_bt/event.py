@@ -11,6 +11,7 @@ from collections.abc import Mapping
 
 from msgspec import field
 
+from .errors import RecordingError
 from .sink import Event as Event
 from .sink import EventSink as EventSink
 from .sink import Fanout as Fanout
@@ -55,8 +56,16 @@ class SignalsWritten(Event, frozen=True, kw_only=True, omit_defaults=True):
 
     @property
     def values(self) -> dict[str, list[float]]:
-        """Values of each signal, SI units, by name of the signal."""
+        """Values of each signal, SI units, by name of the signal.
+
+        Raises:
+            RecordingError: The sizes, of a damaged recording, do not fit the values.
+        """
         flat, found, at = unpack(self.data), {}, 0
+        if len(self.sizes) != len(self.signals) or sum(self.sizes) != len(flat) or min(self.sizes, default=0) < 0:
+            raise RecordingError(
+                f"the recording is damaged: '{self.monitor}' wrote {len(flat)} values at t = {self.t:g} s."
+            )
         for name, size in zip(self.signals, self.sizes, strict=True):
             found[name] = flat[at : at + size]
             at += size

@@ -152,8 +152,14 @@ def check_writable(path: Path) -> None:
 
 @contextmanager
 def new_folder(folder: Path) -> Iterator[None]:
-    """Context that writes the content of a folder which is empty or does not exist; if it fails, nothing remains."""
+    """Context that writes the content of a folder; if it fails, nothing remains.
+
+    Raises:
+        OSError: The folder exists and is not empty.
+    """
     existed = folder.exists()
+    if existed and any(folder.iterdir()):
+        raise OSError(errno.EEXIST, os.strerror(errno.EEXIST), str(folder))
     try:
         yield
     except BaseException:  # remove what was written, then raise again

@@ -8,6 +8,8 @@ from typing import Protocol
 
 import msgspec
 
+from .errors import RecordingError
+
 Value = float | int | str | bool | None | list[float]
 
 
@@ -29,8 +31,14 @@ def pack(values: Iterable[float]) -> bytes:
 
 
 def unpack(data: bytes) -> list[float]:
-    """Unpack values that `pack` has packed."""
+    """Unpack values that `pack` has packed.
+
+    Raises:
+        RecordingError: The data, of a damaged recording, are no whole numbers.
+    """
     values = array("d")
+    if len(data) % values.itemsize:
+        raise RecordingError(f"the recording is damaged: packed values have {len(data)} bytes.")
     values.frombytes(data)
     return values.tolist()
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import msgspec
 
@@ -13,6 +14,12 @@ from ..signal import Signal
 from ..units import parse_unit
 
 Point = tuple[float, float]
+
+LARGEST = 1e9
+"""Maximum magnitude of a number of a header that is not damaged, in SI units."""
+
+MOST = 1_000_000
+"""Maximum count, such as that of the values of a signal."""
 
 
 class Outline(msgspec.Struct, frozen=True, kw_only=True):
@@ -263,6 +270,25 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     start: float = 0.0
     simulated: bool = True
 
+    def check(self) -> None:
+        """Check what types do not say: numbers within the limits of a run, and signals that can be declared.
+
+        Raises:
+            ValueError: The header contains an impossible value.
+        """
+        if not 0.0 <= self.start <= LARGEST:
+            raise ValueError(f"the run starts at {self.start:g} s")
+        if slow := [f"{name}: {rate:g} Hz" for name, rate in self.rates.items() if not 0.0 <= rate <= MOST / 10]:
+            raise ValueError(f"it has the rate {slow[0]}")
+        for value in _numbers([self.bodies, self.outlines, self.grounds, self.places, self.agents]):
+            if not abs(value) <= (MOST if isinstance(value, int) else LARGEST):
+                raise ValueError(f"it has the number {value:g}")
+        for agent in self.agents:
+            for declared in agent.signals:
+                low, high = declared.signal().bounds
+                if low > high:
+                    raise ValueError(f"signal '{declared.name}' has the bounds {low:g} and {high:g}")
+
     @property
     def label(self) -> str:
         """Short name of the run, such as `exp1-7`."""
@@ -276,3 +302,18 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         if not xs:
             return (math.nan,) * 4
         return min(xs), min(ys), max(xs), max(ys)
+
+
+def _numbers(value: Any) -> Iterator[float]:
+    """Numbers in a value of a header."""
+    if isinstance(value, (int, float)):
+        yield value
+    elif isinstance(value, msgspec.Struct):
+        for name in value.__struct_fields__:
+            yield from _numbers(getattr(value, name))
+    elif isinstance(value, (tuple, list)):
+        for each in value:
+            yield from _numbers(each)
+    elif isinstance(value, Mapping):
+        for each in value.values():
+            yield from _numbers(each)

@@ -18,7 +18,7 @@ from mcap.opcode import Opcode
 from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
-from ..errors import RecordingError, unknown
+from ..errors import InputError, KnowledgeError, RecordingError, unknown
 from ..event import Event
 from ..files import read_bytes
 from ..nesting import check_nesting
@@ -101,10 +101,12 @@ class Recording:
             for attachment in contents.attachments.values():
                 check_nesting(attachment)
             header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
+            header.check()
             if SUMMARY in contents.attachments:
                 contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=Summary)
-        except (msgspec.MsgspecError, ValueError) as error:
-            raise RecordingError(f"the header or summary of '{file}' cannot be read: {error}.") from error
+        except (msgspec.MsgspecError, ValueError, InputError, KnowledgeError) as error:
+            why = str(error).rstrip(".")
+            raise RecordingError(f"the header or summary of '{file}' cannot be read: {why}.") from error
         return cls(file, header, contents)
 
     def events(self, only: Collection[type[Event]] = ()) -> Iterator[Event]:

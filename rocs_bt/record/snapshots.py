@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RecordingError
+from ..errors import KnowledgeError, RecordingError
 from ..event import AgentStopped, BodyMoved, ContactBegan, Event, KnowledgeChanged, MinClearanceLowered, SignalsWritten
 from ..expression import Environment
 from ..knowledge.signals import SignalTable
@@ -133,7 +133,10 @@ class Snapshots:
 
     def _write(self, event: SignalsWritten | KnowledgeChanged) -> None:
         if isinstance(event, SignalsWritten):
-            self._table.update(event.values, event.t if event.stamp is None else event.stamp)
+            try:
+                self._table.update(event.values, event.t if event.stamp is None else event.stamp)
+            except KnowledgeError as error:
+                raise RecordingError(f"the recording is damaged at t = {event.t:g} s: {error}") from error
         else:
             self._mode = str(event.value or "")
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import errno
 import math
+import sqlite3
 from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -27,7 +29,7 @@ MAX_GAP = 600.0
 
 _DISTRO = "jazzy"
 _VERSION = 9  # of rosbag2's format: that of Jazzy and Kilted
-_LATEST = 2**63 / 1e9  # [s]
+_LATEST = 2**31 - 1  # maximum of the field `sec` of time stamps [s]
 
 
 @dataclass(frozen=True)
@@ -73,19 +75,34 @@ def export_rosbag(
     rosbag2 = import_rosbags("rosbags.rosbag2")
     if folder.exists():
         raise InputError(Fault(f"'{folder}' exists.", hint="Choose another folder for the bag, or remove this one."))
-    if not 0.0 <= start < _LATEST - 1e8:
-        raise InputError(Fault(f"the start time must be 0 or more seconds since 1970, found {start:g} s."))
+    if not 0.0 <= start <= _LATEST:
+        raise InputError(Fault(f"the start time must be 0 to {_LATEST} seconds since 1970, found {start:.12g} s."))
     types = MessageTypes(_DISTRO)
     robots, unknown_robots = _robots(recording.header, catalog or Catalog.here())
     joints = {name: _joints(robot) for name, robot in robots.items()}
     topics = RecordedTopics(recording.header, robots, joints, start)
     writer = rosbag2.Writer(folder, version=_VERSION, storage_plugin=rosbag2.StoragePlugin[storage.upper()])
-    with new_folder(folder), writer:
+    with _written(folder), new_folder(folder), writer:
         writer.set_custom_data("rocs_bt", recording.header.label)
-        _write(writer, topics.published(_plausible(recording.events())), types)
+        _write(writer, topics.published(_plausible(recording, _LATEST - start)), types)
     found = {c.topic: (c.msgtype, writer.counts[c.id]) for c in writer.connections}
     duration = max(0, writer.max_timestamp - writer.min_timestamp) * 1e-9
     return ExportedBag(folder, dict(sorted(found.items())), duration, unknown_robots)
+
+
+@contextmanager
+def _written(folder: Path) -> Iterator[None]:
+    """Context that names the bag in errors of writing, which SQLite and MCAP raise without a file.
+
+    Raises:
+        OSError: The bag cannot be written.
+    """
+    try:
+        yield
+    except sqlite3.Error as error:
+        raise OSError(errno.EIO, str(error), str(folder)) from error
+    except OSError as error:
+        raise OSError(error.errno, error.strerror, str(folder)) from error
 
 
 def start_time(text: str) -> float:
@@ -135,16 +152,23 @@ def _joints(robot: RobotSpec) -> Mapping[str, str]:
     return {motor.name: motor.target for motor in model.actuators}
 
 
-def _plausible(events: Iterable[Event]) -> Iterator[Event]:
+def _plausible(recording: Recording, end: float) -> Iterator[Event]:
     """Events of a recording, of which each is at a plausible time: a bag has a message for each period.
 
+    Args:
+        recording: The recording.
+        end: Maximum time of an event [s].
+
     Raises:
-        RecordingError: A time is negative, no number, or far after that of the event before.
+        RecordingError: A time is negative, no number, or far after that of the event before; or a time stamp of ROS
+            cannot hold it.
     """
-    last = 0.0
-    for event in events:
+    last = recording.header.start
+    for event in recording.events():
         if not 0.0 <= event.t <= last + MAX_GAP:
             raise RecordingError(f"the recording is damaged: an event at {event.t:g} s follows one at {last:g} s.")
+        if event.t > end:
+            raise RecordingError(f"a time stamp of ROS cannot hold the event at {event.t:g} s. Use an earlier --start.")
         last = max(last, event.t)
         yield event
 

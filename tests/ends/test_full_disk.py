@@ -5,8 +5,11 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
+import resource
+import shutil
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import pytest
@@ -102,3 +105,62 @@ def test_in_python_the_result_says_what_is_missing(tmp_path, monkeypatch, mode):
     )  # of the whole run
     assert result.report is not None  # of what was recorded
     assert result.report.exists()
+
+
+FULL_AT = 300  # [bytes] a file that would become larger is refused
+WRITERS = [
+    # command, and what must not remain
+    ("report r", "r/summary.json"),
+    ("report r --out o", "o/report.html"),
+    ("plot r --out o", "o/trajectory.svg"),
+    ("rules replay avoid_collision r --out o", "o/margins.svg"),
+    ("export r --rosbag bag", "bag"),
+    ("export r --rosbag bag --storage sqlite3", "bag"),
+    ("knowledge show r --out k.html", "k.html"),
+    ("knowledge export r --out k2.json", "k2.json"),
+    ("knowledge import k.json k.sqlite", ""),
+    ("palette --out p.xml", "p.xml"),
+    ("show go_to --format svg --out p.svg", "p.svg"),
+    ("new p", "p"),
+    ("scene maze 1 --out s", "s/scenarios/maze-1.toml"),
+    ("share keys R1 --out keys", ""),
+    ("compare none random --scenario exp1 --report c.html", "c.html"),
+    ("compare none random --scenario exp1 --store c", ""),
+    ("run exp1 --for 0.3 --out n", "n/report.html"),
+    ("run exp1 --for 0.3 --no-report --out n --knowledge k2.sqlite", ""),
+    ("run exp1 --for 0.3 --no-report --out n --video v.gif", "v.gif"),
+]
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("run") / "r"
+    assert call(["run", "exp1", "--for", "0.5", "--out", str(out), "--no-report"]) == 1
+    (out / "summary.json").unlink()
+    assert call(["knowledge", "export", str(out), "--out", str(out / "k.json")]) == 0
+    return out
+
+
+@pytest.fixture
+def full(tmp_path: Path, recorded: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], None]]:
+    """Function from whose call on no large file can be written; until the end of the test."""
+    monkeypatch.chdir(tmp_path)
+    shutil.copytree(recorded, tmp_path / "r")
+    shutil.move(tmp_path / "r/k.json", tmp_path / "k.json")
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    yield lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (FULL_AT, before[1]))
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+@pytest.mark.parametrize(("line", "left"), WRITERS, ids=[line for line, _ in WRITERS])
+def test_each_writer_on_a_full_disk_gives_a_clear_error_and_leaves_no_half_file(line, left, full, tmp_path, capsys):
+    before = {file: file.read_bytes() for file in tmp_path.rglob("*") if file.is_file()}
+    full()
+    code = call(line.split())
+    out, err = capsys.readouterr()
+    assert code == 2, out + err
+    assert "Traceback" not in out + err
+    assert re.search(f"{os.strerror(errno.EFBIG)}|database or disk is full|disk I/O error", err), err
+    assert not left or not (tmp_path / left).exists()
+    assert all(file.read_bytes() == content for file, content in before.items())
+    assert not list(tmp_path.rglob("*.part"))
