@@ -49,7 +49,13 @@ class PoseMonitor(Monitor):
         self._frames = {
             each.sensor.name: "corrected" if each.frame and not continuous else each.frame for each in self.monitored
         }
-        self._jumps: dict[str, JumpDetector] = {}
+        limits = self.knowledge.robot.locomotion
+        self._jumps = {
+            each: JumpDetector(limits.speed_limit, JUMP)
+            if each == position
+            else JumpDetector(limits.turn_limit, TURN_JUMP, math.tau)
+            for each in self._frames
+        }
         self._position = position
         self._orientation = orientation
         self._latest: dict[str, Reading] = {}
@@ -64,8 +70,8 @@ class PoseMonitor(Monitor):
         if not self._frames[sensor] or any(map(math.isnan, values)):
             return ""
         if self._frames[sensor] == "continuous":
-            return self._jump(sensor).reason(values, reading.stamp)
-        if size := self._jump(sensor).after(values, reading.stamp)[0]:
+            return self._jumps[sensor].reason(values, reading.stamp)
+        if size := self._jumps[sensor].after(values, reading.stamp)[0]:
             change = Change(
                 t=self.knowledge.clock.now(),
                 agent=self.knowledge.agent,
@@ -76,16 +82,6 @@ class PoseMonitor(Monitor):
             )
             self._sink.emit(change)
         return ""
-
-    def _jump(self, sensor: str) -> JumpDetector:
-        if sensor not in self._jumps:
-            locomotion = self.knowledge.robot.locomotion
-            self._jumps[sensor] = (
-                JumpDetector(locomotion.speed_limit, JUMP)
-                if sensor == self._position
-                else JumpDetector(locomotion.turn_limit, TURN_JUMP, math.tau)
-            )
-        return self._jumps[sensor]
 
     def varies(self, sensor: str) -> bool:
         """Whether the robot drives (for a position) or turns (for an orientation)."""
