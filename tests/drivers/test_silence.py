@@ -36,8 +36,9 @@ def waited(monkeypatch):
 )
 def test_silence_is_found_in_time_and_never_before(max_age, pauses, answers):
     """The process answers for a while, then never again; requests come all the time."""
-    watch, t, last = Silence(max_age, os.getpid()), 0.0, 0.0
+    watch, t, last = Silence(max_age, 1), 0.0, 0.0
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(silence, "ready_threads", lambda process: {})
         patch.setattr(silence, "waited_for_processor", lambda process: 0.0)
         for count in itertools.count():
             pause = pauses[count % len(pauses)]
@@ -75,6 +76,27 @@ def test_a_process_that_waits_for_a_processor_is_late_and_not_hung(waited):
     assert all(late[late.index(True) :])
     assert not watch.after(TICK, progress=True, waiting=False)
     assert not watch.late
+
+
+def test_a_wait_that_lasts_counts_before_the_system_adds_it(waited, monkeypatch):
+    ran = [0.0]
+    monkeypatch.setattr(silence, "ready_threads", lambda process: {"1": ran[0]})
+    watch = Silence(MAX_AGE, 1)
+    for _ in range(40):  # 0.8 s, of which it runs for a tenth
+        ran[0] += 0.1 * TICK
+        assert not watch.after(TICK, progress=False, waiting=True)
+    assert watch.late
+
+
+def test_a_process_that_computes_is_hung(waited, monkeypatch):
+    ran = [0.0]
+    monkeypatch.setattr(silence, "ready_threads", lambda process: {"1": ran[0]})
+    watch = Silence(MAX_AGE, 1)
+    for _ in range(round((MAX_AGE + GRACE) / TICK) - 1):
+        ran[0] += TICK
+        assert not watch.after(TICK, progress=False, waiting=True)
+    ran[0] += 2 * TICK
+    assert watch.after(2 * TICK, progress=False, waiting=True)
 
 
 def test_a_process_that_waits_for_a_processor_for_too_long_is_hung(waited):

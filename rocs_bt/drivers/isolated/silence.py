@@ -39,6 +39,7 @@ class Silence:
         self._silent = 0.0  # [s] since the last answer, or since the first request after a rest
         self._starved = 0.0  # [s] of it in which the process waited for a processor
         self._before: float | None = None  # [s] that it had waited for a processor at the last tick
+        self._ready: dict[str, float] = {}  # threads that were ready at the last tick
         self._rest = 0.0  # [s] since no request waits
         self._waiting = 0.0  # [s] since requests wait without a pause
 
@@ -54,7 +55,7 @@ class Silence:
             Reason why the process counts as hung; empty if it does not.
         """
         counted = min(pause, 2 * TICK)
-        starved = min(self._starvation(), counted)
+        starved = min(self._starvation(pause), counted)
         self._waiting = self._waiting + counted - starved if waiting else 0.0
         self._rest = 0.0 if waiting else self._rest + counted
         if progress or self._rest > self._rest_limit:  # commands have paused: the next one has the whole time
@@ -69,20 +70,24 @@ class Silence:
             return f"has not answered for {most:.3g} s"
         return f"has not taken a command for {most:.3g} s" if self._waiting > most else ""
 
-    def _starvation(self) -> float:
+    def _starvation(self, pause: float) -> float:
         """Time since the last tick for which threads of the process waited for a processor [s]."""
         if not self._waiting:  # as nearly always: a command is answered within a tick, and nothing is read
-            self._before = None
+            self._before, self._ready = None, {}
             return 0.0
         before, now = self._before, waited_for_processor(self._process)
+        ready, self._ready = self._ready, ready_threads(self._process)
         self._before = now
-        return 0.0 if before is None else max(now - before, 0.0)
+        ended = 0.0 if before is None else max(now - before, 0.0)
+        lasting = max((pause - (ran - ready[name]) for name, ran in self._ready.items() if name in ready), default=0.0)
+        return max(ended, lasting)
 
 
 def waited_for_processor(process: int) -> float:
-    """Time for which all threads of a process were ready to run, but had no processor [s].
+    """Time for which all threads of a process were ready to run, but had no processor, before they ran [s].
 
-    It is 0 on systems that do not tell. A thread that sleeps, was stopped, or computes waits for none.
+    The system adds a wait when it has ended; of one that lasts, `ready_threads` tells. The time is 0 on systems that do
+    not tell. A thread that sleeps, was stopped, or computes waits for none.
     """
     total = 0
     with suppress(OSError):
@@ -90,3 +95,14 @@ def waited_for_processor(process: int) -> float:
             with suppress(OSError, ValueError, IndexError):  # the thread has ended
                 total += int((thread / "schedstat").read_text().split()[1])
     return 1e-9 * total
+
+
+def ready_threads(process: int) -> dict[str, float]:
+    """Time on a processor of each thread of a process that runs or is ready to run [s], by its ID."""
+    found = {}
+    with suppress(OSError):
+        for thread in pathlib.Path(f"/proc/{process}/task").iterdir():
+            with suppress(OSError, ValueError, IndexError):  # the thread has ended
+                if (thread / "stat").read_text().rpartition(")")[2].split()[0] == "R":
+                    found[thread.name] = 1e-9 * int((thread / "schedstat").read_text().split()[0])
+    return found
