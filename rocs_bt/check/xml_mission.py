@@ -117,6 +117,7 @@ def check_xml(
             beside=beside,
             dialect=dialect,
             stubs=stubs,
+            inputs=missions.inputs(document.main(main).name),
         )
         required = {name: p for name, p in mission_parameters(build).items() if p.required}
         given = {name: p.type(1) if p.type in (bool, int, float) else "" for name, p in required.items()}
@@ -136,6 +137,12 @@ class _Missions:
     def find(self, name: str) -> Callable[..., Any] | None:
         """Function `build` of a tree; None if it does not exist."""
         return _stub if name in self.stubbed else self.catalog.python_tree(name)
+
+    def inputs(self, name: str) -> set[str]:
+        """Keys that other checked files give a tree of this document, where they use it as a subtree."""
+        others = [use for use in self.uses.get(name, ()) if use.source.file != self.file]
+        given = {key for use in others for key in use.attributes if key.isidentifier() and key[0] != "_"}
+        return given - {"ID", "name"}
 
     def warnings(self) -> Iterator[Fault]:
         """Yield a warning for each missing tree, in the file that references it first."""

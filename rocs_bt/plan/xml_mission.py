@@ -101,6 +101,7 @@ def xml_mission(
     beside: Mapping[str, Path] = MappingProxyType({}),
     dialect: str = "",
     stubs: Sequence[type[Node]] = (),
+    inputs: Collection[str] = (),
 ) -> Callable[..., Behaviour]:
     """Create the `build` function of a mission in an XML file.
 
@@ -120,6 +121,7 @@ def xml_mission(
         dialect: `nav2` for nodes with Nav2's semantics, `nav2_servers` for nodes that call a running Nav2, each
             possibly with a distribution, as in `nav2:jazzy`; `rocs` for rocs_bt's own; empty to recognise it.
         stubs: Node classes that replace those of the same name, for a check.
+        inputs: Further keys of the blackboard that are required parameters, for a check.
 
     Raises:
         InputError: The file cannot be read, or has several trees and names no main tree.
@@ -141,7 +143,7 @@ def xml_mission(
         return mission_tree(document, mission, own, missions, main, dialect, stubs)
 
     used = main_keys(document, main, shipped_nodes(dialect)) if dialect != "rocs" else {}
-    keys: dict[str, bool] = {key: used[key] for key in GOAL_KEYS if key in used}
+    keys: dict[str, bool] = {key: used[key] for key in GOAL_KEYS if key in used} | dict.fromkeys(inputs, True)
     return _Build(path, document, main, make, keys, notes)
 
 

@@ -134,3 +134,26 @@ def test_faults_that_do_not_depend_on_the_robot_are_errors(project, used):
         use(project, "warm")
     assert check_content([mission_of(project)]).has_errors
     assert check_content([project]).has_errors
+
+
+SHARED = """<root BTCPP_format="4"><BehaviorTree ID="part"><Sequence>
+  <RetryUntilSuccessful num_attempts="{n}"><GoTo goal="{where}"/></RetryUntilSuccessful>
+</Sequence></BehaviorTree></root>
+"""
+USER = """<root BTCPP_format="4"><BehaviorTree ID="whole">
+  <SubTree ID="part" where="corner" n="%s"/>
+</BehaviorTree></root>
+"""
+
+
+@pytest.mark.parametrize(("given", "faults"), [("2", 0), ("two", 1)])
+def test_a_tree_that_others_use_gets_its_keys_from_them(tmp_path, given, faults):
+    missions = tmp_path / "planners" / "missions"
+    missions.mkdir(parents=True)
+    (missions / "part.xml").write_text(SHARED)
+    (missions / "whole.xml").write_text(USER % given)
+    assert len(checked(missions)) == faults
+    assert [
+        f"the key '{key}' is read, but no node writes it" in text
+        for key, text in zip(("n", "where"), checked(missions / "part.xml"), strict=True)
+    ] == [True] * 2
