@@ -8,6 +8,7 @@ from typing import Any
 
 from ..agent import Controller
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
+from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault, InputError
 from ..expression import NO_NAME
 from ..files import read_text
@@ -87,7 +88,7 @@ def _alone(build: Any, catalog: Catalog, parameters: dict[str, Any]) -> list[Fau
             agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
         except InputError:
             continue  # reported by the check of the robot
-        found = built_faults(build, agent, parameters, "")
+        found = built_faults(build, agent, parameters, "", ros_types=installed_types)
         if best is None or _misfit(found) < _misfit(best):
             best = found
         if not _of_signals(best):

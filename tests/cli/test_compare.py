@@ -94,5 +94,5 @@ def test_a_wrong_parameter_is_told_at_its_place_in_the_planners_file(rocs_bt, tm
     file.write_text('format = "planner/1"\ndoc = "Odd."\nmission = "go_to"\n\n[parameters]\nspede = 1\n')
     told = rocs_bt("compare", "odd", "--family", "exp1_family", "--jobs", 1)
     assert told.code == 2
-    assert f"{file}:5" in told.err
+    assert f"{file}:6:1" in told.err
     assert "no parameter is named 'spede'" in told.err

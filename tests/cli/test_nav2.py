@@ -111,8 +111,8 @@ def test_a_goal_that_is_no_place_is_refused_at_its_line(rocs_bt, project, comman
     folder = project(parameters=f'goal = "{goal}"')
     ran = rocs_bt("check", folder) if command == "check" else rocs_bt("run", "drive", "--out", folder / "out")
     assert ran.code == 2
-    line = 1 + SCENARIO.split("[agent.parameters]")[0].count("\n")
-    assert f"drive.toml:{line}: " in ran.text
+    line = 2 + SCENARIO.split("[agent.parameters]")[0].count("\n")
+    assert f"drive.toml:{line}:1: " in ran.text
     assert says in ran.text
     assert ran.text.count(says) == 1
 
@@ -159,7 +159,7 @@ def test_a_parameter_of_a_subtree_is_looked_at_too(rocs_bt, project):
     )
     checked = rocs_bt("check", folder)
     assert checked.code == 2
-    assert "drive.toml:19: 'GoTo': no place is named 'gaol'. Did you mean 'goal'?" in checked.text
+    assert "drive.toml:20:1: 'GoTo': no place is named 'gaol'. Did you mean 'goal'?" in checked.text
 
 
 def test_several_goals_are_looked_at_one_by_one(rocs_bt, project):
@@ -170,7 +170,9 @@ def test_several_goals_are_looked_at_one_by_one(rocs_bt, project):
     )
     checked = rocs_bt("check", folder)
     assert checked.code == 0
-    assert "drive.toml:19: warning: 'ComputePathThroughPoses': the position of 'R1' is not known at the" in checked.text
+    assert (
+        "drive.toml:20:1: warning: 'ComputePathThroughPoses': the position of 'R1' is not known at the" in checked.text
+    )
     ran = rocs_bt("run", "drive", "--out", folder / "out")
     assert "ComputePathThroughPoses: NO_GOAL: the position of 'R1' is unknown" in ran.text
 

@@ -246,7 +246,8 @@ def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, 
 
 def test_a_goal_that_no_place_has_is_refused_by_check_and_run(project, rocs_bt):
     edit(project, SCENARIO, 'first = "gate"', 'first = "gaet"')
-    fault = rf"first\.toml:{line_of(project, SCENARIO, '[agent.parameters]')}: no place is named 'gaet'\. Did you mean"
+    line = line_of(project, SCENARIO, 'first = "gaet"')
+    fault = rf"first\.toml:{line}:1: no place is named 'gaet'\. Did you mean"
     for command in (("run", "first", "--for", "0.5"), ("check", SCENARIO)):
         told = rocs_bt(*command)
         assert told.code == 2
