@@ -21,7 +21,7 @@ from row import Row, size
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording, RunHeader
-from rocs_bt.record.live import LivePage
+from rocs_bt.studio.live import LivePage
 
 SEEDS, ROUNDS = range(1, size(8, 2)), size(3, 1)
 DURATION = size(None, 1.0)  # [s] simulated; None is the scenario's

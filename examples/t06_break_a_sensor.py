@@ -18,7 +18,7 @@ Output:
      4.00 s  wheel command: drive
     exp1, seed 1, 15.3 s simulated
     R2 success; 3.54 m, 0 collisions, 5 reflexes, 3 resumed actions
-      fault at 2.00 s: sensor sonar: sensor 'sonar' does not answer.
+      fault at 2.00 s: sensor sonar failed: sensor 'sonar' does not answer.
 """
 
 import rocs_bt

@@ -58,9 +58,9 @@ class Printer:
     def emit(self, event: Event) -> None:
         """Print an event of the mission."""
         if isinstance(event, SubtreeSwapped):
-            print(f"{event.t:5.1f} s  {event.text}")
+            print(f"{event.t:5.1f} s  {event.sentence}")
         elif isinstance(event, Said):
-            print(f"{event.t:5.1f} s  R2 says: {event.text}")
+            print(f"{event.t:5.1f} s  R2 says: {event.sentence}")
         elif isinstance(event, TicketChanged) and event.state != "QUEUED":
             goal, speed = event.parameters.get("goal", ""), event.parameters.get("cruise", 0.0)
             print(f"{event.t:5.1f} s  {event.action} {goal} at {speed:g} m/s: {event.state}")

@@ -113,11 +113,6 @@ class RecordedException(RocsError):
         super().__init__(str(raised))
 
 
-def reported(event: ContentRaised) -> str:
-    """Text of a ContentRaised event: the exception and the reaction of the agent."""
-    return f"{Raised.recorded(event)}; {event.effect}"
-
-
 def describe(error: BaseException) -> str:
     """Type and message of an exception in one line. This never raises, even if the exception's `__str__` does."""
     if isinstance(error, SystemExit):

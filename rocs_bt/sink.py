@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Callable, Iterable
+from enum import IntEnum
 from typing import Protocol
 
 import msgspec
@@ -11,6 +12,16 @@ import msgspec
 from .errors import RecordingError
 
 Value = float | int | str | bool | None | list[float]
+
+
+class Level(IntEnum):
+    """Importance of an event for people; the numbers are those of `foxglove.Log`."""
+
+    DEBUG = 1
+    INFO = 2
+    WARNING = 3
+    ERROR = 4
+    FATAL = 5
 
 
 class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=True, gc=False):
@@ -24,13 +35,23 @@ class Event(msgspec.Struct, frozen=True, tag_field="event", tag=True, kw_only=Tr
     t: float
     agent: str = ""
 
+    @property
+    def sentence(self) -> str:
+        """The event for people, without its time and agent; empty if it is not for people."""
+        return ""
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.INFO
+
 
 def pack(values: Iterable[float]) -> bytes:
     """Pack float64 values into bytes, exactly, including NaN and infinities, which JSON cannot represent."""
     return array("d", values).tobytes()
 
 
-def unpack(data: bytes) -> list[float]:
+def unpack(data: bytes | memoryview) -> list[float]:
     """Unpack values that `pack` has packed.
 
     Raises:

@@ -10,7 +10,8 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.record.figures.arena import Arena, draw_hull, draw_world
 from rocs_bt.record.figures.figure import MUTED, OTHER, ROBOTS, ROUTES, Figure
 from rocs_bt.record.header import Beam
-from rocs_bt.record.history import AgentHistory, History, Span
+from rocs_bt.record.history import AgentHistory, History
+from rocs_bt.record.track import Span
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,7 +41,7 @@ class Trajectory(Figure):
 
     def draw(self, canvas: Canvas, runs: Sequence[History]) -> None:
         run = runs[0]
-        rows = enqueued(run.agents[self._agent], run.end)
+        rows = enqueued(run.agents[self._agent])
         height = 0.3 + 0.2 * (len(rows) + 1)
         canvas.set_figheight(5.3 + height)
         above, below = canvas.subplots(2, 1, gridspec_kw={"height_ratios": [5.0, height]})
@@ -49,12 +50,12 @@ class Trajectory(Figure):
         self._timeline(below, run, rows)
 
     def _timeline(self, axes: Axes, run: History, rows: Mapping[str, Sequence[Span]]) -> None:
-        spans = [span for span in run.agents[self._agent].routes if span.name in ROUTES]
+        spans = [span for span in run.agents[self._agent].routes if span.value in ROUTES]
         bars = [(s.begin, s.end - s.begin) for s in spans]
-        drawn = axes.broken_barh(bars, (-0.36, 0.72), facecolors=[ROUTES[s.name] for s in spans])
+        drawn = axes.broken_barh(bars, (-0.36, 0.72), facecolors=[ROUTES[s.value] for s in spans])
         drawn.set_gid(f"{self.name}-route")
         for y, (name, queue) in enumerate(rows.items(), 1):
-            color = ROUTES["reactive" if queue[0].name.startswith("HIGH") else "deliberative"]
+            color = ROUTES["reactive" if queue[0].value.priority.startswith("HIGH") else "deliberative"]
             bars = [(s.begin, max(s.end - s.begin, 0.02)) for s in queue]
             axes.broken_barh(bars, (y - 0.3, 0.6), facecolors=color, alpha=0.3, gid=f"{self.name}-{name}")
             axes.plot(
@@ -166,14 +167,9 @@ class Scene(Figure):
         return [Patch(fc=color, alpha=0.6, label=label) for label, color in rows]
 
 
-def enqueued(agent: AgentHistory, end: float) -> dict[str, list[Span]]:
-    """Time spans of the pipeline's actions, by action name; a span's name is its priority."""
+def enqueued(agent: AgentHistory) -> dict[str, list[Span]]:
+    """Time spans of the pipeline's tickets, by action name."""
     rows: dict[str, list[Span]] = {}
-    running: dict[int, Span] = {}
-    for event in agent.tickets:
-        if event.state == "RUNNING":
-            span = running[event.ticket] = Span(event.priority, event.t, end)
-            rows.setdefault(event.action, []).append(span)
-        elif event.ticket in running and event.state != "QUEUED":
-            running.pop(event.ticket).end = event.t
+    for span in agent.runs():
+        rows.setdefault(span.value.action, []).append(span)
     return rows

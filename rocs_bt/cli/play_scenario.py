@@ -19,7 +19,6 @@ from .progress import Progress
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
-    from ..record.live import LivePage
     from ..simulation import RunOptions, RunResult
 
 Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
@@ -182,11 +181,11 @@ def _print(result: RunResult, folder: Path, as_json: bool) -> None:
 
 
 @contextmanager
-def _live(port: int) -> Iterator[LivePage]:
+def _live(port: int) -> Iterator[Any]:
     """Open a live page and print its URL."""
-    from ..record.live import LivePage
+    from ..record import page_maker
 
-    with LivePage(port) as live:
+    with page_maker("live")(port) as live:
         echo(f"Live: {live.url}", err=True)
         yield live
 

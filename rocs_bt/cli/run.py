@@ -67,4 +67,4 @@ class _Swaps:
         """Print a SubtreeSwapped or SwapRefused event."""
         if isinstance(event, (SubtreeSwapped, SwapRefused)):
             self.count += 1
-            echo(f"{event.t:.2f} s, {event.agent}: {event.text}", err=True)
+            echo(f"{event.t:.2f} s, {event.agent}: {event.sentence}", err=True)

@@ -25,7 +25,7 @@ SCHEMA = "episode/1"
 """Version of the record format and of the metric definitions; a new version changes all keys."""
 
 _NOT_PLAYED = (
-    *("cli", "check", "testing", "record/live"),
+    *("cli", "check", "testing", "studio"),
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
     *("compare/imports", "compare/cluster", "compare/pool", "compare/run_sweep", "compare/search"),
 )

@@ -12,6 +12,7 @@ from .header import (
     Beam,
     BodyInfo,
     Fan,
+    GuardInfo,
     Outline,
     Place,
     RequirementInfo,
@@ -20,9 +21,9 @@ from .header import (
     SubtreeSwap,
     TreeNode,
 )
+from .pages import page_maker, write_report
 from .recorder import Recorder
 from .recording import Recording
-from .report import write_report
 from .snapshots import TRUTH, Sample, Snapshots, environment_of, samples_of
 from .summary import (
     AgentResult,
@@ -50,6 +51,7 @@ __all__ = [
     "Finding",
     "FolderLock",
     "Following",
+    "GuardInfo",
     "KnowledgeFile",
     "Localisation",
     "Outline",
@@ -72,6 +74,7 @@ __all__ = [
     "environment_of",
     "event_table",
     "explain",
+    "page_maker",
     "samples_of",
     "signal_table",
     "write_figures",

@@ -115,8 +115,6 @@ _SCHEMAS: dict[str, Json] = {
     ),
 }  # fmt: skip  # a table
 
-DEBUG, INFO, WARNING, ERROR, FATAL = 1, 2, 3, 4, 5
-
 
 def schema(name: str) -> bytes:
     """JSON schema of one of these messages."""

@@ -212,11 +212,30 @@ def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
     )
 
 
+class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """Guard of a reflex rule.
+
+    Attributes:
+        rule: Rule as `file/Rule`.
+        when: Condition on which the rule latches, as written.
+        until: Condition that releases it, as written; empty if there is none.
+        sources: Both conditions over signals and numbers only, or only the first.
+        comparisons: Texts of all comparisons in both conditions, as written, in order.
+    """
+
+    rule: str
+    when: str
+    until: str = ""
+    sources: tuple[str, ...] = ()
+    comparisons: tuple[str, ...] = ()
+
+
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals.
 
     `inactive` contains the rules that are inactive at the start, each with the required signals that the robot lacks.
-    `axes` contains the axes of a motion command, such as `vx`; empty for a robot on wheels.
+    `axes` contains the axes of a motion command, such as `vx`; empty for a robot on wheels. `guards` describes the
+    rules.
     """
 
     name: str
@@ -227,6 +246,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     nodes: tuple[TreeNode, ...] = ()
     signals: tuple[SignalInfo, ...] = ()
     axes: tuple[str, ...] = ()
+    guards: tuple[GuardInfo, ...] = ()
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):

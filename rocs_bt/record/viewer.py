@@ -13,7 +13,6 @@ from ..event import Event
 from ..geometry import Pose3
 from . import foxglove
 from .header import Beam, BodyInfo, Outline, Place, RunHeader
-from .log_lines import LOGGED, log_line
 
 Message = tuple[str, str, bytes]  # topic, name of the schema, JSON
 Draw = Callable[..., Iterable[Message]]
@@ -51,12 +50,11 @@ class Viewer:
         self._draw: dict[type[Event], Draw] = {
             ev.BodyMoved: self._moved,
             ev.SensorRead: self._read,
-            **dict.fromkeys(LOGGED, self._log),
         }
 
     def converter(self, kind: type[Event]) -> Draw | None:
         """Function that makes messages from an event of this kind and a time [ns]; None for kinds without messages."""
-        return self._draw.get(kind)
+        return self._draw.get(kind) or (None if kind.sentence is Event.sentence else self._log)
 
     def scene(self, time: int) -> Message:
         """Message with the obstacles, ground, places and hulls of bodies, sent once at the beginning."""
@@ -78,8 +76,8 @@ class Viewer:
         return f"/{name}/log", foxglove.LOG, _json(line)
 
     def _log(self, event: Event, time: int) -> Iterator[Message]:
-        if (line := log_line(event)) is not None:
-            yield self.log(event.agent, time, *line)
+        if event.sentence:
+            yield self.log(event.agent, time, event.level, event.sentence)
 
     def _moved(self, event: ev.BodyMoved, time: int) -> Iterable[Message]:
         if event.body not in self._frames:

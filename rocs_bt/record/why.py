@@ -33,7 +33,6 @@ from ..event import (
 )
 from ..knowledge.history import State
 from ..knowledge.history.values import plain
-from ..raised import reported
 from ..words import inactive_rule
 from .diverge import describe
 from .header import nodes_after
@@ -202,7 +201,7 @@ def _brief(why: Why) -> Iterable[str]:
     lines = [*_part("fired", active[:2] or ["no rule so far"])]
     leaves = [f"{e.status} {_labelled(why, e.node)}, for {why.t - began:.2f} s" for e, began in why.tree.waiting()]
     lines += _part("planned", leaves[:2])
-    lines += _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-1:] if why.t - e.t <= _RECENT])
+    lines += _part("raised", [f"{e.sentence}{_since(e, why.t)}" for e in why.raised[-1:] if why.t - e.t <= _RECENT])
     running = why.running
     sent = "no running action" if running is None else f"RUNNING {running.action}({_values(running.parameters)})"
     lines += _part("sent", [sent, *_commands(why)][:3])
@@ -231,7 +230,7 @@ def _render(why: Why) -> Iterable[str]:
             for e in why.tree.events.values()
         ],
     )
-    yield from _part("raised", [f"{reported(e)}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
+    yield from _part("raised", [f"{e.sentence}{_since(e, why.t)}" for e in why.raised[-_RAISED:]])
     tickets = [
         f"#{e.ticket} {e.state} {e.action}({_values(e.parameters)}) {e.priority} by {e.by}"
         for e in why.tickets.values()
@@ -255,7 +254,7 @@ def _render(why: Why) -> Iterable[str]:
 def _sentence(event: Event) -> str:
     """An event in one line; a swap in words, because its fields describe the whole tree."""
     if isinstance(event, (SubtreeSwapped, SwapRefused)):
-        return f"t={event.t:.3f} {event.agent} {event.text}"
+        return f"t={event.t:.3f} {event.agent} {event.sentence}"
     return describe(event, digits=3)
 
 

@@ -31,7 +31,7 @@ def sentence(why: WhyState) -> str:
         return f"{why.agent} {state}, with a tilt of {math.degrees(tilt):.0f} deg, while {cause}."
     push = why.pushed
     if push is not None and push.t - _SLACK <= why.t <= push.t + push.duration + _PUSHED:
-        return f"{why.agent} {motion} and was {push.text}{since(push, why.t)}, while {cause}."
+        return f"{why.agent} {motion} and was {push.sentence}{since(push, why.t)}, while {cause}."
     if why.held:
         held = next(iter(why.held.values()))
         gate = f"a safety gate holds '{held.actuator}' in neutral{since(held, why.t)} ({held.reason})"

@@ -144,7 +144,7 @@ class HardwareDevices:
         def report(other: str) -> None:
             found = OtherPublisherFound(t=self.clock.now(), agent=agent, actuator=spec.name, topic=topic, node=other)
             self.sink.emit(found)
-            self._notice(f"{agent}: {found.text}.")
+            self._notice(f"{agent}: {found.sentence}.")
 
         return CommandWatch(node, topic, given.type, device.publishers, report)
 

@@ -6,7 +6,7 @@ import importlib.metadata
 import math
 import platform
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
 import msgspec
@@ -17,8 +17,10 @@ from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
 from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import RangeCone
+from ..expression import Environment
+from ..expression.source import source
 from ..plan import TreePlan
-from ..record import AgentInfo, BodyInfo, Place, RunHeader, SignalInfo, SubtreeSwap, TreeNode
+from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap, TreeNode
 from ..version import __version__
 from .ground import ground_outlines
 from .options import RunOptions
@@ -180,7 +182,22 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         nodes=nodes,
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
+        guards=tuple(_guards(agent)),
     )
+
+
+def _guards(agent: Agent) -> Iterator[GuardInfo]:
+    environment = Environment.of(agent.knowledge.signals)
+    for file in agent.rule_files:
+        for rule in file.model.rules.rules:
+            guards = [rule.when, *([] if rule.until is None else [rule.until])]
+            yield GuardInfo(
+                rule=rule.name,
+                when=rule.when.text,
+                until="" if rule.until is None else rule.until.text,
+                sources=tuple(source(guard.node, environment) for guard in guards),
+                comparisons=tuple(n.text for guard in guards for n in guard.node.walk() if n.op == "compare"),
+            )
 
 
 def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:

@@ -32,7 +32,6 @@ from ..event import (
     TicketChanged,
     unpack,
 )
-from ..raised import reported
 from ..record import AgentInfo, AgentResult, Finding, SolveTime, TrackingError
 from .follow_metrics import FollowMetrics
 from .localisation import LocalisationError
@@ -100,15 +99,15 @@ class Metrics:
             TicketChanged: _ticket,
             FollowerStepped: _follower_stepped,
             GoalEntered: _entered,
-            SensorFailed: _sensor_failed,
+            SensorFailed: _fault,
             SignalsWritten: _wrote,
             BlockFailed: _block_failed,
             ContentRaised: _raised,
-            CommandExpired: _expired,
+            CommandExpired: _fault,
             CommandLimited: _limited,
-            PeerFault: _peer_fault,
-            MotionHeld: _held,
-            Stuck: _stuck,
+            PeerFault: _fault,
+            MotionHeld: _fault,
+            Stuck: _fault,
             OutcomeDecided: _outcome_decided,
         }
 
@@ -270,44 +269,28 @@ def _entered(tally: _Tally, event: GoalEntered) -> None:
     tally.goals.add(event.goal)
 
 
-def _sensor_failed(tally: _Tally, event: SensorFailed) -> None:
-    tally.faults.append(f"{event.t:.2f} s: sensor {event.sensor}: {event.detail}")
-
-
 def _wrote(tally: _Tally, event: SignalsWritten) -> None:
     tally.localisation.estimated(event)
 
 
 def _raised(tally: _Tally, event: ContentRaised) -> None:
     tally.exceptions[f"{event.kind} {event.content}"] += 1
-    tally.faults.append(f"{event.t:.2f} s: {reported(event)}")
+    _fault(tally, event)
 
 
 def _block_failed(tally: _Tally, event: BlockFailed) -> None:
     if tally.failed_block is None:
         tally.failed_block, tally.failed_owner = event.block, event.owner
         tally.failure = str(BlockError(f"{event.agent}/{event.block}", event.kind, event.detail, event.owner))
-    tally.faults.append(f"{event.t:.2f} s: {event.what} {event.kind}: {event.detail}")
-
-
-def _peer_fault(tally: _Tally, event: PeerFault) -> None:
-    tally.faults.append(f"{event.t:.2f} s: peer {event.peer}: {event.detail}")
-
-
-def _expired(tally: _Tally, event: CommandExpired) -> None:
-    tally.faults.append(f"{event.t:.2f} s: no command for {event.actuator} within its maximum age; it went to neutral")
+    _fault(tally, event)
 
 
 def _limited(tally: _Tally, event: CommandLimited) -> None:
     tally.limited[event.action] += 1
 
 
-def _held(tally: _Tally, event: MotionHeld) -> None:
-    tally.faults.append(f"{event.t:.2f} s: {event.actuator} held in neutral: {event.reason}")
-
-
-def _stuck(tally: _Tally, event: Stuck) -> None:
-    tally.faults.append(f"{event.t:.2f} s: {event.reason}")
+def _fault(tally: _Tally, event: Event) -> None:
+    tally.faults.append(f"{event.t:.2f} s: {event.sentence}")
 
 
 def _outcome_decided(tally: _Tally, event: OutcomeDecided) -> None:

@@ -23,7 +23,7 @@ Build = Callable[..., Any]
 
 
 class LiveView(EventSink, Protocol):
-    """Live view of a run, such as `rocs_bt.record.live.LivePage`."""
+    """Live view of a run, such as `rocs_bt.studio.live.LivePage`."""
 
     def begin(self, header: RunHeader) -> None:
         """Show the start of a run."""

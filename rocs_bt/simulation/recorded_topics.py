@@ -12,7 +12,6 @@ from ..drivers.ros2 import messages
 from ..event import Event
 from ..geometry import Pose3, Twist3
 from ..record import BodyInfo, RunHeader
-from ..record.log_lines import log_line
 from .bag_messages import BagMessages, Published, different_namespaces
 from .recorded_sensors import SensorTopics
 from .ros_markers import scene
@@ -92,10 +91,10 @@ class RecordedTopics:
             yield from agent.finished(t, over=over)
 
     def _of(self, event: Event) -> Iterator[Published]:
-        if (line := log_line(event)) is not None:
-            level, text = line
+        if event.sentence:
             t, name = self._start + event.t, event.agent or "world"
-            fields = {"stamp": messages.time_fields(t), "level": 10 * level, "name": name, "msg": text}
+            stamp = messages.time_fields(t)
+            fields = {"stamp": stamp, "level": 10 * event.level, "name": name, "msg": event.sentence}
             yield Published("/rosout", t, "rcl_interfaces/msg/Log", fields)
         if isinstance(event, ev.BodyMoved):
             yield from self._moved(event)

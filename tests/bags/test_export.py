@@ -117,7 +117,7 @@ def test_rules_mission_goal_and_log(exp1, topics):
     ((_, goal),) = topics["/goal_pose"]
     assert (goal.pose.position.x, goal.pose.position.y, goal.header.frame_id) == (0.0, 0.0, "map")
     lines = [(m.level, m.name, m.msg) for _, m in topics["/rosout"]]
-    assert (20, "R2", "outcome: success. ") in lines
+    assert (20, "R2", "outcome: success") in lines
     assert any(level == 30 and "AvoidCollision fired (min(front)" in text for level, _, text in lines)
 
 

@@ -10,6 +10,7 @@ import pytest
 from rocs_bt.event import ActuatorCommanded, SensorRead
 from rocs_bt.record import Recording
 
+from ..pages import data_of
 from ..udp_robot import UdpRobot, write_project
 
 pytestmark = pytest.mark.usefixtures("awake")
@@ -45,9 +46,9 @@ def test_a_mission_on_hardware_gives_the_files_and_texts_of_a_run(rocs_bt, tmp_p
     agent = summary["agents"]["R2"]
     assert [agent[key] for key in ("collisions", "struck", "contacts", "min_clearance")] == [None] * 4
     assert agent["time_to_goal"] == pytest.approx(summary["sim_time"], abs=0.2)
-    page = (tmp_path / "runs/real-1/report.html").read_text()
-    assert "rocs-bt drive real --seed 1" in page
-    assert "collisions" not in page
+    page = data_of(tmp_path / "runs/real-1/report.html")
+    assert page["header"]["command"] == "rocs-bt drive real --seed 1"
+    assert "collisions" not in dict(page["results"]["R2"]["numbers"])
     suggested = re.search(r"rocs-bt (replay .* --why [\d.]+)", told.out)[1]
     assert rocs_bt(*suggested.split()).code == 0
 

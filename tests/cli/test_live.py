@@ -25,15 +25,14 @@ def test_the_page_stays_after_the_end_until_somebody_interrupts(tmp_path):
         try:
             url = re.fullmatch(r"Live: (http://127\.0\.0\.1:\d+/\S+/)\n", process.stderr.readline())[1]
             assert process.stderr.readline() == "The live page stays open until Ctrl-C.\n"
-            outcome, trail = None, []
+            told = {}
             with urllib.request.urlopen(url + "events", timeout=GUARD) as stream:
-                while outcome is None:  # who comes at once may hear of the end a moment later
-                    told = json.loads(stream.readline().removeprefix(b"data: ") if stream.readline() else b"")
-                    stream.readline()
-                    outcome = told.get("agents", {}).get("R2", {}).get("outcome")
-                    trail += told.get("bodies", {}).get("R2", {}).get("trail", [])
-            assert outcome[0] == "timeout"
-            assert trail
+                while "R2|outcome|" not in told:  # a browser that comes at once may hear of the end a moment later
+                    line = stream.readline()
+                    if line.startswith(b"data: "):
+                        told |= {address: v for address, _, _, v, *_ in json.loads(line[6:])["tracks"]}
+            assert told["R2|outcome|"][0]["outcome"] == "timeout"
+            assert told["R2|pose|"]
             process.send_signal(signal.SIGINT)
             out, err = process.communicate(timeout=GUARD)
         finally:
@@ -55,7 +54,7 @@ def test_a_port_that_is_taken_is_told_before_the_run(rocs_bt, tmp_path):
 STOPPED = """
 import fcntl, os, signal, sys
 from rocs_bt.cli.main import call
-from rocs_bt.record.live import LivePage
+from rocs_bt.studio.live import LivePage
 
 begin = LivePage.begin
 

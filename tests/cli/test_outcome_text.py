@@ -9,7 +9,7 @@ from rocs_bt.cli.outcome import outcome_text
 from rocs_bt.event import AgentStopped, ContactBegan, RuleChanged
 from rocs_bt.record.header import AgentInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
-from tests.record import synthetic
+from tests import synthetic
 
 
 def summary(outcomes: dict[str, str], factor: float = 64.5, sim_time: float = 20.0):

@@ -22,7 +22,7 @@ from rocs_bt.clock import SimulatedClock
 
 ROOT = Path(package.__file__).parent
 SOURCES = sorted(p for p in ROOT.rglob("*.py") if "_content" not in p.parts and "project" not in p.parts)
-PIPES = {"record/live/__main__.py", "drivers/isolated/process.py"}  # they write to a pipe of their parent's
+PIPES = {"studio/__main__.py", "drivers/isolated/process.py"}  # they write to a pipe of their parent's
 EVIL = "\x1b]0;owned\x07\x1b[31m\x9b2J\u202egnp\r\x08"
 
 

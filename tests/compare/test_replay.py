@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import html
 import json
-import re
 import shlex
 
 import pytest
@@ -16,6 +14,8 @@ from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.replay import replay_command, scene_by_name
 from rocs_bt.compare.runner import EpisodeRunner
 from rocs_bt.errors import InputError
+
+from ..pages import data_of
 
 PLACES = [
     ScenarioScene("exp1"),
@@ -31,7 +31,7 @@ def trajectory(run):
 
 def command_on(page):
     """What a report says makes its run again."""
-    return html.unescape(re.search(r"Repeat this run</h2>\s*<pre>(.*?)</pre>", page.read_text())[1])
+    return data_of(page)["header"]["command"]
 
 
 def test_a_run_of_the_first_moments_says_so(tmp_path, monkeypatch):

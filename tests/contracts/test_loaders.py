@@ -37,7 +37,7 @@ from rocs_bt.testing.missions.substitute import read_rules as read_substitutions
 from rocs_bt.trees.nodes import BUILTIN
 from rocs_bt.trees.xml import load_xml, palette
 
-from ..record import synthetic
+from .. import synthetic
 
 SHIPPED = shipped_root()
 NODES = BUILTIN.with_([*action_nodes(ACTIONS), *Catalog().load_nodes()])

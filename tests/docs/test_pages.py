@@ -64,17 +64,10 @@ def test_every_method_of_a_mission_in_the_pages_exists():
     } == set()
 
 
-def test_what_a_late_reader_of_the_live_page_gets_is_what_the_page_keeps():
-    text = squeezed((DOCS / "live.md").read_text("utf-8"))
-    script = (ROOT / "rocs_bt/record/templates/live.js").read_text("utf-8")
-    (lines,) = re.findall(r"\bLINES = (\d+)", script)
-    assert f"the last {lines} changes of Knowledge" in text
-
-
 def test_every_topic_is_documented_and_no_other():
     text = (DOCS / "recording.md").read_text("utf-8")
     told = re.findall(r"^\| `/AGENT/(\w+)` \| (\w+) \|", text, re.MULTILINE)
-    assert told == [(codec.topic_of(k, "R2").removeprefix("/R2/"), k.__name__) for k in codec.KINDS]
+    assert sorted(told) == sorted((codec.topic_of(k, "R2").removeprefix("/R2/"), k.__name__) for k in codec.KINDS)
 
 
 def test_the_events_that_a_replay_leaves_out_are_named():

@@ -14,6 +14,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.event import MotionHeld, MotionReleased, OutcomeDecided, RuleChanged
 from rocs_bt.record import Recording
 
+from ..pages import log_of
 from ..udp_robot import UdpRobot
 from .conftest import DRIVE, REPORTED, driving
 
@@ -211,9 +212,9 @@ def test_an_emergency_stop_holds_until_it_is_released_and_somebody_says_go(creep
     held = ["emergency stop: the button", "emergency stop released, waiting for go"]
     assert told == [*held, "the terminal", *held, "the second button"]
     assert b"R2 goes on\n" in err
-    page = Path("runs/real-1/report.html").read_text()
-    assert "wheels held in neutral: emergency stop: the button" in page
-    assert "wheels released by the terminal" in page
+    log = log_of(Path("runs/real-1/report.html"))
+    assert "wheels held in neutral: emergency stop: the button" in log
+    assert "wheels released by the terminal" in log
 
 
 def test_with_confirm_nothing_moves_before_enter(creep, robot):

@@ -21,6 +21,8 @@ from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo
 from rocs_bt.simulation import OUTCOMES, summary_of
 
+from ..pages import data_of
+
 UNRECORDED = ("wall_time", "real_time_factor", "trajectory_hash", "knowledge")
 REQUIRED = """format = "scenario/2"
 base = "exp1"
@@ -133,8 +135,8 @@ def test_after_kill_9_there_is_a_report(project, start, capsys) -> None:
     summary = json.loads(Path("out/summary.json").read_text())
     assert (summary["wall_time"], summary["trajectory_hash"]) == (None, None)
     assert summary["agents"]["R2"]["path_length"] > 0.0
-    page = Path("out/report.html").read_text()
-    assert "The run of R2 was interrupted." in page
+    shown = data_of(Path("out/report.html"))["results"]["R2"]
+    assert (shown["outcome"], shown["reason"]) == ("interrupted", summary["agents"]["R2"]["reason"])
 
 
 def test_a_run_that_is_not_there_is_an_error_in_a_sentence(project, capsys) -> None:

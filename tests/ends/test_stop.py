@@ -39,7 +39,7 @@ AT = {
     # command: module and function in which it is when the signal arrives, and what must not remain
     "new p": ("rocs_bt.cli.new", "read_bytes", "p"),
     "export r --rosbag bag": ("rocs_bt.simulation.rosbag_export", "_profile", "bag"),
-    "report r --out o": ("rocs_bt.record.report", "write_whole", "o/report.html"),
+    "report r --out o": ("rocs_bt.studio.report", "write_whole", "o/report.html"),
     "plot r --out o": ("rocs_bt.record.figures.plot", "write_whole", "o/trajectory.png"),
     "list": ("rocs_bt.cli.list", "echo", ""),
     "knowledge export r --out k.json": ("rocs_bt.cli.knowledge", "write_whole", "k.json"),

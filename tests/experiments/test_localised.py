@@ -16,6 +16,8 @@ from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.simulation import replay
 
+from ..pages import data_of
+
 CATALOG = Catalog()
 LOCALISES = {"exp1_localised": ["R2"], "exp2_localised": ["R3"], "exp3_localised": ["R2", "R3"]}
 
@@ -101,7 +103,8 @@ def test_a_replay_decides_the_same(tmp_path: Path) -> None:
 
 def test_the_report_prints_the_error(tmp_path: Path) -> None:
     run("exp1_localised", CATALOG, seed=1, out=tmp_path, duration=2.0)
-    assert "position error of the estimate, rms" in (tmp_path / "report.html").read_text("utf-8")
+    numbers = dict(data_of(tmp_path / "report.html")["results"]["R2"]["numbers"])
+    assert numbers["position error of the estimate, rms"].endswith(" cm")
     assert json.loads((tmp_path / "summary.json").read_text())["agents"]["R2"]["localisation"]["nees"] > 0.0
 
 

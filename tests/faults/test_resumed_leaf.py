@@ -11,6 +11,7 @@ from rocs_bt.event import NodeTicked
 from rocs_bt.trees.nodes import Leaf
 
 from ..direct_project import drive_straight
+from ..pages import data_of, log_of
 from .test_content import Rotten
 
 
@@ -121,9 +122,9 @@ def test_on_the_command_line_the_line_of_content_is_named(tmp_path, capsys, monk
     assert f"  fault at 1.10 s: {raised}brakes and replans (1 of 3 within 10 s)\n" in shown
     summary = json.loads((tmp_path / "mine/runs/first-1/summary.json").read_text())
     assert summary["agents"]["R1"]["exceptions"] == {"leaf both/camera": 3}
-    report = (tmp_path / "mine/runs/first-1/report.html").read_text()
-    assert "brakes and replans (2 of 3 within 10 s)" in report
-    assert "exceptions of content" in report
+    page = tmp_path / "mine/runs/first-1/report.html"
+    assert f"{raised}brakes and replans (2 of 3 within 10 s)" in log_of(page)
+    assert ["exceptions of content", "3"] in data_of(page)["results"]["R1"]["numbers"]
     assert call(["replay", "runs/first-1", "--why", "1.12"]) == 0
     why = capsys.readouterr().out
     assert "raised       leaf 'both/camera' raised JSONDecodeError" in why

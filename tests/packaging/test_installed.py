@@ -31,6 +31,9 @@ DATA = (  # of each kind that no import asks for
     "compare/report/templates/comparison.html",
     "knowledge/schema/world.toml",
     "record/templates/knowledge.css",
+    "studio/web/app.js",
+    "studio/web/page.html",
+    "studio/web/studio.css",
 )
 
 pytest.importorskip("build", reason="building needs the test extra")

@@ -2,11 +2,10 @@
 
 import pytest
 
-from rocs_bt.record.live import LivePage
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 
-from . import synthetic
+from .. import synthetic
 
 
 @pytest.fixture(scope="session")
@@ -16,10 +15,3 @@ def recording(tmp_path_factory):
         recorder.emit(event)
     recorder.close(synthetic.summary())
     return Recording.open(recorder.path)
-
-
-@pytest.fixture(scope="module")
-def live():
-    with LivePage() as page:
-        page.begin(synthetic.header())
-        yield page

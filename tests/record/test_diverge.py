@@ -8,7 +8,7 @@ import pytest
 from rocs_bt.event import BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged, pack
 from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe
 
-from . import synthetic
+from .. import synthetic
 
 
 def test_a_recording_equals_what_was_emitted(recording):

@@ -20,7 +20,7 @@ from rocs_bt.record.history import History
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 
-from . import synthetic
+from .. import synthetic
 
 
 @pytest.fixture(scope="module")
@@ -41,24 +41,18 @@ def named(name):
 
 def test_history_knows_routes_switches_and_reflexes(run):
     agent = run.agents["R2"]
-    assert [s.name for s in agent.routes] == ["deliberative", "reactive"] * 2 + ["deliberative", "idle"]
+    assert [s.value for s in agent.routes] == ["deliberative", "reactive"] * 2 + ["deliberative", "idle"]
     assert len(agent.switches) == 4
-    assert len(agent.reflexes(run.end)) == 2
-    assert all(0.5 < s.end - s.begin < 5.0 for s in agent.reflexes(run.end))
-    assert [s.name for s in agent.runs(run.end)] == [
-        "GoTo #1",
-        "AvoidCollision #2",
-        "GoTo #3",
-        "AvoidCollision #4",
-        "GoTo #5",
-    ]
+    assert len(agent.reflexes()) == 2
+    assert all(0.5 < s.end - s.begin < 5.0 for s in agent.reflexes())
+    assert [s.value.action for s in agent.runs()] == ["GoTo", "AvoidCollision", "GoTo", "AvoidCollision", "GoTo"]
 
 
 def test_the_arena_shows_paths_by_route_actions_and_switches(run):
     canvas = named("arena").make([run])
     paths = artists(canvas, "arena-0-R2-path")
     agent = run.agents["R2"]
-    assert [to_hex(p.get_color()) for p in paths] == [ROUTES[s.name] for s in agent.routes]
+    assert [to_hex(p.get_color()) for p in paths] == [ROUTES[s.value] for s in agent.routes]
     # The stretches together are the whole path that the simulation told.
     told = [(e.x, e.y) for e in synthetic.events() if isinstance(e, BodyMoved) and e.body == "R2"]
     drawn = {tuple(p) for line in paths for p in line.get_xydata().tolist()}
@@ -253,4 +247,4 @@ def test_no_route_has_the_wheels_of_an_agent_that_was_stopped(tmp_path):
         recorder.emit(event)
     recorder.close()
     routes = History(Recording.open(tmp_path / "run.mcap")).agents["R2"].routes
-    assert [(s.name, s.begin, s.end) for s in routes] == [("reactive", 0.0, 0.5), ("idle", 0.5, 2.0)]
+    assert [(s.value, s.begin, s.end) for s in routes] == [("reactive", 0.0, 0.5), ("idle", 0.5, 2.0)]

@@ -20,9 +20,8 @@ from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
 from rocs_bt.record.knowledge.page import thinned
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
-from rocs_bt.record.report import render_report
 
-from . import synthetic
+from .. import synthetic
 
 EVIL = "</script><b>&'\""
 
@@ -179,14 +178,6 @@ def test_thinning_leaves_out_only_what_was_overwritten_soon():
     assert few[-1] == changes[-1]
     assert [c.revision for c in few if c is not node] == sorted(c.revision for c in few if c is not node)
     assert thinned(changes, 20_000) == changes
-
-
-def test_the_report_tells_what_was_learnt(recording, told):
-    folder, _ = told
-    page = render_report(Recording.open(folder), None)
-    assert "Knowledge changes of R2" in page
-    assert "<td>near box</td>" in page
-    assert "Knowledge changes of R2" not in render_report(recording, recording.summary)  # where nothing changed
 
 
 @pytest.mark.browser

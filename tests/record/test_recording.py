@@ -24,7 +24,7 @@ from rocs_bt.record import codec
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 
-from . import synthetic
+from .. import synthetic
 
 
 def write(path: Path, events, summary=None) -> Path:

@@ -13,7 +13,7 @@ from rocs_bt.record import BodyInfo, Outline
 from rocs_bt.record.header import Beam
 from rocs_bt.record.recorder import Recorder
 
-from . import synthetic
+from .. import synthetic
 
 
 def read(path):
@@ -188,8 +188,8 @@ def test_ground_that_is_not_level_is_drawn_on_the_floor(tmp_path):
 def test_the_log_tells_firings_failures_and_the_outcome(file):
     _, found = read(file)
     lines = [(m["level"], m["message"]) for _, m in found["/R2/log"][1]]
-    assert (4, "sensor sonar: no answer") in lines
+    assert (4, "sensor sonar failed: no answer") in lines
     assert (5, "block R2/monitor sonar hung: 0.2 s") in lines
     assert (4, "collision with box") in lines
     assert any(level == 3 and "AvoidCollision fired (min(front) = " in text for level, text in lines)
-    assert lines[-1] == (2, "outcome: success. it stands at the origin")
+    assert lines[-1] == (2, "outcome: success, it stands at the origin")

@@ -8,7 +8,7 @@ from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.why import Why, explain
 
-from . import synthetic
+from .. import synthetic
 
 FIRED = next(e for e in synthetic.events() if isinstance(e, RuleChanged))
 

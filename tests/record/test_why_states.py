@@ -18,9 +18,7 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record.animation import animation
 from rocs_bt.record.header import AgentInfo, RunHeader, TreeNode
-from rocs_bt.record.history import History
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.why import explain
@@ -168,17 +166,3 @@ def test_a_failed_block_is_told(answer):
     failure = (BlockFailed, {"block": "plan", "kind": "raised", "detail": "KeyError: 3"})
     text = answer(1.0, ticks(*READY), [failure, (AgentStopped, {"by": "x"}), speed(0.0)])
     assert text == "R was stationary because block plan failed: KeyError: 3."
-
-
-def test_the_report_tells_where_a_mission_waits(tmp_path):
-    recorder = Recorder(tmp_path / "run.mcap", RunHeader(scenario="x", seed=1, agents=(AGENT,)))
-    newer = [("m/in time/retry/full", "FAILURE", "battery > 0.9, battery = 0.62")]
-    for second, rows in enumerate(([*READY, *WAITS], newer, [("m", "FAILURE", "")])):
-        for kind, fields in ticks(*rows):
-            recorder.emit(kind(t=float(second), agent="R", **fields))
-    recorder.close()
-    assert animation(History(Recording.open(recorder.path)))["agents"][0]["waits"] == [
-        [0.0, "full: battery > 0.9, battery = 0.41; until 60.00 s"],
-        [1.0, "full: battery > 0.9, battery = 0.62; until 60.00 s"],
-        [2.0, ""],
-    ]

@@ -79,7 +79,7 @@ def test_a_killed_emergency_stop_and_another_publisher_of_the_commands(counterpa
     assert [(event.agent, event.actuator, event.topic, event.node) for event in found] == [
         ("R2", "wheels", "/r1/cmd_vel", "the node '/teleop'")
     ]
-    assert notices == [f"R2: {found[0].text}."]
+    assert notices == [f"R2: {found[0].sentence}."]
 
 
 def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):

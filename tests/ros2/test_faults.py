@@ -62,7 +62,7 @@ def test_a_scan_that_stops_is_stale_and_the_reflex_stops_the_robot(counterpart, 
     assert "invalid" in stop.reading
     assert robot.end()["speeds"] == [0.0, 0.0]
     (fault,) = json.loads((tmp_path / "out" / "summary.json").read_text())["agents"]["R2"]["faults"]
-    assert "sensor lidar: stale: its newest sample is" in fault
+    assert "sensor lidar failed: stale: its newest sample is" in fault
 
 
 MISMATCHES = {

@@ -10,6 +10,8 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, CommandLimited, ListSink, unpack
 from rocs_bt.record import Recording, explain
 
+from ..pages import data_of
+
 
 @dataclass(kw_only=True, eq=False)
 class Rush(rocs_bt.AtomicAction):
@@ -42,9 +44,8 @@ def test_it_is_counted_in_summary_and_report_and_shown_by_why(rushed):
     result, sink = rushed
     count = len([e for e in sink.events if isinstance(e, CommandLimited)])
     assert result.summary.agents["R2"].commands_limited == {"Rush": count}
-    page = result.report.read_text("utf-8")
-    assert f"<dt>commands limited by the safety gate</dt><dd>{count}</dd>" in page
-    assert f"Commands limited by the safety gate, by action: Rush {count}<" in page
+    numbers = dict(data_of(result.report)["results"]["R2"]["numbers"])
+    assert numbers["commands limited by the safety gate"] == str(count)
     why = explain(Recording.open(result.recording), 0.05).text(everything=True)
     assert "limited by the safety gate: Rush wanted [5, 5]" in why
     assert "wheels = [1.2, 1.2]" in why

@@ -17,6 +17,8 @@ from rocs_bt.record import Recording, SubtreeSwap, explain
 from rocs_bt.simulation import RunOptions, read_swap, replay
 from rocs_bt.simulation.swaps import rehearse_swaps
 
+from ..pages import log_of
+
 
 def document(body, ports="", name="new", models=True):
     model = f'<TreeNodesModel><SubTree ID="{name}">{ports}</SubTree></TreeNodesModel>' if models else ""
@@ -73,7 +75,8 @@ class TestRun:
         assert replay(recording, Catalog()) is None
         assert "SubtreeSwapped" in explain(recording, 1.0, "R2").text(everything=True)
         assert call(["report", str(tmp_path / "run")]) == 0
-        assert "Replaced subtrees of R2" in (tmp_path / "run/report.html").read_text("utf-8")
+        (swap,) = [e for e in recording.events() if isinstance(e, SubtreeSwapped)]
+        assert swap.sentence in log_of(tmp_path / "run/report.html")
         write("slow.xml", SLOW.replace("0.1 m/s", "0.3 m/s"))
         with pytest.raises(RecordingError, match="the content of 'rounds' has changed"):
             replay(recording, Catalog())

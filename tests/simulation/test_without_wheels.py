@@ -11,7 +11,10 @@ import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BlockFailed, BodyMoved
 from rocs_bt.record import Recording
+from rocs_bt.record.figures import write_figures
 from rocs_bt.record.why import explain
+
+from ..pages import log_of
 
 MODEL = """<mujoco model="drone">
   <worldbody>
@@ -257,27 +260,35 @@ def test_path_and_clearance_of_a_robot_that_flies_over_a_wall_are_measured_in_sp
     assert 0.05 < agent.min_clearance < 0.35  # over the wall, which the path crosses
 
 
-def test_its_report_draws_height_tilt_and_pushes(fly) -> None:
+def heights(run) -> str:
+    """Figure of height and tilt that `rocs-bt plot` writes, as SVG."""
+    folder = run.recording.parent / "figures"
+    write_figures([Recording.open(run.recording)], folder, formats=("svg",))
+    return (folder / "height.svg").read_text("utf-8")
+
+
+def test_figures_show_height_tilt_and_pushes_and_the_report_says_them(fly) -> None:
     push = '[[push]]\nrobot = "D"\nat = "3 s"\nforce = { left = "5 N" }\n'
     run = fly(more=push, report=True)
-    page = (run.recording.parent / "report.html").read_text("utf-8")
-    assert 'id="height-0-D-height"' in page
-    assert 'id="height-0-D-tilt"' in page
-    assert 'id="height-0-D-push-0-0"' in page
-    assert "pushed by 5 N for 0.1 s" in page
+    figure = heights(run)
+    assert 'id="height-0-D-height"' in figure
+    assert 'id="height-0-D-tilt"' in figure
+    assert 'id="height-0-D-push-0-0"' in figure
+    assert "pushed by 5 N for 0.1 s" in log_of(run.report)
     assert rocs_bt.simulation.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
 
 
-def test_pushes_of_robots_without_an_agent_are_in_the_report(fly) -> None:
+def test_pushes_of_robots_without_an_agent_are_shown_too(fly) -> None:
     other = '[[actor]]\nname = "R1"\nrobot = "pioneer_p3dx"\nscript = "random_walk"\nx = "-2 m"\ny = "2 m"\n'
     push = '[[push]]\nrobot = "{}"\nat = "1 s"\nforce = {{ left = "5 N" }}\n'
     run = fly(more=other + push.format("R1") + push.format("D"), report=True)
-    page = (run.recording.parent / "report.html").read_text("utf-8")
-    assert 'id="height-0-R1-push-0-0"' in page
-    assert 'id="height-0-D-push-1-0"' in page
-    assert "Pushes of robots without an agent" in page
-    assert page.count("R1 pushed by 5 N for 0.1 s") == 1
-    assert "D pushed by" not in page  # it is among the faults of D
+    figure = heights(run)
+    assert 'id="height-0-R1-push-0-0"' in figure
+    assert 'id="height-0-D-push-1-0"' in figure
+    assert [text for text in log_of(run.report) if "pushed" in text] == [
+        "R1 was pushed by 5 N for 0.1 s",
+        "pushed by 5 N for 0.1 s",
+    ]
 
 
 def test_an_inner_loop_that_raises_is_an_error_of_the_actuator(fly) -> None:

@@ -212,5 +212,5 @@ def _placed(info: BodyInfo, pose: Pose2) -> list[tuple[float, float]]:
 
 
 def _route_at(agent: AgentHistory, t: float) -> str:
-    names = [s.name for s in agent.routes if math.isclose(s.begin, t)]
+    names = [s.value for s in agent.routes if math.isclose(s.begin, t)]
     return ROUTES.get(names[0], INK) if names else INK

@@ -130,13 +130,13 @@ def by_route(body: BodyHistory, agent: AgentHistory) -> Iterator[tuple[str, NDAr
     for span in agent.routes:
         indices = np.flatnonzero((body.t >= span.begin - 1e-9) & (body.t <= span.end + 1e-9))
         if len(indices) > 1:
-            yield span.name, indices
+            yield span.value, indices
 
 
 def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
     """Shade the time intervals in which reflexes controlled the robot (reactive route)."""
     for span in agent.routes:
-        if span.name == "reactive":
+        if span.value == "reactive":
             axes.axvspan(span.begin, span.end, color=ROUTES["reactive"], alpha=0.12, linewidth=0)
 
 
@@ -187,7 +187,7 @@ def route_legend(
     from matplotlib.lines import Line2D
 
     agents = [a for run in runs for name, a in run.agents.items() if bodies is None or name in bodies]
-    routes = {span.name for agent in agents for span in agent.routes}
+    routes = {span.value for agent in agents for span in agent.routes}
     handles: list[Any] = [Line2D([], [], color=c, label=name) for name, c in ROUTES.items() if name in routes]
     handles += extra
     others = [n for n in runs[0].bodies if n not in runs[0].agents and (bodies is None or n in bodies)]

@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 
 from ...errors import Fault, InputError, RecordingError
 from ...files import write_whole
-from ..history import History, Span
+from ..history import History
 from ..recording import Recording
+from ..track import Span
 from .arena import PLACES, Arena
 from .commands import Commands
 from .figure import INK, MUTED, OTHER, ROUTES, Figure, by_route, line_style, mark_worst, route_legend
@@ -45,7 +46,7 @@ class Activation(Figure):
         for y, (label, spans) in enumerate(rows.items()):
             bars = [(s.begin, max(s.end - s.begin, 0.02)) for s in spans]
             if label == "route":
-                colors = [ROUTES.get(s.name, INK) for s in spans]
+                colors = [ROUTES.get(s.value, INK) for s in spans]
             else:
                 colors = [ROUTES["reactive"] if label.startswith("rule ") else MUTED] * len(spans)
             drawn = axes.broken_barh(bars, (y - 0.32, 0.64), facecolors=colors, edgecolors="none")
@@ -59,10 +60,10 @@ class Activation(Figure):
 def _rows(run: History, name: str) -> dict[str, list[Span]]:
     agent = run.agents[name]
     rows: dict[str, list[Span]] = {"route": agent.routes}
-    for reflex in agent.reflexes(run.end):
-        rows.setdefault(f"rule {reflex.name.rpartition('/')[2]}", []).append(reflex)
-    for span in agent.runs(run.end):
-        rows.setdefault(f"{span.name.partition(' #')[0]}()", []).append(span)
+    for rule, begin, end in agent.reflexes():
+        rows.setdefault(f"rule {rule.rpartition('/')[2]}", []).append(Span(begin, end, rule))
+    for span in agent.runs():
+        rows.setdefault(f"{span.value.action}()", []).append(span)
     return rows
 
 

@@ -15,16 +15,16 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 
-from ...current_folder import safe_path
-from ...errors import InputError
-from ...event import Event
-from ..header import RunHeader
+from ..current_folder import safe_path
+from ..errors import InputError
+from ..event import Event
+from ..record import RunHeader
 from . import frames
 
 RATE = 10.0
 """Rate of updates of browsers [Hz]."""
 
-_PACKAGES = str(Path(__file__).resolve().parents[3])
+_PACKAGES = str(Path(__file__).resolve().parents[2])
 _START = 60.0  # [s] time limit for the start of the page's process
 _PATIENCE = 3.0  # [s] duration of a blocked write after which the page's process counts as stalled
 _GOODBYE = 5.0  # [s] time limit for the page's process to read the remaining events, and another one to end

@@ -9,9 +9,9 @@ from typing import IO, Any, TypeVar
 
 import msgspec
 
-from ...event import Event
-from .. import codec
-from .picture import SHOWN
+from ..event import Event
+from ..record import codec
+from ..record.tracks import SHOWN
 
 _KINDS = frozenset(SHOWN)
 _ANY: Any = reduce(or_, SHOWN)

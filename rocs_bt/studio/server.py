@@ -4,66 +4,23 @@ from __future__ import annotations
 
 import hmac
 import ipaddress
-import queue
-import secrets
-import threading
-from collections.abc import Callable
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
 from typing import Any
 
-from ...errors import Fault, InputError
-from ..page import render_page
-from .picture import Picture
+from ..errors import Fault, InputError
+from ..files import read_bytes
+from .feed import Feed, Seen
+from .page import WEB, live_page
 
 _PATIENCE = 5.0  # [s] without updates, after which a comment is sent to detect closed connections
 _STALLED = 3.0  # [s] time limit of a browser's read or write
-_BEHIND = 100  # maximum number of queued messages; a slower browser is dropped, and gets all when it reconnects
-
-
-class Feed:
-    """Thread-safe state of the live page: one thread updates it, and a thread per browser waits for messages."""
-
-    def __init__(self) -> None:
-        self._lock = threading.Lock()
-        self._picture = Picture()
-        self._listeners: list[queue.Queue[bytes | None]] = []
-
-    def update(self, change: Callable[[Picture], None], *, whole: bool = False) -> None:
-        """Update the state, and send all browsers the changes or, with `whole`, the whole state."""
-        with self._lock:
-            change(self._picture)
-            message = _message(self._picture.whole(), "whole") if whole else _message(self._picture.delta())
-            for listener in tuple(self._listeners):
-                self._tell(listener, message)
-
-    def join(self) -> queue.Queue[bytes | None]:
-        """Add a browser; returns its queue of messages, which begins with the whole state and ends with None."""
-        listener: queue.Queue[bytes | None] = queue.Queue(_BEHIND)
-        with self._lock:
-            listener.put(_message(self._picture.whole(), "whole"))
-            self._listeners.append(listener)
-        return listener
-
-    def leave(self, listener: queue.Queue[bytes | None]) -> None:
-        """Remove the queue of a browser that has disconnected."""
-        with self._lock:
-            if listener in self._listeners:
-                self._listeners.remove(listener)
-
-    def close(self) -> None:
-        """End the message queues of all browsers."""
-        with self._lock:
-            for listener in tuple(self._listeners):
-                self._tell(listener, None)
-
-    def _tell(self, listener: queue.Queue[bytes | None], message: bytes | None) -> None:
-        try:
-            listener.put_nowait(message)
-        except queue.Full:
-            self._listeners.remove(listener)
-            listener.get_nowait()
-            listener.put_nowait(None)
+_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
+_POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; base-uri 'none'; "
+    "form-action 'none'; frame-ancestors 'none'"
+)
 
 
 class Server(ThreadingHTTPServer):
@@ -123,53 +80,49 @@ class _Handler(BaseHTTPRequestHandler):
         elif not hmac.compare_digest(token.encode(), self.server.token.encode()):
             self.send_error(HTTPStatus.FORBIDDEN)
         elif rest == ["", ""]:
-            self._page()
+            self._answer("text/html; charset=utf-8", live_page().encode())
+        elif rest == ["head", ""]:
+            self._answer("application/json", self.server.feed.head())
         elif rest == ["events", ""]:
             self._events()
+        elif rest[1:] == [""] and (file := self._module(rest[0])) is not None:
+            self._answer(_TYPES[file.suffix], read_bytes(file))
         else:
             self.send_error(HTTPStatus.NOT_FOUND)
 
     def log_message(self, format: str, *args: Any) -> None:
         """Write no log."""
 
-    def _page(self) -> None:
-        nonce = secrets.token_urlsafe(12)
-        page = render_page("live.html", nonce=nonce).encode()
-        self._begin("text/html; charset=utf-8", f"script-src 'nonce-{nonce}'; ")
-        self.wfile.write(page)
+    def _module(self, name: str) -> Path | None:
+        """A module or style of the page; only names that exist are looked up."""
+        return next((file for file in WEB.iterdir() if file.name == name and file.suffix in _TYPES), None)
 
     def _events(self) -> None:
         self._begin("text/event-stream")
-        listener = self.server.feed.join()
+        seen, feed = Seen(), self.server.feed
         try:
             while True:
-                try:
-                    message = listener.get(timeout=_PATIENCE)
-                except queue.Empty:
-                    message = b":\n\n"
-                if message is None:
+                closed = feed.closed
+                fresh = feed.fresh(seen, _PATIENCE)
+                if fresh is None and closed:
                     break
-                self.wfile.write(message)
+                self.wfile.write(b":\n\n" if fresh is None else b"data: %b\n\n" % fresh)
                 self.wfile.flush()
         except OSError:  # the browser closed the connection
             pass
-        finally:
-            self.server.feed.leave(listener)
 
-    def _begin(self, kind: str, scripts: str = "") -> None:
+    def _answer(self, kind: str, body: bytes) -> None:
+        self._begin(kind)
+        self.wfile.write(body)
+
+    def _begin(self, kind: str) -> None:
         self.send_response(HTTPStatus.OK)
         for name, value in {
             "Content-Type": kind,
             "Cache-Control": "no-store",
             "Referrer-Policy": "no-referrer",
             "X-Content-Type-Options": "nosniff",
-            "Content-Security-Policy": f"default-src 'none'; {scripts}style-src 'unsafe-inline'; img-src data:; "
-            "connect-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
+            "Content-Security-Policy": _POLICY,
         }.items():
             self.send_header(name, value)
         self.end_headers()
-
-
-def _message(data: bytes, event: str = "message") -> bytes:
-    """Encode a server-sent event; JSON data has no line breaks."""
-    return b"event: %b\ndata: %b\n\n" % (event.encode(), data)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import signal
 import sys
 import threading
-from functools import partial
 
-from ...errors import InputError
-from ..header import RunHeader
+from ..errors import InputError
+from ..record import RunHeader
 from . import frames
-from .picture import Picture
-from .server import Feed, Server
+from .feed import Feed
+from .server import Server
 
 
 def main() -> None:
@@ -27,11 +26,9 @@ def main() -> None:
     threading.Thread(target=server.serve_forever, name="http", daemon=True).start()
     _answer(frames.Answer(port=server.server_port))
     if (header := frames.read(stream)) is not None:
-        run = frames.decode(header, RunHeader)
-        feed.update(lambda picture: picture.begin(run), whole=True)
+        feed.begin(frames.decode(header, RunHeader))
     while (data := frames.read(stream)) is not None:
-        events = frames.decode_events(data)
-        feed.update(partial(Picture.take, events=events))
+        feed.take(frames.decode_events(data))
     server.end()
 
 

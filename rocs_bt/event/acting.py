@@ -1,0 +1,198 @@
+"""Events of Execute, of the safety gates, and of blocks that failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import PurePath
+
+from ..sink import Event, Level, Value, unpack
+
+
+class AtomicStarted(Event, frozen=True, kw_only=True):
+    """Execute began an atomic action of a ticket; `route` is `reactive` or `deliberative`."""
+
+    ticket: int
+    action: str
+    route: str
+    parameters: Mapping[str, Value] = {}
+
+
+class ActuatorCommanded(Event, frozen=True, kw_only=True):
+    """Execute sent a command; `data` contains the packed values, SI units: wheel linear speeds, or a twist."""
+
+    actuator: str
+    route: str
+    data: bytes
+
+    @property
+    def values(self) -> list[float]:
+        """Commanded values, SI units."""
+        return unpack(self.data)
+
+
+class FollowerStepped(Event, frozen=True, kw_only=True):
+    """The trajectory follower computed one command. `solve_time` is wall time [s]; zero if not measured."""
+
+    cross_track: float  # [m], left of the path positive
+    heading_error: float  # [rad]
+    rung: str
+    solve_time: float = 0.0
+
+
+class CommandLimited(Event, frozen=True, kw_only=True):
+    """A safety gate reduced a command that exceeded the actuator's limits.
+
+    Attributes:
+        actuator: Name of the actuator.
+        wanted: Requested command, SI units.
+        given: Command sent to the device, SI units.
+        action: Name of the atomic action that commanded; empty outside of actions.
+    """
+
+    actuator: str
+    wanted: tuple[float, ...]
+    given: tuple[float, ...]
+    action: str = ""
+
+
+class CommandExpired(Event, frozen=True, kw_only=True):
+    """The watchdog of an actuator sent it to neutral, because no command had arrived in time."""
+
+    actuator: str
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"no command for {self.actuator} within its maximum age; it went to neutral"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.ERROR
+
+
+class MotionHeld(Event, frozen=True, kw_only=True):
+    """A safety gate holds an actuator in neutral, whatever is commanded, such as in an emergency stop."""
+
+    actuator: str
+    reason: str
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.actuator} held in neutral: {self.reason}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING
+
+
+class MotionReleased(Event, frozen=True, kw_only=True):
+    """A safety gate passes commands again after MotionHeld. `by` names the person or device; may be empty."""
+
+    actuator: str
+    by: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.actuator} released" + (f" by {self.by}" if self.by else "")
+
+
+class OtherPublisherFound(Event, frozen=True, kw_only=True):
+    """A node that is not part of the run publishes commands of an actuator; `node` names it."""
+
+    actuator: str
+    topic: str
+    node: str
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.node} publishes on {self.topic} too: its commands override stops of {self.actuator}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING
+
+
+class LandingBegan(Event, frozen=True, kw_only=True):
+    """A flying robot began to land, because it had not been commanded to move for the time in `[locomotion]`."""
+
+    actuator: str
+
+
+class BlockFailed(Event, frozen=True, kw_only=True):
+    """A block or an actuator failed: it raised an exception, ended, or hung. The robot was stopped first.
+
+    Attributes:
+        block: Name of the block or of the actuator.
+        kind: `raised`, `ended` or `hung`.
+        detail: Reason of the failure.
+        owner: Owner of the failed code: `content` for an actuator (its driver belongs to the robot); else `engine`.
+    """
+
+    block: str
+    kind: str
+    detail: str
+    owner: str = "engine"
+
+    @property
+    def what(self) -> str:
+        """Failed part in words, such as `actuator wheels` or `block plan`."""
+        return f"{'actuator' if self.owner == 'content' else 'block'} {self.block}"
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.what} {self.kind}: {self.detail}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.FATAL
+
+
+class ContentRaised(Event, frozen=True, kw_only=True):
+    """User content raised an exception. For a sensor or monitor that raises repeatedly, only the first is reported.
+
+    Attributes:
+        kind: Kind of the content: `leaf`, `planner`, `route planner`, `action`, `reflex action`, `sensor`, `monitor`
+            ...
+        content: Name of the content, such as the path of a leaf or the class of an action.
+        detail: Type and message of the exception.
+        file: Name of the content file; empty if no line of content is in the traceback.
+        line: Line in the file.
+        effect: Reaction of the agent, such as `brakes and replans (1 of 3 within 10 s)`.
+    """
+
+    kind: str
+    content: str
+    detail: str
+    file: str = ""
+    line: int = 0
+    effect: str = ""
+
+    @property
+    def exception(self) -> str:
+        """The exception and its line of content, without the reaction."""
+        at = f" ({PurePath(self.file).name}:{self.line})" if self.file else ""
+        return f"{self.kind} '{self.content}' raised {self.detail}{at}"
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.exception}; {self.effect}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.ERROR
+
+
+class AgentStopped(Event, frozen=True, kw_only=True):
+    """An agent was stopped; after this event it only cancels its remaining tickets. `by` is the cause."""
+
+    by: str

@@ -1,0 +1,193 @@
+"""Events of Plan and of the reflexes: rules, the mission's tree, its blackboards and messages, and tickets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from ..sink import Event, Level, Value
+
+
+class RuleChanged(Event, frozen=True, kw_only=True):
+    """A reflex rule changed its state.
+
+    Attributes:
+        rule: Rule as `file/Rule`.
+        phase: New state: `latched`, `fired` (its activation began), `fired again` (the action had ended while the rule
+            was latched), `stopped` (the action raised an exception, so Stop replaces it), `waits` (another reflex is
+            active), `updated` (parameters changed), `released`, `ended` (its activation ended).
+        priority: Priority of the rule.
+        reading: Guard values of the rule, such as `min(front) = 0.21 m`.
+        parameters: Parameters of the action, SI units.
+        refirings: Number of times that the rule has fired again since this activation.
+    """
+
+    rule: str
+    phase: str
+    priority: int
+    reading: str = ""
+    parameters: Mapping[str, Value] = {}
+    refirings: int = 0
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"rule {self.rule} {self.phase}" + (f" ({self.reading})" if self.reading else "")
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING if self.phase.startswith("fired") else Level.DEBUG
+
+
+class RulesReplaced(Event, frozen=True, kw_only=True):
+    """A rule file changed during the run: its new rules were activated, or refused, and the old rules kept.
+
+    Attributes:
+        rules: Name of the rule file.
+        accepted: Whether the new rules are active.
+        detail: Description of the active rules, or faults of the file.
+    """
+
+    rules: str
+    accepted: bool
+    detail: str
+
+
+class NodeTicked(Event, frozen=True, kw_only=True):
+    """A node of the mission's tree changed its status, or the mission waits in it and what it waits for changed.
+
+    Attributes:
+        node: Path of the node: names from the root, joined by `/`.
+        status: Status of the node.
+        feedback: Feedback of the node; while the mission waits in it, the values and deadline for which it waits.
+    """
+
+    node: str
+    status: str
+    feedback: str = ""
+
+
+class SubtreeSwapped(Event, frozen=True, kw_only=True):
+    """A subtree of the running mission was replaced.
+
+    Attributes:
+        node: Path of the root of the removed subtree.
+        by: Path of the root of the new subtree.
+        nodes: The whole new tree, parents before children: path, class and parent's path of each node.
+        ports: Given ports of each node as text, such as `(goal="kitchen")`.
+    """
+
+    node: str
+    by: str
+    nodes: tuple[tuple[str, str, str], ...]
+    ports: tuple[str, ...] = ()
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"'{self.node}' was replaced by '{self.by}'"
+
+
+class SwapRefused(Event, frozen=True, kw_only=True):
+    """A subtree of the running mission was not replaced as requested; the old one remains in use.
+
+    Attributes:
+        node: Path or name of the subtree's root, as requested.
+        detail: Reason.
+    """
+
+    node: str
+    detail: str
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"'{self.node}' was not replaced: {self.detail}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING
+
+
+class Replanned(Event, frozen=True, kw_only=True):
+    """A leaf submitted its action again after a reflex; `count` is the number of times that it did so far."""
+
+    node: str
+    count: int
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.node} replans ({self.count})"
+
+
+class BlackboardChanged(Event, frozen=True, kw_only=True):
+    """A value on a blackboard of the mission's tree changed in a tick.
+
+    Attributes:
+        key: Key on this blackboard.
+        value: New value as a text of at most 120 characters; empty if the key has no value any more.
+        subtree: Path of the subtree with this blackboard; empty for the blackboard of the main tree.
+    """
+
+    key: str
+    value: str
+    subtree: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        at = f" in {self.subtree}" if self.subtree else ""
+        return f"{self.key} = {self.value}{at}" if self.value else f"{self.key} has no value{at}"
+
+
+class Said(Event, frozen=True, kw_only=True):
+    """A leaf of a mission issued a message.
+
+    Attributes:
+        node: Path of the leaf.
+        text: The message.
+        aloud: Whether the message is for people near the robot, and not for the log only.
+    """
+
+    node: str
+    text: str
+    aloud: bool = False
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return self.text
+
+
+class TicketChanged(Event, frozen=True, kw_only=True):
+    """The ticket of an action changed its state.
+
+    Attributes:
+        ticket: Number of the ticket, counted from 1 in each agent.
+        action: Name of the action.
+        parameters: Parameters of the action, SI units.
+        priority: `NORMAL` or `HIGH`.
+        state: New state: `QUEUED`, `RUNNING`, `SUCCEEDED`, `FAILED`, `CANCELLED`.
+        by: Block, leaf or rule that submitted or cancelled the ticket.
+        reason: Reason of a failure, with evidence.
+    """
+
+    ticket: int
+    action: str
+    priority: str
+    state: str
+    by: str
+    reason: str = ""
+    parameters: Mapping[str, Value] = {}
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.action} failed: {self.reason}" if self.state == "FAILED" else ""
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING

@@ -1,0 +1,138 @@
+"""Track: step function of one thing that changes in a run."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SLACK = 1e-6  # [s] times given by people are rounded
+_MOST_RAYS, _MOST_READINGS = 120, 2400  # of a scanner: rays kept of a reading, readings kept of a run
+
+
+class Span(NamedTuple):
+    """Interval of a track in which its value is the same."""
+
+    begin: float  # [s]
+    end: float  # [s]
+    value: Any
+
+
+class Steps:
+    """Step function of values of any kind; each value holds until the next one.
+
+    Attributes:
+        t: Times of the changes [s], ascending.
+        v: Value from each of these times on.
+    """
+
+    def __init__(self) -> None:
+        self.t: list[float] = []
+        self.v: list[Any] = []
+
+    def put(self, t: float, value: Any) -> None:
+        """Set the value from a time on; a value that does not change costs nothing."""
+        if self.v and self.v[-1] == value:
+            return
+        if self.t and self.t[-1] == t:
+            self.v[-1] = value
+        else:
+            self.t.append(t)
+            self.v.append(value)
+
+    def at(self, t: float) -> Any:
+        """Value at a time [s]; None before the first."""
+        i = bisect_right(self.t, t + _SLACK) - 1
+        return self.v[i] if i >= 0 else None
+
+    def since(self, t: float) -> float:
+        """Time from which the value at a time holds [s]; NaN before the first."""
+        i = bisect_right(self.t, t + _SLACK) - 1
+        return self.t[i] if i >= 0 else math.nan
+
+    def spans(self, end: float) -> list[Span]:
+        """Intervals of equal values, until the end of the run [s]."""
+        return [Span(*each) for each in zip(self.t, [*self.t[1:], end], self.v, strict=True)]
+
+
+class Curve:
+    """Samples of numbers, all of one width.
+
+    Attributes:
+        t: Times of the samples [s], ascending.
+        width: Number of values of a sample.
+        data: Samples one after the other, SI units.
+        max_age: Time after which a sample is no longer valid [s].
+    """
+
+    def __init__(self, width: int, max_age: float = math.inf) -> None:
+        self.t: list[float] = []
+        self.width = width
+        self.data = array("d")
+        self.max_age = max_age
+
+    def add(self, t: float, sample: bytes | memoryview) -> None:
+        """Append a sample, packed as float64; one of another width is dropped."""
+        if len(sample) == 8 * self.width:
+            self.t.append(t)
+            self.data.frombytes(sample)
+
+    def at(self, t: float) -> Sequence[float]:
+        """Sample at a time [s]; NaN before the first, and when the last is too old."""
+        i = bisect_right(self.t, t + _SLACK) - 1
+        if i < 0 or t - self.t[i] > self.max_age + _SLACK:
+            return [math.nan] * self.width
+        return self.data[i * self.width : (i + 1) * self.width].tolist()
+
+    def extend(self, t: Sequence[float], rows: NDArray[np.float64]) -> None:
+        """Append several samples, shape (n, width)."""
+        self.t.extend(t)
+        self.data.frombytes(np.ascontiguousarray(rows, np.float64).tobytes())
+
+    def rows(self, first: int = 0) -> NDArray[np.float64]:
+        """All samples from an index on, shape (n, width)."""
+        return np.array(self.data[first * self.width :], np.float64).reshape(len(self.t) - first, self.width)
+
+
+class Scans(Curve):
+    """Readings of a scanner for display: of wide ones only every n-th ray, of a long run only every n-th reading.
+
+    The newest reading is always the last sample, until the next one replaces it or is added after it.
+
+    Attributes:
+        ray: Number of rays of the scanner from one ray of a sample to the next.
+        every: Number of readings from one kept sample to the next.
+    """
+
+    def __init__(self, rays: int) -> None:
+        self.ray = max(1, math.ceil(rays / _MOST_RAYS))
+        super().__init__(len(range(0, rays, self.ray)))
+        self._rays = rays
+        self.every = 1
+        self._count = 0
+
+    def add(self, t: float, sample: bytes | memoryview) -> None:
+        """Append a reading, packed as float64; one with another number of rays is dropped."""
+        if len(sample) != 8 * self._rays:
+            return
+        if (self._count - 1) % self.every and self.t:  # the last sample is not one to keep
+            self.t.pop()
+            del self.data[-self.width :]
+        self._count += 1
+        values = array("d")
+        values.frombytes(sample)
+        self.t.append(t)
+        self.data.extend(values[:: self.ray])
+        if len(self.t) > _MOST_READINGS:
+            self._thin()
+
+    def _thin(self) -> None:
+        """Drop every second sample."""
+        self.data = array("d", self.rows()[::2].reshape(-1))
+        self.t = self.t[::2]
+        self.every *= 2

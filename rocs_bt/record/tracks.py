@@ -1,0 +1,327 @@
+"""Tracks: what held at any time of a run, folded once from its events.
+
+Each thing that changes in a run is a track, found by its agent, topic and name: the pose of a body, a signal, the
+command of an actuator, the status of a node, the state of a rule or ticket, a fact, an outcome. A track is a step
+function, so the state at a time is a search in the tracks that are asked for. One function per topic makes the tracks
+from the events; everything that shows, explains or measures a run reads them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping
+from typing import Any, NamedTuple
+
+import msgspec
+
+from ..event import (
+    ActuatorCommanded,
+    AgentStopped,
+    AtomicStarted,
+    BlackboardChanged,
+    BodyMoved,
+    ContentRaised,
+    Event,
+    FollowerStepped,
+    KnowledgeChanged,
+    Level,
+    MinClearanceLowered,
+    MotionHeld,
+    MotionReleased,
+    NodeTicked,
+    OutcomeDecided,
+    RobotPushed,
+    RuleChanged,
+    SensorRead,
+    SignalsWritten,
+    SubtreeSwapped,
+    TicketChanged,
+    pack,
+)
+from .codec import KINDS
+from .header import RunHeader, nodes_after
+from .track import Curve, Scans, Steps
+
+
+class Key(NamedTuple):
+    """Name of a track: agent or body, topic, and name within the topic."""
+
+    agent: str
+    topic: str
+    name: str = ""
+
+
+class RuleState(msgspec.Struct, frozen=True):
+    """State of a reflex rule.
+
+    Attributes:
+        latched: Whether the rule is latched.
+        active: Whether its action is the robot's.
+        waits: Whether it waits behind another reflex.
+        fired: Number of its activations so far.
+        reading: Values of its guard at its last change.
+        parameters: Parameters of its action at its last change, SI units.
+    """
+
+    latched: bool = False
+    active: bool = False
+    waits: bool = False
+    fired: int = 0
+    reading: str = ""
+    parameters: Mapping[str, Any] = {}
+
+    def after(self, event: RuleChanged) -> RuleState:
+        """The state after an event. A rule that fired stays active until its action has ended, even if released."""
+        phase = event.phase
+        latched = phase != "released" and (self.latched or phase in ("latched", "waits"))
+        active = phase != "ended" and (self.active or phase in ("fired", "fired again"))
+        waits = phase == "waits" or (self.waits and phase not in ("released", "fired"))
+        reading, parameters = event.reading or self.reading, event.parameters or self.parameters
+        return RuleState(latched, active, waits, self.fired + (phase == "fired"), reading, parameters)
+
+
+class LogLine(NamedTuple):
+    """Sentence about an event, with the track that it is about."""
+
+    t: float  # [s]
+    agent: str
+    level: Level
+    text: str
+    about: Key | None
+
+
+class Tracks:
+    """What held at any time of a run; fed by a recording, or by a run that goes on.
+
+    Args:
+        header: Header of the run.
+        topics: Topics to follow; all of `TOPICS` by default.
+
+    Attributes:
+        header: Header of the run.
+        log: Sentences about the run's events, in order.
+        end: Time of the last event [s].
+    """
+
+    def __init__(self, header: RunHeader, topics: Collection[str] = ()) -> None:
+        self.header = header
+        self.log: list[LogLine] = []
+        self.end = header.start
+        self._tracks: dict[Key, Steps | Curve] = {}
+        self._movers: dict[str, str] = {}
+        self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
+        self._scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
+        self._scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
+        self._folds: dict[type[Event], list[Callable[[Tracks, Any], None]]] = {}
+        for name in topics or TOPICS:
+            for kind, fold in TOPICS[name].items():
+                self._folds.setdefault(kind, []).append(fold)
+        for agent in header.agents:
+            self.steps(agent.name, "tree").put(header.start, agent.nodes)
+
+    def emit(self, event: Event) -> None:
+        """Take one event."""
+        self.take((event,))
+
+    def take(self, events: Iterable[Event]) -> None:
+        """Take events in the order of their times."""
+        folds, log = self._folds, self.log
+        for event in events:
+            kind = type(event)
+            self.end = max(self.end, event.t)
+            for fold in folds.get(kind, ()):
+                fold(self, event)
+            if kind.sentence is not Event.sentence and (text := event.sentence):
+                log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
+
+    def items(self) -> list[tuple[Key, Steps | Curve]]:
+        """All tracks with their keys, in the order in which they began."""
+        return list(self._tracks.items())
+
+    def get(self, agent: str, topic: str, name: str = "") -> Steps | Curve | None:
+        """A track; None if nothing was recorded."""
+        return self._tracks.get(Key(agent, topic, name))
+
+    def of(self, agent: str, topic: str) -> dict[str, Steps | Curve]:
+        """All tracks of a topic of an agent, by name."""
+        return {key.name: track for key, track in self._tracks.items() if key[:2] == (agent, topic)}
+
+    def state(self, t: float, agent: str, topic: str) -> dict[str, Any]:
+        """Values at a time of all tracks of a topic of an agent, by name; without those that have none."""
+        return {name: value for name, track in self.of(agent, topic).items() if (value := track.at(t)) is not None}
+
+    def steps(self, agent: str, topic: str, name: str = "") -> Steps:
+        """A track of values, begun if there is none."""
+        key = Key(agent, topic, name)
+        track = self._tracks.get(key)
+        if track is None:
+            track = self._tracks[key] = Steps()
+        assert isinstance(track, Steps)
+        return track
+
+    def curve(self, agent: str, topic: str, name: str, width: int) -> Curve:
+        """A track of numbers, begun if there is none."""
+        key = Key(agent, topic, name)
+        track = self._tracks.get(key)
+        if track is None:
+            age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
+            rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
+            track = self._tracks[key] = Scans(rays) if rays else Curve(width, age)
+        assert isinstance(track, Curve)
+        return track
+
+    def moves(self, agent: str, actuator: str) -> bool:
+        """Whether an actuator moves its robot: it is the first that was commanded."""
+        return self._movers.setdefault(agent, actuator) == actuator
+
+    def stop(self, agent: str, t: float) -> None:
+        """Note that an agent was stopped: from then on nothing moves it, whatever is commanded."""
+        self._movers[agent] = ""
+        self.steps(agent, "route").put(t, "idle")
+
+    def is_scanner(self, agent: str, sensor: str) -> bool:
+        """Whether the header describes the rays of a sensor."""
+        return (agent, sensor) in self._scanners
+
+
+def _pose(tracks: Tracks, event: BodyMoved) -> None:
+    pose = [event.x, event.y, event.yaw]
+    if event.height is not None:
+        pose += [event.height, event.roll or 0.0, event.pitch or 0.0]
+    tracks.curve(event.body, "pose", "", len(pose)).add(event.t, pack(pose))
+    if event.wheels:
+        tracks.curve(event.body, "wheels", "", len(event.wheels) // 8).add(event.t, event.wheels)
+
+
+def _signal(tracks: Tracks, event: SignalsWritten) -> None:
+    for name, part in event.parts():
+        tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part)
+
+
+def _scan(tracks: Tracks, event: SensorRead) -> None:
+    if tracks.is_scanner(event.agent, event.sensor):
+        tracks.curve(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
+
+
+def _command(tracks: Tracks, event: ActuatorCommanded) -> None:
+    tracks.curve(event.agent, "command", event.actuator, len(event.data) // 8).add(event.t, event.data)
+    if tracks.moves(event.agent, event.actuator):
+        tracks.steps(event.agent, "route").put(event.t, event.route)
+
+
+def _stop(tracks: Tracks, event: AgentStopped) -> None:
+    tracks.stop(event.agent, event.t)
+
+
+def _atomic(tracks: Tracks, event: AtomicStarted) -> None:
+    tracks.steps(event.agent, "atomic").put(event.t, event)
+
+
+def _push(tracks: Tracks, event: RobotPushed) -> None:
+    tracks.steps(event.body, "push").put(event.t, event)
+
+
+def _hold(tracks: Tracks, event: MotionHeld) -> None:
+    tracks.steps(event.agent, "hold", event.actuator).put(event.t, event.reason)
+
+
+def _release(tracks: Tracks, event: MotionReleased) -> None:
+    tracks.steps(event.agent, "hold", event.actuator).put(event.t, "")
+
+
+def _follower(tracks: Tracks, event: FollowerStepped) -> None:
+    sample = pack((event.cross_track, event.heading_error))
+    tracks.curve(event.agent, "follower", "error", 2).add(event.t, sample)
+
+
+def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
+    tracks.steps(event.agent, "truth", "min_clearance").put(event.t, event.distance)
+
+
+def _node(tracks: Tracks, event: NodeTicked) -> None:
+    tracks.steps(event.agent, "node", event.node).put(event.t, event.status)
+    tracks.steps(event.agent, "note", event.node).put(event.t, event.feedback)
+
+
+def _tree(tracks: Tracks, event: SubtreeSwapped) -> None:
+    tree = nodes_after(event)
+    tracks.steps(event.agent, "tree").put(event.t, tree)
+    for name in tracks.of(event.agent, "node").keys() - {node.path for node in tree}:
+        tracks.steps(event.agent, "node", name).put(event.t, None)
+
+
+def _board(tracks: Tracks, event: BlackboardChanged) -> None:
+    tracks.steps(event.agent, "board", f"{event.subtree}\n{event.key}").put(event.t, event.value or None)
+
+
+def _rule(tracks: Tracks, event: RuleChanged) -> None:
+    track = tracks.steps(event.agent, "rule", event.rule)
+    track.put(event.t, (track.v[-1] if track.v else RuleState()).after(event))
+
+
+def _ticket(tracks: Tracks, event: TicketChanged) -> None:
+    track = tracks.steps(event.agent, "ticket", str(event.ticket))
+    if track.v and not event.parameters:  # they are recorded with the first event only
+        event = msgspec.structs.replace(event, parameters=track.v[-1].parameters)
+    track.put(event.t, event)
+
+
+def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
+    r"""Facts are named `node`, `node\nattribute` and `node\nrelation\ntarget`; names contain no line breaks."""
+    if event.what == "node added":
+        tracks.steps(event.agent, "fact", event.subject).put(event.t, event.name)
+    elif event.what == "node removed":
+        gone = {event.subject, *(n for n in tracks.of(event.agent, "fact") if n.startswith(event.subject + "\n"))}
+        for name in sorted(gone):
+            tracks.steps(event.agent, "fact", name).put(event.t, None)
+    elif event.what == "attribute":
+        tracks.steps(event.agent, "fact", f"{event.subject}\n{event.name}").put(event.t, event.value)
+    else:
+        value = None if event.what == "edge removed" else dict(event.attributes)
+        tracks.steps(event.agent, "fact", f"{event.subject}\n{event.name}\n{event.value}").put(event.t, value)
+
+
+def _outcome(tracks: Tracks, event: OutcomeDecided) -> None:
+    tracks.steps(event.agent, "outcome").put(event.t, event)
+
+
+TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
+    "pose": {BodyMoved: _pose},
+    "signal": {SignalsWritten: _signal},
+    "scan": {SensorRead: _scan},
+    "command": {ActuatorCommanded: _command, AgentStopped: _stop},
+    "atomic": {AtomicStarted: _atomic},
+    "push": {RobotPushed: _push},
+    "hold": {MotionHeld: _hold, MotionReleased: _release},
+    "follower": {FollowerStepped: _follower},
+    "truth": {MinClearanceLowered: _clearance},
+    "node": {NodeTicked: _node, SubtreeSwapped: _tree},
+    "board": {BlackboardChanged: _board},
+    "rule": {RuleChanged: _rule},
+    "ticket": {TicketChanged: _ticket},
+    "fact": {KnowledgeChanged: _fact},
+    "outcome": {OutcomeDecided: _outcome},
+}
+"""Functions that fold events into tracks, by topic and type of event."""
+
+
+SHOWN: tuple[type[Event], ...] = tuple(
+    kind for kind in KINDS if kind.sentence is not Event.sentence or any(kind in folds for folds in TOPICS.values())
+)
+"""Types of events that tracks or their log take."""
+
+
+def _about(event: Event) -> Key | None:
+    """Track that an event is about, for links; None if there is none."""
+    if isinstance(event, RuleChanged):
+        return Key(event.agent, "rule", event.rule)
+    if isinstance(event, TicketChanged):
+        return Key(event.agent, "ticket", str(event.ticket))
+    if isinstance(event, OutcomeDecided):
+        return Key(event.agent, "outcome")
+    if isinstance(event, BlackboardChanged):
+        return Key(event.agent, "board", f"{event.subtree}\n{event.key}")
+    if isinstance(event, MotionHeld | MotionReleased):
+        return Key(event.agent, "hold", event.actuator)
+    node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")
+    return Key(event.agent, "node", node) if node else None

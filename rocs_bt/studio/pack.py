@@ -1,0 +1,154 @@
+"""Packing of tracks for the page: columns of whole numbers that deflate well, and a table of texts."""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Sequence
+from typing import Any
+
+import msgspec
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..record import RunHeader
+from ..record.track import Curve, Scans, Steps
+from ..record.tracks import Key, Tracks
+
+Json = dict[str, Any]
+Numbers = NDArray[np.float64]
+
+# Whole numbers for what is not finite; the page knows them.
+_NAN, _INFINITE, _NEGATIVE = -(2**31), 2**31 - 1, -(2**31) + 1
+_RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "follower": 1e-4}  # [m, rad] by topic
+_TIME = 1e-3  # [s]
+_FINE = 4  # digits of the range of other values
+WIDE = 24  # values from which on only the minimum of a signal is shown, as of a scan
+HIDDEN = ("wheels",)  # topics that the page does not show
+
+
+class Columns:
+    """Columns of whole numbers: each as differences of neighbours, with its bytes in planes; equal columns once."""
+
+    def __init__(self) -> None:
+        self.planes: list[bytes] = []
+        self.about: list[tuple[int, int, float, int]] = []  # count, width, resolution, bytes of a value
+        self._known: dict[bytes, int] = {}
+
+    def whole(self, values: ArrayLike, resolution: float = 1.0, width: int = 1) -> int:
+        """Add a column of rows of whole numbers; returns its index."""
+        rows = np.asarray(values, np.int32).reshape(-1, width)
+        steps = np.diff(rows, axis=0, prepend=np.zeros((1, width), np.int32)).astype(np.int32).T.reshape(-1)
+        unsigned = ((steps << 1) ^ (steps >> 31)).astype(np.uint32)
+        size = max(1, (int(unsigned.max(initial=0)).bit_length() + 7) // 8)
+        planes = b"".join(((unsigned >> (8 * i)) & 255).astype(np.uint8).tobytes() for i in range(size))
+        key = repr((resolution, width, size)).encode() + planes
+        if key not in self._known:
+            self._known[key] = len(self.about)
+            self.about.append((rows.size, width, resolution, size))
+            self.planes.append(planes)
+        return self._known[key]
+
+    def real(self, values: ArrayLike, resolution: float, width: int = 1) -> int:
+        """Add a column of rows of numbers, rounded to a resolution; returns its index."""
+        given = np.asarray(values, np.float64)
+        with np.errstate(invalid="ignore"):
+            rounded = np.clip(np.round(given / resolution), _NEGATIVE + 1, _INFINITE - 1)
+        rounded = np.where(np.isnan(given), _NAN, rounded)
+        rounded = np.where(given == np.inf, _INFINITE, np.where(given == -np.inf, _NEGATIVE, rounded))
+        return self.whole(rounded.astype(np.int64).astype(np.int32), resolution, width)
+
+
+def pack(tracks: Tracks, extra: Json) -> bytes:
+    """Pack a run: length of the JSON (4 bytes, little-endian), JSON, and columns; deflated as a whole.
+
+    Args:
+        tracks: Tracks of the run.
+        extra: Further entries of the JSON.
+    """
+    columns, texts = Columns(), dict[str, int]()
+    packed = [_packed(columns, texts, key, track) for key, track in tracks.items() if key.topic not in HIDDEN]
+    about = {
+        **head(tracks.header),
+        "end": round(tracks.end, 3),
+        "log": [log_line(line) for line in tracks.log],
+        "tracks": packed,
+        "columns": columns.about,
+        "texts": [msgspec.Raw(text.encode()) for text in texts],
+        **extra,
+    }
+    text = msgspec.json.encode(about, enc_hook=plain)
+    text += b" " * (-len(text) % 4)
+    return zlib.compress(len(text).to_bytes(4, "little") + text + b"".join(columns.planes), 9)
+
+
+def head(header: RunHeader) -> Json:
+    """What does not change while a run goes on."""
+    return {"header": header}
+
+
+def log_line(line: tuple[Any, ...]) -> list[Any]:
+    """A line of the log: time, agent, level, text and address of the track."""
+    t, agent, level, text, about = line
+    return [round(t, 3), agent, int(level), text, "" if about is None else address(about)]
+
+
+def address(key: Key) -> str:
+    """Address of a track on the page."""
+    return "|".join(key)
+
+
+def plain(value: object) -> object:
+    """Value for JSON, for what JSON has no form."""
+    if isinstance(value, (tuple, set, frozenset)):
+        return list(value)
+    raise NotImplementedError(f"{type(value).__name__} is no plain value")
+
+
+def _packed(columns: Columns, texts: dict[str, int], key: Key, track: Steps | Curve) -> list[Any]:
+    """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
+    if isinstance(track, Steps):
+        found = [texts.setdefault(text(value), len(texts)) for value in track.v]
+        return [address(key), "text", columns.real(track.t, _TIME), columns.whole(found)]
+    t, rows = np.array(track.t), track.rows()
+    if key.topic == "signal" and track.width > WIDE:
+        key, rows = Key(key.agent, key.topic, f"min({key.name})"), np.fmin.reduce(rows, axis=1, keepdims=True)
+    t, rows = _changes(t, rows, track.max_age)
+    resolution = _RESOLUTION.get(key.topic) or _fine(rows)
+    ray = track.ray if isinstance(track, Scans) else 1
+    width = rows.shape[1]
+    index = columns.real(rows, resolution, width)
+    return [address(key), "number", columns.real(t, _TIME), index, width, ray]
+
+
+def text(value: object) -> str:
+    """JSON of one value of a track; numbers that are not finite become texts."""
+    return msgspec.json.encode(_finite(msgspec.to_builtins(value)), enc_hook=plain).decode()
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float) and not math.isfinite(value):
+        return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
+    if isinstance(value, dict):
+        return {name: _finite(inner) for name, inner in value.items()}
+    return [_finite(inner) for inner in value] if isinstance(value, list) else value
+
+
+def _changes(t: Numbers, rows: Numbers, max_age: float) -> tuple[Numbers, Numbers]:
+    """Samples as a step function: without equal neighbours, and with NaN from when a sample is too old."""
+    late = np.flatnonzero(np.diff(t) > max_age + _TIME)
+    if len(late):
+        t = np.insert(t, late + 1, t[late] + max_age)
+        rows = np.insert(rows, late + 1, np.nan, axis=0)
+    before, after = rows[:-1], rows[1:]
+    differs = ((before != after) & ~(np.isnan(before) & np.isnan(after))).any(axis=1)
+    keep = np.concatenate([[True], differs])[: len(t)]
+    return t[keep], rows[keep]
+
+
+def _fine(rows: Numbers) -> float:
+    """Resolution for values: a ten thousandth of their range, as a power of ten."""
+    finite: Sequence[float] = rows[np.isfinite(rows)].tolist() or [0.0]
+    span, most = max(finite) - min(finite), max(map(abs, finite))
+    span = max(span, 1e-4 * most, 1e-9)
+    return max(10.0 ** (math.floor(math.log10(span)) - _FINE + 1), most / 2**30)

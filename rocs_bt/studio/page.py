@@ -1,0 +1,69 @@
+"""The page as one self-contained HTML file, with all of its modules, style and data."""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import html
+import re
+from pathlib import Path
+from string import Template
+
+from ..files import read_text
+
+WEB = Path(__file__).parent / "web"
+_IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(.+?)";\n', re.MULTILINE)
+_EXPORT = re.compile(r"^export (?:const|class) (\w+)", re.MULTILINE)
+
+
+def render_page(title: str, data: bytes) -> str:
+    """The page of a run that is over; it works offline, from a file, and loads nothing.
+
+    Args:
+        title: Title of the page.
+        data: Packed run.
+    """
+    script, style = "\n" + bundle("app.js"), read_text(WEB / "studio.css")
+    policy = (
+        f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "
+        "img-src data:; base-uri 'none'; form-action 'none'"
+    )
+    return Template(read_text(WEB / "page.html")).substitute(
+        csp=policy, title=html.escape(title), style=style, script=script, data=base64.b64encode(data).decode()
+    )
+
+
+def live_page() -> str:
+    """The page of a run that goes on; its server has the modules and the style."""
+    return read_text(WEB / "live.html")
+
+
+def bundle(entry: str) -> str:
+    """A module and all modules that it imports as one script: each is a function that returns what it exports."""
+    scopes: dict[str, str] = {}
+
+    def visit(name: str) -> None:
+        text = read_text(WEB / name)
+        for _, imported in _IMPORT.findall(text):
+            if imported not in scopes:
+                visit(imported)
+        text = _IMPORT.sub(lambda found: f"const {found[1]} = {_scope(found[2])};\n", text)
+        exported = ", ".join(_EXPORT.findall(text))
+        scopes[name] = (
+            f"const {_scope(name)} = (() => {{\n{_EXPORT.sub(_declared, text)}return {{ {exported} }};\n}})();"
+        )
+
+    visit(entry)
+    return "\n".join(scopes.values())
+
+
+def _scope(name: str) -> str:
+    return f"${name.removesuffix('.js')}"
+
+
+def _declared(found: re.Match[str]) -> str:
+    return found[0].removeprefix("export ")
+
+
+def _digest(text: str) -> str:
+    return f"sha256-{base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()}"

@@ -1,0 +1,264 @@
+// The arena from above: world, paths, robots with their rays, and what the shown robot believes.
+import { FONT, color, el, prepare, upto } from "./dom.js";
+
+const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
+const PAD = 14, HIGH = 0.4; // [px]; [m] from which on a height is written
+const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
+
+/** Point of a body in the world. */
+const placed = (pose, [x, y]) => {
+  const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw);
+  return [pose.x + c * x - s * y, pose.y + s * x + c * y];
+};
+
+export class Arena {
+  constructor(run, cursor) {
+    Object.assign(this, { run, cursor, zoom: 1, shift: [0, 0], scale: 1 });
+    this.canvas = el("canvas", { "aria-label": "arena from above" });
+    this.still = el("canvas");
+    this.box = this.bounds();
+    this.canvas.addEventListener("click", (event) => this.pick(event));
+    this.canvas.addEventListener("dblclick", () => { this.zoom = 1; this.shift = [0, 0]; this.fit(); });
+    this.canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.magnify(event); }, { passive: false });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (event.buttons !== 1) return;
+      this.shift = [this.shift[0] + event.movementX, this.shift[1] + event.movementY];
+      this.fit();
+    });
+    cursor.addEventListener("move", () => this.draw());
+    cursor.addEventListener("agent", () => this.draw());
+  }
+
+  /** Takes what is new in a run that goes on: a robot may leave the bounds of an unknown world. */
+  grow() {
+    const box = this.bounds();
+    if (box.some((edge, i) => Math.abs(edge - this.box[i]) > 0.5)) { this.box = box; this.fit(); }
+  }
+
+  /** Bounds of everything that is drawn [m]: left, bottom, right, top. */
+  bounds() {
+    const { outlines = [], grounds = [], places = [], bodies = [] } = this.run.header, box = [Infinity, Infinity, -Infinity, -Infinity];
+    const add = (x, y, r = 0) => {
+      if (!Number.isFinite(x + y)) return;
+      box[0] = Math.min(box[0], x - r); box[1] = Math.min(box[1], y - r);
+      box[2] = Math.max(box[2], x + r); box[3] = Math.max(box[3], y + r);
+    };
+    for (const { points, radius = 0 } of [...outlines, ...grounds]) for (const [x, y] of points) add(x, y, radius);
+    for (const { x, y, radius = 0 } of places) add(x, y, radius);
+    for (const { name } of bodies) {
+      const track = this.run.get(name, "pose");
+      for (let i = 0; track && i < track.t.length; i++) add(track.v[i * track.width], track.v[i * track.width + 1]);
+    }
+    return box[0] < box[2] ? box : [-1, -1, 1, 1];
+  }
+
+  fit() {
+    const { clientWidth: wide, clientHeight: high } = this.canvas.parentElement ?? this.canvas;
+    if (!wide || !high) return;
+    Object.assign(this, { wide, high });
+    const [x0, y0, x1, y1] = this.box, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - 2 * PAD) / (y1 - y0));
+    this.scale = Math.max(1e-3, fits) * this.zoom;
+    this.left = wide / 2 - (this.scale * (x0 + x1)) / 2 + this.shift[0];
+    this.top = high / 2 + (this.scale * (y0 + y1)) / 2 + this.shift[1];
+    this.g = prepare(this.canvas, wide, high);
+    this.world(prepare(this.still, wide, high));
+    this.draw();
+  }
+
+  x(x) { return this.left + x * this.scale; }
+
+  y(y) { return this.top - y * this.scale; }
+
+  /** Point of the world under a pointer [m]. */
+  under(event) {
+    const box = this.canvas.getBoundingClientRect();
+    return [(event.clientX - box.left - this.left) / this.scale, (this.top - (event.clientY - box.top)) / this.scale];
+  }
+
+  magnify(event) {
+    const [x, y] = this.under(event), box = this.canvas.getBoundingClientRect();
+    this.zoom = Math.min(40, Math.max(0.5, this.zoom * Math.exp(-event.deltaY * 0.0015)));
+    this.fit();
+    this.shift[0] += event.clientX - box.left - this.x(x);
+    this.shift[1] += event.clientY - box.top - this.y(y);
+    this.fit();
+  }
+
+  line(g, points, closed = true) {
+    g.beginPath();
+    points.forEach(([x, y], i) => (i ? g.lineTo(this.x(x), this.y(y)) : g.moveTo(this.x(x), this.y(y))));
+    if (closed) g.closePath();
+  }
+
+  circle(g, x, y, r) {
+    g.beginPath();
+    g.arc(this.x(x), this.y(y), r, 0, 2 * Math.PI);
+  }
+
+  /** Draws what does not move; once for each size and zoom. */
+  world(g) {
+    const { outlines = [], grounds = [], places = [], bodies = [] } = this.run.header;
+    g.fillStyle = color("wall");
+    g.strokeStyle = color("muted");
+    g.globalAlpha = 0.3;
+    for (const { points } of grounds) { this.line(g, points); g.fill(); }
+    g.globalAlpha = 1;
+    for (const { points, radius = 0 } of outlines) {
+      if (radius) this.circle(g, points[0][0], points[0][1], radius * this.scale); else this.line(g, points);
+      g.fill();
+      g.stroke();
+    }
+    g.strokeStyle = g.fillStyle = color("place");
+    g.lineWidth = 1.4;
+    g.font = `12px ${FONT}`;
+    for (const { x, y, name, radius = 0, known = true } of places) {
+      const r = Math.max(radius * this.scale, 4);
+      this.circle(g, x, y, r);
+      g.stroke();
+      if (known) this.write(g, name, this.x(x) + r + 3, this.y(y) + 4);
+    }
+    g.lineWidth = 1;
+    g.globalAlpha = 0.35;
+    g.strokeStyle = color("muted");
+    for (const { name } of bodies) this.way(g, name, -Infinity, Infinity);
+    g.globalAlpha = 1;
+  }
+
+  /** Writes a text beside a point, on its left if there is no room on its right. */
+  write(g, text, x, y) {
+    const wide = g.measureText(text).width;
+    g.fillText(text, Math.max(2, x + wide > this.wide - 2 ? x - wide - 12 : x), Math.min(Math.max(y, 12), this.high - 3));
+  }
+
+  way(g, body, from, to) {
+    const track = this.run.get(body, "pose");
+    if (!track) return;
+    g.beginPath();
+    for (let i = Math.max(0, upto(track.t, from) - 1), last = upto(track.t, to); i < last; i++) {
+      g.lineTo(this.x(track.v[i * track.width]), this.y(track.v[i * track.width + 1]));
+    }
+    g.stroke();
+  }
+
+  draw() {
+    const { g, run, cursor: { t, agent } } = this;
+    if (!g) return;
+    g.clearRect(0, 0, this.wide, this.high);
+    g.drawImage(this.still, 0, 0, this.wide, this.high);
+    g.lineJoin = "round";
+    g.lineWidth = 2;
+    for (const { name } of run.header.bodies) {
+      const parts = run.get(name, "route")?.spans(run.end) ?? [{ from: -Infinity, to: Infinity, value: "other" }];
+      for (const { from, to, value } of parts) {
+        if (to < t - WINDOW || from > t) continue;
+        g.strokeStyle = color(value);
+        this.way(g, name, Math.max(from, t - WINDOW), Math.min(to, t));
+      }
+    }
+    this.planned(g, run.get(agent, "plan")?.at(t));
+    for (const info of run.header.bodies) {
+      const pose = run.pose(info.name, t);
+      if (!pose) continue;
+      if (info.name === agent) this.rays(g, info, pose, t);
+      this.body(g, info, pose, t);
+    }
+    this.believed(g, t);
+  }
+
+  planned(g, points) {
+    if (!points?.length) return;
+    g.strokeStyle = color("deliberative");
+    g.setLineDash([2, 4]);
+    this.line(g, points, false);
+    g.stroke();
+    g.setLineDash([]);
+  }
+
+  rays(g, info, pose, t) {
+    g.fillStyle = g.strokeStyle = color("beam");
+    for (const [sensor, beams] of Object.entries(info.beams ?? {})) {
+      const echoes = this.run.get(info.name, "scan", sensor)?.at(t);
+      beams.forEach((beam, k) => echoes && this.beam(g, beam, echoes[k], pose));
+    }
+    for (const [sensor, fan] of Object.entries(info.fans ?? {})) {
+      const track = this.run.get(info.name, "scan", sensor), echoes = track?.at(t);
+      if (echoes) this.fan(g, fan, track, echoes, this.run.pose(info.name, track.since(t)) ?? pose);
+    }
+    g.globalAlpha = 1;
+  }
+
+  beam(g, { x, y, yaw, reach, cone = 0, elevation = 0 }, echo, pose) {
+    const flat = Math.cos(elevation);
+    if (Number.isNaN(echo) || flat < STEEP) return;
+    const [bx, by] = placed(pose, [x, y]), angle = pose.yaw + yaw, r = Math.min(echo, reach) * flat * this.scale;
+    g.globalAlpha = echo < reach ? 0.35 : 0.07;
+    g.beginPath();
+    g.moveTo(this.x(bx), this.y(by));
+    if (cone > 0) {
+      g.arc(this.x(bx), this.y(by), r, -angle - cone / 2, -angle + cone / 2);
+      g.fill();
+    } else {
+      g.lineTo(this.x(bx) + r * Math.cos(angle), this.y(by) - r * Math.sin(angle));
+      g.stroke();
+    }
+  }
+
+  fan(g, { x, y, yaw, step, reach }, track, echoes, pose) {
+    const eye = placed(pose, [x, y]), ends = [];
+    echoes.forEach((echo, k) => {
+      const angle = pose.yaw + yaw + k * step * track.ray, r = Number.isNaN(echo) ? 0 : Math.min(echo, reach);
+      ends.push([eye[0] + r * Math.cos(angle), eye[1] + r * Math.sin(angle), echo < reach]);
+    });
+    g.globalAlpha = 0.08;
+    this.line(g, [eye, ...ends]);
+    g.fill();
+    g.globalAlpha = 0.9;
+    for (const [ex, ey, heard] of ends) if (heard) g.fillRect(this.x(ex) - 1.2, this.y(ey) - 1.2, 2.4, 2.4);
+  }
+
+  body(g, { name, hull = [] }, pose, t) {
+    const own = this.run.agents.includes(name), shown = name === this.cursor.agent;
+    const tint = color(own ? this.run.get(name, "route")?.at(t) ?? "idle" : "other");
+    if (hull.length) {
+      this.line(g, hull.map((point) => placed(pose, point)));
+      g.fillStyle = color("paper");
+      g.fill();
+      g.strokeStyle = tint;
+      g.lineWidth = shown ? 3 : 1.6;
+      g.stroke();
+    }
+    const nose = 0.85 * Math.max(0.15, ...hull.map(([x]) => x)), half = 0.25 * nose;
+    this.line(g, [[nose, 0], [nose - half, half * 0.8], [nose - half, -half * 0.8]].map((point) => placed(pose, point)));
+    g.fillStyle = tint;
+    g.fill();
+    g.fillStyle = color("ink");
+    g.font = `${shown ? 600 : 400} 12px ${FONT}`;
+    this.write(g, name + (pose.z > HIGH ? `, ${pose.z.toFixed(2)} m high` : ""), this.x(pose.x) + 8, this.y(pose.y) - 8);
+  }
+
+  /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
+  believed(g, t) {
+    const places = new Set((this.run.header.places ?? []).map((p) => p.name));
+    g.strokeStyle = g.fillStyle = color("belief");
+    g.lineWidth = 1.5;
+    g.font = `11px ${FONT}`;
+    for (const track of this.run.of(this.cursor.agent, "fact")) {
+      const [node, attribute] = track.name.split("\n"), at = track.at(t);
+      if (!["pose", "position", "centre"].includes(attribute) || !Array.isArray(at) || places.has(node)) continue;
+      const x = this.x(at[0]), y = this.y(at[1]);
+      g.beginPath();
+      for (const [dx, dy] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) g.lineTo(x + dx, y + dy);
+      g.closePath();
+      g.stroke();
+      this.write(g, node, x + 8, y + 12);
+    }
+  }
+
+  /** Selects the robot under the pointer. */
+  pick(event) {
+    const [x, y] = this.under(event), { run, cursor } = this;
+    const near = run.agents.map((name) => ({ name, pose: run.pose(name, cursor.t) })).filter(({ pose }) => pose)
+      .map(({ name, pose }) => ({ name, far: Math.hypot(pose.x - x, pose.y - y) })).sort((a, b) => a.far - b.far)[0];
+    if (near && near.far < Math.max(0.4, 18 / this.scale)) cursor.select(`${near.name}|pose|`);
+  }
+}

@@ -1,0 +1,78 @@
+// Elements, colours, and numbers as text. Names from content are always text, never markup.
+
+/**
+ * Makes an element. Properties that begin with `on` are listeners, `class` is the class, others are attributes.
+ * @param {string} tag
+ * @param {Record<string, any>} [properties]
+ * @param {...(Node | string | null | undefined)} children
+ * @returns {any}
+ */
+export const el = (tag, properties = {}, ...children) => {
+  const element = document.createElement(tag);
+  for (const [name, value] of Object.entries(properties)) {
+    if (name.startsWith("on")) element.addEventListener(name.slice(2), value);
+    else if (value === true) element.setAttribute(name, "");
+    else if (value !== undefined && value !== false && value !== null) element.setAttribute(name, String(value));
+  }
+  element.append(...children.filter((child) => child !== null && child !== undefined));
+  return element;
+};
+
+/** Sets a text only if it differs: most rows stay as they are when the cursor moves. */
+export const put = (element, text) => {
+  if (element.textContent !== text) element.textContent = text;
+};
+
+let palette = new Map();
+export const dark = matchMedia("(prefers-color-scheme: dark)");
+dark.addEventListener("change", () => { palette = new Map(); });
+
+/** Value of a colour of the style sheet, for canvases. @param {string} name */
+export const color = (name) => {
+  if (!palette.has(name)) {
+    palette.set(name, getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim());
+  }
+  return palette.get(name);
+};
+
+/** A value as text with three digits. @param {any} value @returns {string} */
+export const shown = (value) => {
+  if (value === null || value === undefined || Number.isNaN(value)) return "–";
+  if (Array.isArray(value) || ArrayBuffer.isView(value)) {
+    const all = Array.from(/** @type {any} */ (value));
+    if (all.length === 1) return shown(all[0]);
+    return all.length > 8 ? `${all.length} values` : `[${all.map(shown).join(", ")}]`;
+  }
+  if (typeof value === "object") return Object.entries(value).map(([name, inner]) => `${name} = ${shown(inner)}`).join(", ");
+  if (typeof value !== "number") return String(value);
+  if (!Number.isFinite(value)) return value > 0 ? "∞" : "−∞";
+  const text = Math.abs(value) >= 1000 ? value.toFixed(0) : Number(value.toPrecision(3)).toString();
+  return text.replace("-", "−");
+};
+
+/** Time in seconds as text. @param {number} t */
+export const seconds = (t) => `${t.toFixed(2)} s`;
+
+/** Last part of a path of a node, or of a rule of a file. @param {string} path */
+export const short = (path) => path.slice(path.lastIndexOf("/") + 1);
+
+/** Number of entries of a sorted array that are not later than t. @param {ArrayLike<number>} times @param {number} t */
+export const upto = (times, t) => {
+  let low = 0, high = times.length;
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (times[middle] <= t + 1e-6) low = middle + 1; else high = middle;
+  }
+  return low;
+};
+
+/** Prepares a canvas for drawing in CSS pixels, at the resolution of the screen; its size must be laid out. */
+export const prepare = (canvas, width, height) => {
+  const ratio = devicePixelRatio || 1, g = canvas.getContext("2d");
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  g.setTransform(ratio, 0, 0, ratio, 0, 0);
+  return g;
+};
+
+export const FONT = "system-ui, \"Segoe UI\", Roboto, \"DejaVu Sans\", sans-serif";

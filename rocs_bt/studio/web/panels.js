@@ -1,0 +1,161 @@
+// The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
+import { el, put, shown, upto } from "./dom.js";
+
+const LEVELS = ["", "debug", "", "warn", "error", "error"];
+const MOST = 3000; // lines of the log on the page
+const FRESH = 0.5; // [s] for which a change is marked
+
+/** A panel that updates while it is visible. */
+class Panel {
+  constructor(run, cursor, ...children) {
+    Object.assign(this, { run, cursor });
+    this.box = el("div", { class: "panel", role: "tabpanel" }, ...children);
+    for (const name of ["move", "shown"]) cursor.addEventListener(name, () => { if (!this.box.hidden) this.update(); });
+    cursor.addEventListener("agent", () => this.build());
+  }
+}
+
+export class Log extends Panel {
+  constructor(run, cursor) {
+    const list = el("ol", { class: "log" });
+    const find = el("input", { type: "search", placeholder: "filter the log", "aria-label": "filter the log", oninput: () => this.build() });
+    const least = el(
+      "select", { "aria-label": "least level", onchange: () => this.build() },
+      ...[["all", 1], ["info", 2], ["warnings", 3], ["errors", 4]].map(([name, level]) => el("option", { value: level, selected: level === 2 }, name)),
+    );
+    super(run, cursor, el("div", { class: "tools" }, find, least), list);
+    Object.assign(this, { list, find, least });
+    this.build();
+  }
+
+  build() {
+    const word = this.find.value.toLowerCase(), least = Number(this.least.value), { agent } = this.cursor;
+    const lines = this.run.log.filter(([, who, level, text]) => level >= least && (!who || who === agent) && text.toLowerCase().includes(word));
+    const shownLines = lines.slice(-MOST);
+    this.times = shownLines.map(([t]) => t);
+    this.items = shownLines.map(([t, , level, text, about]) => el(
+      "li", { class: LEVELS[level], tabindex: 0, onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
+      el("time", {}, t.toFixed(2)), el("span", {}, text),
+    ));
+    const more = lines.length > MOST ? `${lines.length - MOST} earlier lines are not shown; filter the log.` : "";
+    const none = this.items.length ? more : word ? "No line has this text." : "Nothing was logged at this level.";
+    this.list.replaceChildren(...(none ? [el("li", { class: "empty" }, none)] : []), ...this.items);
+    this.here = -1;
+    this.count = this.run.log.length;
+    this.update();
+  }
+
+  /** Takes new lines of a run that goes on. */
+  grow() {
+    if (this.run.log.length !== this.count) this.build();
+  }
+
+  update() {
+    const here = upto(this.times, this.cursor.t) - 1;
+    if (here === this.here) return;
+    this.items[this.here]?.classList.remove("here");
+    this.items[here]?.classList.add("here");
+    if (here >= 0) this.list.scrollTop = this.items[here].offsetTop - this.list.clientHeight * 0.6;
+    this.here = here;
+  }
+}
+
+export class Knowledge extends Panel {
+  constructor(run, cursor) {
+    const list = el("div", { class: "knowledge" });
+    const find = el("input", { type: "search", placeholder: "search the knowledge", "aria-label": "search the knowledge", oninput: () => this.build() });
+    super(run, cursor, el("div", { class: "tools" }, find), list);
+    Object.assign(this, { list, find });
+    this.build();
+  }
+
+  build() {
+    const things = new Map(), word = this.find.value.toLowerCase(), { run } = this;
+    for (const track of run.of(this.cursor.agent, "fact")) {
+      const [node, name, target] = track.name.split("\n");
+      if (!things.has(node)) things.set(node, { node, kind: null, facts: [] });
+      if (name === undefined) things.get(node).kind = track;
+      else things.get(node).facts.push({ track, name: target === undefined ? name : `${name} → ${target}`, edge: target !== undefined });
+    }
+    const changes = ({ facts, kind }) => [...facts.map((f) => f.track), kind].some((track) => track && (track.t.length > 1 || track.t[0] > run.start + 0.5));
+    const wanted = [...things.values()].filter(({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word));
+    this.things = wanted.sort((a, b) => Number(changes(b)) - Number(changes(a))).map((thing) => {
+      const facts = thing.facts.map((fact) => {
+        const value = el("span");
+        const row = el("div", { class: "fact", tabindex: 0, onclick: () => this.cursor.select(fact.track.address) }, el("span", {}, fact.name), value);
+        return { ...fact, value, row };
+      });
+      const tag = el("small");
+      return { ...thing, facts, tag, card: el("section", { class: "thing" }, el("h4", {}, thing.node, tag), ...facts.map((f) => f.row)) };
+    });
+    const none = el("p", { class: "empty" }, word ? "Nothing has this name." : "This robot knows nothing.");
+    this.list.replaceChildren(...(this.things.length ? this.things.map((thing) => thing.card) : [none]));
+    this.update();
+  }
+
+  update() {
+    const { t } = this.cursor, { start } = this.run;
+    for (const { kind, tag, card, facts } of this.things) {
+      const now = kind?.at(t), gone = Boolean(kind) && (now ?? null) === null;
+      card.classList.toggle("gone", gone);
+      put(tag, gone ? "not known at this time" : now ?? "");
+      for (const { track, value, row, edge } of facts) {
+        const fact = track.at(t) ?? null;
+        row.hidden = fact === null || gone;
+        row.classList.toggle("fresh", t - track.since(t) < FRESH && track.since(t) > start + 0.1);
+        put(value, edge && !Object.keys(fact ?? {}).length ? "" : shown(fact));
+      }
+    }
+  }
+}
+
+export class Signals extends Panel {
+  constructor(run, cursor, timeline) {
+    const list = el("div", { class: "signals" });
+    const find = el("input", { type: "search", placeholder: "search signals and commands (/)", "aria-label": "search signals", oninput: () => this.build() });
+    super(run, cursor, el("div", { class: "tools" }, find), list);
+    Object.assign(this, { list, find, timeline });
+    this.build();
+  }
+
+  build() {
+    const word = this.find.value.toLowerCase(), { agent } = this.cursor, topics = ["signal", "command", "truth", "follower"];
+    const tracks = topics.flatMap((topic) => this.run.of(agent, topic)).filter(({ name }) => name.toLowerCase().includes(word));
+    this.rows = tracks.map((track) => {
+      const value = el("span"), unit = track.topic === "signal" ? this.run.unit(agent, track.name) : "";
+      const box = el("input", { type: "checkbox", onchange: () => this.timeline.pin(track.address, box.checked) });
+      box.checked = this.timeline.pinned.has(track.address);
+      return { track, value, unit, row: el("label", {}, box, el("span", {}, track.name), value) };
+    });
+    this.list.replaceChildren(...(this.rows.length ? this.rows.map((r) => r.row) : [el("p", { class: "empty" }, "No signal has this name.")]));
+    this.update();
+  }
+
+  update() {
+    for (const { track, value, unit } of this.rows) put(value, `${shown(track.at(this.cursor.t))} ${unit}`);
+  }
+}
+
+/** How the run was made, and what of its content was not active. */
+export class About extends Panel {
+  constructor(run, cursor) {
+    const list = el("dl", { class: "about" });
+    super(run, cursor, list);
+    this.list = list;
+    this.build();
+  }
+
+  build() {
+    const { run, cursor: { agent } } = this, { command, mode, versions = {}, rates = {}, content_hash: hash } = run.header;
+    const info = run.info(agent) ?? {}, listed = (values) => Object.entries(values).map(([name, value]) => `${name} ${shown(value)}`).join(", ");
+    const rows = [
+      ["again", command], ["robot", info.robot], ["mission", info.mission], ["rules", (info.rules ?? []).join(", ")],
+      ...(run.inactive?.[agent] ?? []).map((text) => ["inactive", text]),
+      ...(run.results?.[agent]?.requirements ?? []).map(({ name, require, text }) => [name, `${require}: ${text}`]),
+      ["mode", mode], ["rates [Hz]", listed(rates)], ["versions", Object.entries(versions).map(([name, value]) => `${name} ${value}`).join(", ")], ["content", hash],
+    ];
+    this.list.replaceChildren(...rows.filter(([, text]) => text).flatMap(([label, text]) => [el("dt", {}, label), el("dd", {}, text)]));
+  }
+
+  update() { /* nothing here depends on the time */ }
+}

@@ -1,0 +1,185 @@
+// What held at any time of a run. Each thing that changes is a track, found by its address `agent|topic|name`.
+import { upto } from "./dom.js";
+
+// Whole numbers of columns for what is not finite, as in pack.py.
+const NAN = -(2 ** 31), INFINITE = 2 ** 31 - 1;
+
+/** Step function: rows of `width` numbers, or values of any kind, each from a time on. */
+export class Track {
+  /** @param {string} address @param {number[]} t @param {any} v @param {number} width @param {number} ray */
+  constructor(address, t, v, width = 0, ray = 1) {
+    [this.agent, this.topic] = address.split("|", 2);
+    this.name = address.slice(this.agent.length + this.topic.length + 2);
+    Object.assign(this, { address, t, v, width, ray });
+  }
+
+  row(i) { return this.width ? this.v.slice(i * this.width, (i + 1) * this.width) : this.v[i]; }
+
+  /** Value at a time; undefined before the first. */
+  at(t) {
+    const i = upto(this.t, t) - 1;
+    return i < 0 ? undefined : this.row(i);
+  }
+
+  /** Time from which the value at a time holds. */
+  since(t) { return this.t[upto(this.t, t) - 1]; }
+
+  /** Row between two samples, linearly; of the angles the short way round. @param {number[]} angles columns */
+  between(t, angles = []) {
+    const i = upto(this.t, t) - 1;
+    if (i < 0 || i + 1 >= this.t.length) return this.row(Math.max(i, 0));
+    const before = this.row(i), after = this.row(i + 1), part = (t - this.t[i]) / (this.t[i + 1] - this.t[i]);
+    return Array.from(before, (value, k) => {
+      const step = after[k] - value;
+      return value + part * (angles.includes(k) ? Math.atan2(Math.sin(step), Math.cos(step)) : step);
+    });
+  }
+
+  /** Intervals in which the value holds, of those that `keep` accepts. */
+  spans(end, keep = (value) => Boolean(value)) {
+    return Array.from(this.t, (from, i) => ({ from, to: this.t[i + 1] ?? end, value: this.row(i) })).filter((span) => keep(span.value));
+  }
+
+  /** Least and greatest finite number. */
+  get range() {
+    let low = Infinity, high = -Infinity;
+    for (const value of this.v) if (Number.isFinite(value)) { low = Math.min(low, value); high = Math.max(high, value); }
+    return [low, high];
+  }
+
+  /** Takes values of a run that goes on, from an index on. */
+  grow(from, t, v) {
+    this.t.length = from;
+    this.v.length = from * (this.width || 1);
+    this.t.push(...t);
+    for (const value of v) if (this.width) this.v.push(...value.map(real)); else this.v.push(value);
+  }
+}
+
+export class Run {
+  constructor({ header, end, log = [], tracks = [], texts = [], guards = {}, ...rest }, columns = (_) => []) {
+    Object.assign(this, { header, end, log, guards, ...rest, start: header.start ?? 0, agents: (header.agents ?? []).map((a) => a.name) });
+    this.tracks = new Map();
+    this.topics = new Map();
+    for (const [address, kind, t, v, width, ray] of tracks) {
+      if (kind === "text") this.add(new Track(address, columns(t), Array.from(columns(v), (i) => texts[i])));
+      else this.add(new Track(address, columns(t), columns(v), width, ray));
+    }
+  }
+
+  add(track) {
+    const topic = `${track.agent}|${track.topic}`;
+    this.tracks.set(track.address, track);
+    if (!this.topics.has(topic)) this.topics.set(topic, []);
+    this.topics.get(topic).push(track);
+  }
+
+  /** Reads the data of a report: base64 of deflated JSON and columns. */
+  static async from(text) {
+    const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
+    const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
+    const length = new DataView(bytes.buffer).getUint32(0, true), made = new Map();
+    const about = JSON.parse(new TextDecoder().decode(bytes.subarray(4, 4 + length)));
+    let at = 4 + length;
+    const starts = about.columns.map(([count, , , size]) => { const here = at; at += count * size; return here; });
+    return new Run(about, (i) => {
+      if (!made.has(i)) made.set(i, unpacked(bytes, starts[i], about.columns[i]));
+      return made.get(i);
+    });
+  }
+
+  /** Opens a run that goes on: `onchange` is called with each message, and whether new tracks began. */
+  static async live(onchange) {
+    let head = null;
+    while (!(head = await (await fetch("head")).json())) await new Promise((done) => { setTimeout(done, 200); });
+    const run = new Run(head);
+    run.going = true;
+    return new Promise((ready) => {
+      const events = new EventSource("events");
+      let opened = 0;
+      events.onopen = () => { if (opened++) location.reload(); }; // the server counts what each connection has got
+      events.onmessage = ({ data }) => {
+        const fresh = run.grow(JSON.parse(data));
+        ready(run);
+        onchange(fresh);
+      };
+      events.onerror = () => { run.going = false; onchange(false); };
+    });
+  }
+
+  /** Takes a message of a run that goes on; returns whether new tracks began. */
+  grow({ end, log, tracks }) {
+    let fresh = false;
+    this.end = end;
+    this.going = true;
+    this.log.push(...log);
+    for (const [address, from, t, v, width, ray] of tracks) {
+      if (!this.tracks.has(address)) { this.add(new Track(address, [], [], width, ray)); fresh = true; }
+      this.tracks.get(address).grow(from, t, v);
+    }
+    return fresh;
+  }
+
+  get(agent, topic, name = "") { return this.tracks.get(`${agent}|${topic}|${name}`); }
+
+  of(agent, topic) { return this.topics.get(`${agent}|${topic}`) ?? []; }
+
+  info(agent) { return this.header.agents.find((a) => a.name === agent); }
+
+  /** Unit of a signal; empty for a plain number. */
+  unit(agent, signal) {
+    const units = this.info(agent)?.signals?.find((s) => s.name === signal.replace(/^min\(|\)$/g, ""))?.units ?? [];
+    return new Set(units).size === 1 && units[0] !== "1" ? units[0] : "";
+  }
+
+  /** Pose of a body at a time; null if it is not known. */
+  pose(body, t) {
+    const row = this.get(body, "pose")?.between(t, [2, 4, 5]);
+    if (!row || Number.isNaN(row[0])) return null;
+    const [x, y, yaw, z, roll, pitch] = row;
+    return { x, y, yaw, z, roll, pitch };
+  }
+
+  /** Outcome of an agent, or null while it has none; a recording that was cut off has it in its summary only. */
+  outcome(agent) {
+    const result = this.results?.[agent];
+    return this.get(agent, "outcome")?.v.at(-1) ?? (result ? { ...result, t: this.end } : null);
+  }
+
+  /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
+  moment() {
+    const failed = this.agents.find((a) => this.outcome(a) && this.outcome(a).outcome !== "success");
+    if (failed) {
+      const { t } = this.outcome(failed);
+      const cause = this.log.findLast(([at, agent, level, , about]) => agent === failed && level >= 4 && at <= t && about);
+      if (cause) return { t: cause[0], address: cause[4] };
+      const leaf = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((a, b) => b.name.length - a.name.length)[0];
+      return leaf ? { t: leaf.since(t), address: leaf.address } : { t, address: `${failed}|outcome|` };
+    }
+    for (const agent of this.agents) {
+      const fired = this.log.find(([, a, , , about]) => a === agent && about.startsWith(`${agent}|rule|`));
+      if (fired) return { t: fired[0], address: fired[4] };
+    }
+    return { t: this.start, address: "" };
+  }
+}
+
+/** A number of a live message: what JSON has no number for comes as text. */
+const real = (value) => ({ "NaN": NaN, "∞": Infinity, "−∞": -Infinity })[value] ?? value;
+
+/** Column of numbers from differences of neighbours, whose bytes are in planes. */
+const unpacked = (bytes, start, [count, width, resolution, size]) => {
+  const rows = count / width, whole = new Int32Array(count);
+  for (let column = 0; column < width; column++) {
+    let sum = 0;
+    for (let row = 0; row < rows; row++) {
+      let step = 0;
+      for (let i = 0; i < size; i++) step |= bytes[start + i * count + column * rows + row] << (8 * i);
+      sum = (sum + ((step >>> 1) ^ -(step & 1))) | 0;
+      whole[row * width + column] = sum;
+    }
+  }
+  if (resolution === 1) return whole;
+  return Float64Array.from(whole, (w) => (w === NAN ? NaN : w === INFINITE ? Infinity : w === NAN + 1 ? -Infinity : w * resolution));
+};

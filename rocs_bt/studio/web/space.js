@@ -1,0 +1,71 @@
+// The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
+import { color, dark, el, upto } from "./dom.js";
+import { View3d, placed } from "./view3d.js";
+
+const WINDOW = 20; // [s] of the way behind a robot
+const LOW = 0.3; // [m] height of what has none in the header
+
+/** Red, green and blue of a colour of the style sheet. */
+const rgb = (name) => {
+  const text = color(name), full = text.length === 4 ? text.replace(/[0-9a-f]/g, "$&$&") : text;
+  return [1, 3, 5].map((i) => parseInt(full.slice(i, i + 2), 16) / 255);
+};
+
+/** Quaternion of yaw, pitch and roll. */
+const turned = (yaw, pitch = 0, roll = 0) => {
+  const [[cy, sy], [cp, sp], [cr, sr]] = [yaw, pitch, roll].map((angle) => [Math.cos(angle / 2), Math.sin(angle / 2)]);
+  return [cy * cp * cr + sy * sp * sr, cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr];
+};
+
+const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math.cos((i * Math.PI) / 12), y + r * Math.sin((i * Math.PI) / 12)]);
+
+export class Space {
+  constructor(run, cursor, box) {
+    Object.assign(this, { run, cursor, box, canvas: el("canvas", { hidden: true, "aria-label": "arena in space" }) });
+    cursor.addEventListener("move", () => this.draw());
+    dark.addEventListener("change", () => setTimeout(() => { this.view = null; this.draw(); }));
+  }
+
+  /** Shapes of the world, which is body 0, and of all bodies. */
+  shapes() {
+    const { outlines = [], grounds = [], bodies } = this.run.header, still = { position: [0, 0, 0], quaternion: [1, 0, 0, 0] };
+    const world = [...outlines, ...grounds].map(({ points, radius = 0, height = 0 }) => (
+      { kind: "prism", size: [radius > 0 ? circle(points[0], radius) : points, height || LOW], ...still, body: 0, tint: [...rgb("wall"), 1] }
+    ));
+    const own = (name) => [...rgb(this.run.agents.includes(name) ? "deliberative" : "other"), 1];
+    const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [] }, i) => (
+      shapes.length ? shapes.map((shape) => ({ ...shape, body: i + 1 }))
+        : hull.length ? [{ kind: "prism", size: [hull, height], ...still, body: i + 1, tint: own(name) }] : []
+    ));
+    return [...world, ...robots];
+  }
+
+  /** The view, made when it is first shown; null without WebGL. */
+  get made() {
+    if (!this.view && !this.broken) {
+      const [x0, y0, x1, y1] = this.box;
+      try {
+        this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], 1.15 * Math.hypot(x1 - x0, y1 - y0));
+      } catch (error) {
+        this.broken = error.message;
+      }
+    }
+    return this.view;
+  }
+
+  draw() {
+    if (this.canvas.hidden || !this.made) return;
+    const { run, cursor: { t, agent }, view } = this, pose = (name, at) => run.pose(name, at);
+    view.sky = rgb("raised");
+    const matrices = run.header.bodies.map(({ name }) => {
+      const p = pose(name, t);
+      return p && placed([p.x, p.y, p.z ?? 0], turned(p.yaw, p.pitch, p.roll));
+    });
+    const track = run.get(agent, "pose"), points = [];
+    for (let i = track ? upto(track.t, t - WINDOW) : 0; track && i < upto(track.t, t); i++) {
+      const [x, y, , z = 0] = track.row(i);
+      points.push([x, y, z + 0.02]);
+    }
+    view.draw([placed([0, 0, 0]), ...matrices], [{ points, tint: [...rgb("deliberative"), 1] }]);
+  }
+}

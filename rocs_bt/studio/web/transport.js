@@ -1,0 +1,85 @@
+// Play, steps, speed and clock, and the whole run as one bar with its marks.
+import { color, el, prepare, put, seconds } from "./dom.js";
+
+const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
+
+export class Transport {
+  constructor(run, cursor) {
+    const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
+    Object.assign(this, { run, cursor, window: null });
+    this.clock = el("output", { class: "clock" });
+    this.play = button("▶", "play or pause (space)", () => cursor.play());
+    this.pace = el(
+      "select", { "aria-label": "speed", onchange: () => { cursor.pace = Number(this.pace.value); } },
+      ...PACES.map((pace) => el("option", { value: pace, selected: pace === 1 }, `×${pace}`)),
+    );
+    this.canvas = el("canvas");
+    this.line = el("div", { class: "now" });
+    this.bar = el(
+      "div",
+      { class: "overview", role: "slider", tabindex: 0, "aria-label": "time", "aria-valuemin": run.start, "aria-valuemax": run.end },
+      this.canvas, this.line,
+    );
+    const seek = (event) => {
+      const part = (event.clientX - this.bar.getBoundingClientRect().left) / this.bar.clientWidth;
+      cursor.move(run.start + part * (run.end - run.start));
+    };
+    this.bar.addEventListener("pointerdown", (event) => { this.bar.setPointerCapture(event.pointerId); seek(event); });
+    this.bar.addEventListener("pointermove", (event) => { if (event.buttons === 1) seek(event); });
+    this.box = el(
+      "div", { class: "transport" },
+      button("⇤", "to the start (home)", () => cursor.move(run.start)),
+      button("‹", "previous event (,)", () => cursor.step(-1)),
+      this.play,
+      button("›", "next event (.)", () => cursor.step(1)),
+      button("⇥", "to the end (end)", () => cursor.move(run.end)),
+      this.pace, this.clock, this.bar,
+    );
+    cursor.addEventListener("move", () => this.place());
+    cursor.addEventListener("agent", () => this.fit());
+    cursor.addEventListener("play", () => put(this.play, cursor.playing ? "❚❚" : "▶"));
+  }
+
+  /** Draws the bar; `window` is the interval that the timeline shows. */
+  fit(window = this.window) {
+    const { run, cursor } = this, wide = this.bar.clientWidth, span = Math.max(run.end - run.start, 1e-9);
+    this.window = window;
+    if (!wide) return;
+    const g = prepare(this.canvas, wide, HIGH), x = (t) => ((t - run.start) / span) * wide;
+    this.wide = wide;
+    g.fillStyle = color("track");
+    g.fillRect(0, 9, wide, 12);
+    for (const { from, to, value } of run.get(cursor.agent, "route")?.spans(run.end) ?? []) {
+      g.fillStyle = color(value);
+      g.fillRect(x(from), 9, Math.max(1, x(to) - x(from)), 12);
+    }
+    g.fillStyle = color("bad");
+    for (const [t, , level] of run.log) {
+      if (level < 4) continue;
+      g.beginPath();
+      g.moveTo(x(t) - 4, 0);
+      g.lineTo(x(t) + 4, 0);
+      g.lineTo(x(t), 8);
+      g.fill();
+    }
+    for (const agent of run.agents) {
+      const outcome = run.outcome(agent);
+      if (!outcome) continue;
+      g.fillStyle = color(outcome.outcome === "success" ? "good" : "bad");
+      g.fillRect(Math.min(wide - 3, x(outcome.t)), 4, 3, 22);
+    }
+    if (window && window[1] - window[0] < span - 1e-6) {
+      g.strokeStyle = color("ink");
+      g.strokeRect(x(window[0]) + 0.5, 6.5, x(window[1]) - x(window[0]) - 1, 17);
+    }
+    this.bar.setAttribute("aria-valuemax", run.end.toFixed(2));
+    this.place();
+  }
+
+  place() {
+    const { t } = this.cursor, { start, end } = this.run;
+    put(this.clock, seconds(t));
+    this.bar.setAttribute("aria-valuenow", t.toFixed(2));
+    this.line.style.transform = `translateX(${((t - start) / Math.max(end - start, 1e-9)) * (this.wide ?? 0)}px)`;
+  }
+}

@@ -1,0 +1,159 @@
+"""Tracks: what held at any time, against the explanation of that time, which folds the events on its own."""
+
+import math
+import random
+
+import pytest
+
+from rocs_bt.event import (
+    BlackboardChanged,
+    KnowledgeChanged,
+    MotionHeld,
+    MotionReleased,
+    RuleChanged,
+    SensorFailed,
+    SensorRead,
+    SubtreeSwapped,
+    pack,
+)
+from rocs_bt.record import why
+from rocs_bt.record.header import BodyInfo, Fan, RunHeader
+from rocs_bt.record.track import Curve, Steps
+from rocs_bt.record.tracks import TOPICS, Key, Tracks
+
+from .. import synthetic
+
+
+@pytest.fixture(scope="module")
+def tracks(recording):
+    tracks = Tracks(recording.header)
+    tracks.take(recording.events())
+    return tracks
+
+
+def test_the_state_at_any_time_is_that_of_the_explanation(recording, tracks):
+    times = sorted(random.Random(3).uniform(0.0, tracks.end) for _ in range(60))
+    for t, found in zip(times, why.explain_each(recording, times, "R2"), strict=True):
+        assert {p: e.status for p, e in found.tree.events.items()} == tracks.state(t, "R2", "node")
+        running = {str(n): e.state for n, e in found.tickets.items()}
+        assert running == {n: e.state for n, e in tracks.state(t, "R2", "ticket").items() if int(n) in found.tickets}
+        assert {n: v for n, (_, v) in found.signals.items()} == {
+            n: list(track.at(t)) for n, track in tracks.of("R2", "signal").items() if track.t[0] <= t
+        }
+        facts = tracks.state(t, "R2", "fact")
+        assert set(found.graph.nodes()) == {name for name in facts if "\n" not in name}
+        for name, value in facts.items():
+            node, _, attribute = name.partition("\n")
+            if attribute and "\n" not in attribute:
+                assert found.graph.attributes(node)[attribute] == value
+        assert {n: list(e.values) for n, e in found.commands.items()} == {
+            n: list(track.at(t)) for n, track in tracks.of("R2", "command").items() if track.t[0] <= t
+        }
+
+
+@pytest.mark.parametrize(
+    ("phases", "latched", "active", "waits", "fired"),
+    [
+        (["latched"], True, False, False, 0),
+        (["latched", "waits"], True, False, True, 0),
+        (["latched", "waits", "released"], False, False, False, 0),
+        (["latched", "waits", "fired"], True, True, False, 1),
+        (["latched", "fired"], True, True, False, 1),
+        (["latched", "fired", "released"], False, True, False, 1),
+        (["latched", "fired", "released", "ended"], False, False, False, 1),
+        (["latched", "fired", "fired again"], True, True, False, 1),
+        (["latched", "fired", "released", "latched"], True, True, False, 1),
+    ],
+)
+def test_a_rules_latch_and_its_action_are_two_things(phases, latched, active, waits, fired):
+    tracks = Tracks(synthetic.header())
+    events = [RuleChanged(t=i, agent="R2", rule="a/B", phase=p, priority=1) for i, p in enumerate(phases)]
+    tracks.take(events)
+    state = tracks.get("R2", "rule", "a/B").at(99.0)
+    assert (state.latched, state.active, state.waits, state.fired) == (latched, active, waits, fired)
+
+
+def test_what_a_removed_node_had_is_gone_and_comes_back_with_it():
+    tracks = Tracks(synthetic.header())
+    for t, what, name, value in [
+        (0.0, "node added", "object", None),
+        (1.0, "attribute", "radius", 0.3),
+        (1.0, "edge added", "near", "wall"),
+        (2.0, "node removed", "", None),
+        (3.0, "node added", "object", None),
+    ]:
+        tracks.emit(KnowledgeChanged(t=t, agent="R2", what=what, subject="box", name=name, value=value))
+    assert tracks.state(1.5, "R2", "fact") == {"box": "object", "box\nradius": 0.3, "box\nnear\nwall": {}}
+    assert tracks.state(2.5, "R2", "fact") == {}
+    assert tracks.state(3.5, "R2", "fact") == {"box": "object"}
+
+
+def test_after_a_swap_the_nodes_that_went_have_no_status(recording):
+    tracks = Tracks(recording.header)
+    tracks.take(e for e in recording.events() if e.t < 2.0)
+    nodes = (("go to", "Sequence", ""), ("go to/Stop", "Act", "go to"))
+    tracks.emit(SubtreeSwapped(t=2.0, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
+    assert "go to/GoTo" in tracks.state(1.9, "R2", "node")
+    assert set(tracks.state(2.0, "R2", "node")) <= {"go to", "go to/Stop"}
+    assert [n.path for n in tracks.get("R2", "tree").at(2.0)] == ["go to", "go to/Stop"]
+    assert len(tracks.get("R2", "tree").at(1.9)) == 3
+
+
+def test_the_log_has_the_sentences_and_what_they_are_about():
+    tracks = Tracks(synthetic.header())
+    tracks.take(
+        [
+            SensorFailed(t=1.0, agent="R2", sensor="sonar", detail="no answer"),
+            MotionHeld(t=2.0, agent="R2", actuator="wheels", reason="emergency stop"),
+            MotionReleased(t=3.0, agent="R2", actuator="wheels", by="Ann"),
+            BlackboardChanged(t=4.0, agent="R2", key="path", value="3 poses", subtree="top/S"),
+        ]
+    )
+    assert [(line.text, line.about) for line in tracks.log] == [
+        ("sensor sonar failed: no answer", None),
+        ("wheels held in neutral: emergency stop", Key("R2", "hold", "wheels")),
+        ("wheels released by Ann", Key("R2", "hold", "wheels")),
+        ("path = 3 poses in top/S", Key("R2", "board", "top/S\npath")),
+    ]
+    assert [tracks.get("R2", "hold", "wheels").at(t) for t in (1.0, 2.5, 3.5)] == [None, "emergency stop", ""]
+
+
+def test_only_the_asked_topics_are_followed(recording):
+    for topic in TOPICS:
+        tracks = Tracks(recording.header, [topic])
+        tracks.take(recording.events())
+        whole = Tracks(recording.header)
+        whole.take(recording.events())
+        for key, track in tracks.items():
+            assert track.t == whole.get(*key).t
+
+
+def test_a_value_that_does_not_change_costs_nothing_and_a_late_one_is_found():
+    steps = Steps()
+    for t, value in [(0.0, "a"), (0.1, "a"), (0.2, "b"), (0.2, "c"), (0.3, "c")]:
+        steps.put(t, value)
+    assert (steps.t, steps.v) == ([0.0, 0.2], ["a", "c"])
+    assert [steps.at(t) for t in (-1.0, 0.0, 0.19, 0.2, 9.0)] == [None, "a", "a", "c", "c"]
+    assert [(s.begin, s.end, s.value) for s in steps.spans(1.0)] == [(0.0, 0.2, "a"), (0.2, 1.0, "c")]
+
+
+def test_a_sample_is_no_longer_valid_after_its_age():
+    curve = Curve(2, max_age=0.5)
+    curve.add(1.0, pack([1.0, 2.0]))
+    curve.add(1.1, pack([1.0]))  # of another width
+    assert list(curve.at(1.5)) == [1.0, 2.0]
+    assert all(map(math.isnan, [*curve.at(0.9), *curve.at(1.6)]))
+
+
+def test_a_long_run_of_a_wide_scanner_is_thinned_and_its_newest_scan_stays():
+    fan = Fan(x=0.0, y=0.0, yaw=-2.0, step=4.0 / 719, rays=720, reach=10.0)
+    tracks = Tracks(RunHeader(scenario="s", seed=1, bodies=(BodyInfo(name="R2", hull=(), fans={"lidar": fan}),)))
+    for k in range(5_000):
+        values = [k + 0.001 * ray for ray in range(720)]
+        tracks.emit(SensorRead(t=0.05 * k, agent="R2", sensor="lidar", stamp=0.05 * k, data=pack(values)))
+        track = tracks.get("R2", "scan", "lidar")
+        assert track.t[-1] == 0.05 * k
+    assert (track.ray, track.width) == (6, 120)
+    assert 1_000 < len(track.t) <= 2_401
+    assert list(track.at(0.05 * 4_999)) == [4_999 + 0.001 * ray for ray in range(0, 720, 6)]
+    assert track.t[:-1] == [0.05 * k for k in range(0, 5_000, track.every)][: len(track.t) - 1]
