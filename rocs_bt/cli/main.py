@@ -11,13 +11,16 @@ import io
 import signal
 import sys
 from collections.abc import Sequence
+from functools import cache
+from importlib.metadata import EntryPoint
 from keyword import iskeyword
 from typing import NoReturn
 
 import click
 
 from ..current_folder import keep_current_folder_off_path
-from ..errors import InputError, RecordingError, RocsError
+from ..errors import Fault, InputError, RecordingError, RocsError
+from ..registered import registered
 from ..version import __version__
 from .stop import end_by_signals
 from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
@@ -57,19 +60,50 @@ class _LazyGroup(click.Group):
     """Group that loads a command's module when the command is called."""
 
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return list(COMMANDS)
+        return [*COMMANDS, *_added()]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        if cmd_name not in COMMANDS:
+        if cmd_name in COMMANDS:
+            module = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
+            command: click.Command = importlib.import_module(f"{__package__}.{module}").command
+        elif found := _added().get(cmd_name):
+            command = _loaded(found)
+        else:
             return None
-        module = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
-        command: click.Command = importlib.import_module(f"{__package__}.{module}").command
         command.name = cmd_name  # the manual takes its headings from it
         return command
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl(list(COMMANDS.items()))
+            formatter.write_dl([*COMMANDS.items(), *((name, _description(found)) for name, found in _added().items())])
+
+
+@cache
+def _added() -> dict[str, EntryPoint]:
+    """Commands that wings and other packages register in `rocs_bt.commands`; a name of the core stays the core's."""
+    return {name: found for name, found in sorted(registered("rocs_bt.commands").items()) if name not in COMMANDS}
+
+
+def _description(found: EntryPoint) -> str:
+    """First sentence about a registered command, or the reason why it cannot be loaded."""
+    try:
+        return _loaded(found).get_short_help_str(limit=100)
+    except InputError as error:
+        return error.faults[0].message
+
+
+def _loaded(found: EntryPoint) -> click.Command:
+    """The registered command.
+
+    Raises:
+        InputError: It cannot be loaded.
+    """
+    try:
+        command: click.Command = found.load()
+    except Exception as error:  # a package of another author must not break the help of all commands
+        hint = f"It is registered as {found.value}."
+        raise InputError(Fault(f"the command cannot be loaded: {error}.", hint=hint)) from error
+    return command
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

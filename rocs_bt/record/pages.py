@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
-from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
 from typing import Any
 
 from ..errors import Fault, InputError
-from ..files import is_file, read_text
+from ..registered import registered
 from .recording import Recording
 from .summary import Summary
-
-GROUP = "rocs_bt.report"
-
-_PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checkout, which may not be installed
 
 
 def page_maker(name: str) -> Any:
@@ -23,19 +17,10 @@ def page_maker(name: str) -> Any:
     Raises:
         InputError: Nothing is registered, because rocs_bt is not installed.
     """
-    for found in (*entry_points(group=GROUP, name=name), *_of_checkout(name)):
+    if found := registered("rocs_bt.report").get(name):
         return found.load()
     hint = "Install rocs_bt, for example with `pip install -e .` in its checkout."
     raise InputError(Fault(f"no package makes the page '{name}'.", hint=hint))
-
-
-def _of_checkout(name: str) -> tuple[EntryPoint, ...]:
-    """Entry point that the project file beside the package declares; none if the package is installed elsewhere."""
-    if not is_file(_PROJECT):
-        return ()
-    project = tomllib.loads(read_text(_PROJECT))["project"]
-    declared = project.get("entry-points", {}).get(GROUP, {})
-    return (EntryPoint(name, declared[name], GROUP),) if name in declared else ()
 
 
 def write_report(recording: Recording, summary: Summary | None, path: Path) -> None:

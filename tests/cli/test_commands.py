@@ -7,11 +7,16 @@ import operator
 import os
 import subprocess
 import sys
+from importlib.metadata import EntryPoint
 from pathlib import Path
 
+import click
 import pytest
 
 from rocs_bt.check import check as checking
+from rocs_bt.cli import main
+from rocs_bt.registered import registered
+from rocs_bt.studio.report import write_report
 
 
 def test_list_as_json_has_what_a_script_needs(rocs_bt):
@@ -193,3 +198,35 @@ def test_help_names_every_command(rocs_bt):
     told = rocs_bt("--help").out
     for command in ("run", "replay", "plot", "list", "show", "check", "identify", "diff", "new", "doctor"):
         assert f"  {command} " in told
+
+
+def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(monkeypatch, rocs_bt):
+    table = {
+        "hello": EntryPoint("hello", f"{__name__}:hello", "rocs_bt.commands"),
+        "broken": EntryPoint("broken", "no_such_package:command", "rocs_bt.commands"),
+        "run": EntryPoint("run", f"{__name__}:hello", "rocs_bt.commands"),  # the core keeps its names
+    }
+    monkeypatch.setattr(main, "registered", lambda group: table if group == "rocs_bt.commands" else {})
+    main._added.cache_clear()
+    try:
+        help_ = rocs_bt("--help").out
+        assert "hello" in help_
+        assert "Greet." in help_
+        assert "cannot be loaded: No module named 'no_such_package'" in help_
+        assert "registered as no_such_package:command" in rocs_bt("broken").err
+        assert rocs_bt("hello").out == "hello\n"
+        assert "SCENARIO" in rocs_bt("run", "--help").out
+    finally:
+        main._added.cache_clear()
+
+
+def test_entry_points_of_a_checkout_are_found_without_an_installation(monkeypatch):
+    monkeypatch.setattr("rocs_bt.registered.entry_points", lambda group: ())
+    assert registered("rocs_bt.report")["report"].load() is write_report
+    assert registered("rocs_bt.nothing") == {}
+
+
+@click.command()
+def hello() -> None:
+    """Greet."""
+    click.echo("hello")

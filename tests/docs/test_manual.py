@@ -24,7 +24,7 @@ PAGES = {
 } - {"index"}
 INTERNAL = {  # modules and packages that the API reference omits
     "arguments", "cli", "confine", "current_folder", "dialect", "document", "files", "nesting",
-    "python_content", "raised", "toml_edit", "toml_text", "version", "words",
+    "python_content", "raised", "registered", "toml_edit", "toml_text", "version", "words",
 }  # fmt: skip  # a table
 
 
