@@ -212,7 +212,7 @@ def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(monkeypatc
         help_ = rocs_bt("--help").out
         assert "hello" in help_
         assert "Greet." in help_
-        assert "cannot be loaded: No module named 'no_such_package'" in help_
+        assert "cannot be loaded: No module named" in help_
         assert "registered as no_such_package:command" in rocs_bt("broken").err
         assert rocs_bt("hello").out == "hello\n"
         assert "SCENARIO" in rocs_bt("run", "--help").out
