@@ -33,7 +33,6 @@ from .robot_spec import (
 )
 from .scenario_file import ActorSpec, AgentSpec, PlaceSpec, RequirementSpec, ScenarioSpec, read_scenario
 from .scenario_tables import FactSpec, RateSpec, ShareSpec
-from .upgrade import KeyChange, Upgrade, upgraded, upgrades
 
 __all__ = [
     "IDENTIFIED",
@@ -48,7 +47,6 @@ __all__ = [
     "Entry",
     "FactSpec",
     "GroundSpec",
-    "KeyChange",
     "LocomotionSpec",
     "MonitorSpec",
     "PlaceSpec",
@@ -60,7 +58,6 @@ __all__ = [
     "ScenarioSpec",
     "SensorSpec",
     "ShareSpec",
-    "Upgrade",
     "classes_in",
     "command_size",
     "content_hash",
@@ -79,6 +76,4 @@ __all__ = [
     "running",
     "running_class",
     "shipped_root",
-    "upgraded",
-    "upgrades",
 ]

@@ -14,7 +14,6 @@ from typing import Any
 from ..document import Table, read_toml
 from ..errors import InputError
 from ..toml_text import Key
-from .renamed_keys import refuse_old_format, refuse_old_keys
 
 Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
@@ -49,8 +48,7 @@ def read_with_base(file: Path, find: FindBase = no_base) -> Table:
         Merged root table.
 
     Raises:
-        InputError: A file cannot be read, a base does not exist, a file is based on itself, or a file has an old
-            format or renamed keys.
+        InputError: A file cannot be read, a base does not exist, or a file is based on itself.
     """
     return merged_with_base(read_toml(file), find)
 
@@ -63,18 +61,6 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
         find: Finds the file of a base by its name.
         readers: Files based on this one, for the detection of cycles.
     """
-    refuse_old_format(own)
-    merged = _with_base(own, find, readers)
-    refuse_old_keys(merged)
-    return merged
-
-
-def merged_data(own: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
-    """Merge two documents without positions; `own` has precedence."""
-    return _merged(own, base, (), (), {}, {})
-
-
-def _with_base(own: Table, find: FindBase, readers: tuple[Path, ...]) -> Table:
     name, file = own.text("base", ""), own.file
     readers = (*readers, file.resolve())
     if "base" not in own:
@@ -91,6 +77,11 @@ def _with_base(own: Table, find: FindBase, readers: tuple[Path, ...]) -> Table:
     merged = Table(file, data, (), positions, bases=(path, *base.bases))
     merged.text("base")
     return merged
+
+
+def merged_data(own: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
+    """Merge two documents without positions; `own` has precedence."""
+    return _merged(own, base, (), (), {}, {})
 
 
 def _merged(

@@ -21,7 +21,6 @@ from ..python_content import classes_in, is_reference
 from ..safety import Landing, Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from .inherit import FindBase, no_base, read_with_base
-from .renamed_keys import ROBOT
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -33,7 +32,7 @@ from .robot_spec import (
 )
 from .values import driver_parameters, locomotion_parameters, raw_parameters, read_name, ros2_settings
 
-FORMAT = ROBOT.name
+FORMAT = "robot/3"
 
 
 def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:

@@ -15,11 +15,10 @@ from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
-from .renamed_keys import SCENARIO
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import ParameterTable, latency_of, mission_parameters_in, raw_parameters, read_name
 
-FORMAT = SCENARIO.name
+FORMAT = "scenario/2"
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,6 @@ COMMANDS = {
     "show": "Draw a mission as text, SVG, HTML or XML; list a rule file or its compiled code.",
     "palette": "Write the nodes available to missions, for an editor such as Groot2.",
     "check": "Check content files; reports all faults at once.",
-    "upgrade": "Rewrite content files of old formats; keeps comments.",
     "rules": "Test rule files, replay them on recordings, tune their thresholds.",
     "knowledge": "Query, draw, export and import the knowledge of agents.",
     "share": "Make keys for robots that share knowledge over a network.",

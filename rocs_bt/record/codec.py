@@ -21,7 +21,6 @@ from .. import event as ev
 from ..errors import RecordingError
 from ..event import Event
 from ..nesting import check_nesting
-from .renamed_events import RENAMED_EVENTS
 
 #: Kinds of events that can be decoded.
 KINDS: tuple[type[Event], ...] = tuple(
@@ -109,18 +108,15 @@ def encode_all(events: Sequence[Event]) -> list[bytes | None]:
     ]
 
 
-def decode(data: bytes, kind: str = "") -> Event:
+def decode(data: bytes) -> Event:
     """Decode an event encoded by `encode`.
 
     Args:
         data: The message.
-        kind: Name of its kind in the recording, which may be an old one; empty for a present name.
 
     Raises:
         RecordingError: The message does not contain an event.
     """
-    if kind in RENAMED_EVENTS:  # the tag is the first key
-        data = data.replace(_tag(kind), _tag(RENAMED_EVENTS[kind]), 1)
     try:
         check_nesting(data)
         if b'"non_finite"' not in data:
@@ -131,10 +127,6 @@ def decode(data: bytes, kind: str = "") -> Event:
         return cast(Event, msgspec.convert(fields, _ANY))
     except (msgspec.DecodeError, msgspec.ValidationError, LookupError, TypeError, ValueError, struct.error) as error:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
-
-
-def _tag(kind: str) -> bytes:
-    return f'{{"{Event.__struct_config__.tag_field}":"{kind}"'.encode()
 
 
 def _all_finite(event: Event) -> bool:

@@ -205,10 +205,9 @@ def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
     children: dict[str, list[str]] = {}
     for path, _, parent in swap.nodes:
         children.setdefault(parent, []).append(path)
-    ports = swap.ports or ("",) * len(swap.nodes)  # older recordings have none
     return tuple(
         TreeNode(path=path, type=kind, children=tuple(children.get(path, ())), ports=text)
-        for (path, kind, _), text in zip(swap.nodes, ports, strict=True)
+        for (path, kind, _), text in zip(swap.nodes, swap.ports, strict=True)
     )
 
 

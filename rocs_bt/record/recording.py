@@ -25,7 +25,6 @@ from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
-from .renamed_events import RENAMED_EVENTS
 from .summary import Summary
 
 R = TypeVar("R")
@@ -118,22 +117,23 @@ class Recording:
         Raises:
             RecordingError: A message is damaged.
         """
-        kinds: dict[int, str] = {}
+        wanted = set[int]()
         schemas: dict[int, str] = {}
-        names = {kind.__name__ for kind in only} or {kind.__name__ for kind in codec.KINDS} | RENAMED_EVENTS.keys()
-        known = {codec.SCHEMA_PREFIX + name: name for name in names}
+        names = {kind.__name__ for kind in only} or {kind.__name__ for kind in codec.KINDS}
+        known = {codec.SCHEMA_PREFIX + name for name in names}
         for chunk in self._chunks:
             for opcode, body in _records(_content(chunk)):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # Others are messages for viewers, and events of kinds that a user added.
-                    if kind := kinds.get(_MESSAGE.unpack_from(body)[0]):
-                        yield codec.decode(body[_MESSAGE.size :], kind)
+                    if _MESSAGE.unpack_from(body)[0] in wanted:
+                        yield codec.decode(body[_MESSAGE.size :])
                 elif opcode == Opcode.SCHEMA:
                     schema = _parsed(Schema, body, self.path)
                     schemas[schema.id] = schema.name
                 elif opcode == Opcode.CHANNEL:
                     channel = _parsed(Channel, body, self.path)
-                    kinds[channel.id] = known.get(schemas.get(channel.schema_id, ""), "")
+                    if schemas.get(channel.schema_id) in known:
+                        wanted.add(channel.id)
 
 
 def _walk(data: bytes, file: Path) -> _Contents:

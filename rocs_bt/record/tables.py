@@ -14,7 +14,6 @@ from ..event import Event, unpack
 from . import codec
 from .header import AgentInfo, SignalInfo
 from .recording import Recording
-from .renamed_events import RENAMED_EVENTS
 from .snapshots import samples_of
 
 Table = NDArray[np.void]
@@ -48,7 +47,6 @@ def event_table(recording: Recording, kind: str | type[Event] = "", agent: str |
         RecordingError: The recording cannot be read.
     """
     name = kind if isinstance(kind, str) else kind.__name__
-    name = RENAMED_EVENTS.get(name, name)
     if name and name not in _KINDS:
         raise InputError(unknown("type of event", name, _KINDS))
     if agent is not None:

@@ -68,8 +68,6 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("rules test rules/keep_clear.toml", "rules/tests/keep_clear.toml", {}),
     ("rules replay keep_clear r", "r/run.mcap", {}),
     ("rules tune keep_clear r --rule AvoidCollision --threshold near", "r/run.mcap", {}),
-    ("upgrade", "scenarios/first.toml", {}),
-    ("upgrade p.toml", "p.toml", {}),
     ("replay r", "r/run.mcap", {}),
     ("replay r/run.mcap --why 1", "r/run.mcap", {}),
     ("replay --bag b.mcap --robot rover", "b.mcap", {}),
