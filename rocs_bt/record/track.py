@@ -45,6 +45,19 @@ class Steps:
             self.t.append(t)
             self.v.append(value)
 
+    def add(self, t: float, value: Any) -> None:
+        """Set the value from a time on, also if it does not change."""
+        if self.t and self.t[-1] == t:
+            self.v[-1] = value
+            return
+        self.t.append(t)
+        self.v.append(self.v[-1] if self.v and self.v[-1] == value else value)
+
+    def first(self, t: float, value: Any) -> None:
+        """Set the only value of the track; later ones are ignored."""
+        if not self.t:
+            self.put(t, value)
+
     def at(self, t: float) -> Any:
         """Value at a time [s]; None before the first."""
         i = bisect_right(self.t, t + _SLACK) - 1
@@ -88,6 +101,11 @@ class Curve:
         if i < 0 or t - self.t[i] > self.max_age + _SLACK:
             return [math.nan] * self.width
         return self.data[i * self.width : (i + 1) * self.width].tolist()
+
+    def last(self, t: float) -> tuple[float, list[float]] | None:
+        """Time [s] and values of the last sample until a time, however old; None if there is none."""
+        i = bisect_right(self.t, t + _SLACK) - 1
+        return None if i < 0 else (self.t[i], self.data[i * self.width : (i + 1) * self.width].tolist())
 
     def extend(self, t: Sequence[float], rows: NDArray[np.float64]) -> None:
         """Append several samples, shape (n, width)."""

@@ -19,6 +19,7 @@ from ..event import (
     AgentStopped,
     AtomicStarted,
     BlackboardChanged,
+    BlockFailed,
     BodyMoved,
     ContentRaised,
     Event,
@@ -40,6 +41,9 @@ from ..event import (
 )
 from .codec import KINDS
 from .header import RunHeader, nodes_after
+from .motion import MOTION, motion_words, tilt_words
+from .recording import Recording
+from .states import Drive, RuleState
 from .track import Curve, Scans, Steps
 
 
@@ -49,35 +53,6 @@ class Key(NamedTuple):
     agent: str
     topic: str
     name: str = ""
-
-
-class RuleState(msgspec.Struct, frozen=True):
-    """State of a reflex rule.
-
-    Attributes:
-        latched: Whether the rule is latched.
-        active: Whether its action is the robot's.
-        waits: Whether it waits behind another reflex.
-        fired: Number of its activations so far.
-        reading: Values of its guard at its last change.
-        parameters: Parameters of its action at its last change, SI units.
-    """
-
-    latched: bool = False
-    active: bool = False
-    waits: bool = False
-    fired: int = 0
-    reading: str = ""
-    parameters: Mapping[str, Any] = {}
-
-    def after(self, event: RuleChanged) -> RuleState:
-        """The state after an event. A rule that fired stays active until its action has ended, even if released."""
-        phase = event.phase
-        latched = phase != "released" and (self.latched or phase in ("latched", "waits"))
-        active = phase != "ended" and (self.active or phase in ("fired", "fired again"))
-        waits = phase == "waits" or (self.waits and phase not in ("released", "fired"))
-        reading, parameters = event.reading or self.reading, event.parameters or self.parameters
-        return RuleState(latched, active, waits, self.fired + (phase == "fired"), reading, parameters)
 
 
 class LogLine(NamedTuple):
@@ -99,16 +74,20 @@ class Tracks:
 
     Attributes:
         header: Header of the run.
-        log: Sentences about the run's events, in order.
+        events: Events that are not emitted in every period, in order.
+        log: Sentences about these events.
         end: Time of the last event [s].
     """
 
     def __init__(self, header: RunHeader, topics: Collection[str] = ()) -> None:
         self.header = header
+        self.events: list[Event] = []
         self.log: list[LogLine] = []
         self.end = header.start
         self._tracks: dict[Key, Steps | Curve] = {}
+        self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
         self._movers: dict[str, str] = {}
+        self._running: dict[tuple[str, int], TicketChanged] = {}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
         self._scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
         self._scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
@@ -119,20 +98,36 @@ class Tracks:
         for agent in header.agents:
             self.steps(agent.name, "tree").put(header.start, agent.nodes)
 
+    @staticmethod
+    def of_recording(recording: Recording, topics: Collection[str] = ()) -> Tracks:
+        """Tracks of a recording; only the events of the topics are decoded.
+
+        Raises:
+            RecordingError: The recording is damaged.
+        """
+        tracks = Tracks(recording.header, topics)
+        events = recording.events(tracks.kinds)
+        # Threads emit events in nearly the order of their times.
+        tracks.take(events if recording.header.mode == "lockstep" else sorted(events, key=lambda event: event.t))
+        return tracks
+
+    @property
+    def kinds(self) -> Collection[type[Event]]:
+        """Types of events that these tracks take."""
+        return self._folds.keys()
+
     def emit(self, event: Event) -> None:
         """Take one event."""
         self.take((event,))
 
     def take(self, events: Iterable[Event]) -> None:
         """Take events in the order of their times."""
-        folds, log = self._folds, self.log
+        folds = self._folds
         for event in events:
-            kind = type(event)
-            self.end = max(self.end, event.t)
-            for fold in folds.get(kind, ()):
+            if event.t > self.end:
+                self.end = event.t
+            for fold in folds.get(type(event), ()):
                 fold(self, event)
-            if kind.sentence is not Event.sentence and (text := event.sentence):
-                log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
 
     def items(self) -> list[tuple[Key, Steps | Curve]]:
         """All tracks with their keys, in the order in which they began."""
@@ -142,9 +137,9 @@ class Tracks:
         """A track; None if nothing was recorded."""
         return self._tracks.get(Key(agent, topic, name))
 
-    def of(self, agent: str, topic: str) -> dict[str, Steps | Curve]:
-        """All tracks of a topic of an agent, by name."""
-        return {key.name: track for key, track in self._tracks.items() if key[:2] == (agent, topic)}
+    def of(self, agent: str, topic: str) -> Mapping[str, Steps | Curve]:
+        """All tracks of a topic of an agent, by name, in the order in which they began."""
+        return self._topics.get((agent, topic), {})
 
     def state(self, t: float, agent: str, topic: str) -> dict[str, Any]:
         """Values at a time of all tracks of a topic of an agent, by name; without those that have none."""
@@ -155,7 +150,7 @@ class Tracks:
         key = Key(agent, topic, name)
         track = self._tracks.get(key)
         if track is None:
-            track = self._tracks[key] = Steps()
+            track = self._add(key, Steps())
         assert isinstance(track, Steps)
         return track
 
@@ -166,9 +161,25 @@ class Tracks:
         if track is None:
             age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
             rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
-            track = self._tracks[key] = Scans(rays) if rays else Curve(width, age)
+            track = self._add(key, Scans(rays) if rays else Curve(width, age))
         assert isinstance(track, Curve)
         return track
+
+    def _add(self, key: Key, track: Steps | Curve) -> Steps | Curve:
+        self._tracks[key] = self._topics.setdefault((key.agent, key.topic), {})[key.name] = track
+        return track
+
+    def run(self, event: TicketChanged) -> None:
+        """Note the state of a ticket."""
+        if event.state == "RUNNING":
+            self._running[event.agent, event.ticket] = event
+        else:
+            self._running.pop((event.agent, event.ticket), None)
+
+    def running(self, agent: str) -> TicketChanged | None:
+        """Ticket of the action that runs now, of a reflex first; None if no action runs."""
+        found = [event for (name, _), event in self._running.items() if name == agent]
+        return min(found, key=lambda event: event.priority, default=None)  # "HIGH" < "NORMAL"
 
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
@@ -203,14 +214,47 @@ def _scan(tracks: Tracks, event: SensorRead) -> None:
         tracks.curve(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
 
 
+def _motion(tracks: Tracks, event: SignalsWritten) -> None:
+    """After the signals themselves."""
+    if not MOTION.isdisjoint(event.signals):
+        curves = tracks.of(event.agent, "signal")
+        values = {n: c.data[-c.width] for n in MOTION if isinstance(c := curves.get(n), Curve) and c.data}
+        tracks.steps(event.agent, "motion").put(event.t, motion_words(values))
+    if "tilt" in event.signals and not isinstance(tracks.get(event.agent, "motion", "true tilt"), Steps):
+        tracks.steps(event.agent, "motion", "tilt").put(event.t, tilt_words(event.values["tilt"][0]))
+
+
+def _tilt(tracks: Tracks, event: BodyMoved) -> None:
+    if not math.isnan(event.tilt):
+        tracks.steps(event.body, "motion", "true tilt").put(event.t, tilt_words(event.tilt))
+
+
 def _command(tracks: Tracks, event: ActuatorCommanded) -> None:
     tracks.curve(event.agent, "command", event.actuator, len(event.data) // 8).add(event.t, event.data)
+    tracks.steps(event.agent, "route", event.actuator).put(event.t, event.route)
     if tracks.moves(event.agent, event.actuator):
         tracks.steps(event.agent, "route").put(event.t, event.route)
 
 
+def _drive(tracks: Tracks, event: ActuatorCommanded) -> None:
+    """One sample for each time, even if nothing changes: the age of a command is that of its last sample."""
+    track, running = tracks.steps(event.agent, "drive"), tracks.running(event.agent)
+    ticket, action = (0, "") if running is None else (running.ticket, running.action)
+    neutral = not any(event.values) and not (track.t and track.t[-1] == event.t and not track.v[-1].neutral)
+    track.add(event.t, Drive(event.route, ticket, action, neutral))
+
+
+def _run(tracks: Tracks, event: TicketChanged) -> None:
+    tracks.run(event)
+
+
 def _stop(tracks: Tracks, event: AgentStopped) -> None:
     tracks.stop(event.agent, event.t)
+    tracks.steps(event.agent, "stopped").first(event.t, event.by)
+
+
+def _failed(tracks: Tracks, event: BlockFailed) -> None:
+    tracks.steps(event.agent, "failed").first(event.t, f"{event.what} failed\n{event.detail}")
 
 
 def _atomic(tracks: Tracks, event: AtomicStarted) -> None:
@@ -232,6 +276,7 @@ def _release(tracks: Tracks, event: MotionReleased) -> None:
 def _follower(tracks: Tracks, event: FollowerStepped) -> None:
     sample = pack((event.cross_track, event.heading_error))
     tracks.curve(event.agent, "follower", "error", 2).add(event.t, sample)
+    tracks.steps(event.agent, "follower", "rung").put(event.t, event.rung)
 
 
 def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
@@ -256,7 +301,11 @@ def _board(tracks: Tracks, event: BlackboardChanged) -> None:
 
 def _rule(tracks: Tracks, event: RuleChanged) -> None:
     track = tracks.steps(event.agent, "rule", event.rule)
-    track.put(event.t, (track.v[-1] if track.v else RuleState()).after(event))
+    rules = {
+        name: rule.v[-1] for name, rule in tracks.of(event.agent, "rule").items() if isinstance(rule, Steps) and rule.t
+    }
+    before = rules.pop(event.rule, RuleState())
+    track.put(event.t, before.after(event, rules))
 
 
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
@@ -281,15 +330,28 @@ def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
         tracks.steps(event.agent, "fact", f"{event.subject}\n{event.name}\n{event.value}").put(event.t, value)
 
 
+def _event(tracks: Tracks, event: Event) -> None:
+    tracks.events.append(event)
+    if type(event).sentence is not Event.sentence and (text := event.sentence):
+        tracks.log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
+
+
 def _outcome(tracks: Tracks, event: OutcomeDecided) -> None:
     tracks.steps(event.agent, "outcome").put(event.t, event)
+
+
+STREAMS: tuple[type[Event], ...] = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)
+"""Types of events that are emitted in every period."""
 
 
 TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "pose": {BodyMoved: _pose},
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},
+    "motion": {SignalsWritten: _motion, BodyMoved: _tilt},
     "command": {ActuatorCommanded: _command, AgentStopped: _stop},
+    "drive": {ActuatorCommanded: _drive, TicketChanged: _run},
+    "failed": {BlockFailed: _failed},
     "atomic": {AtomicStarted: _atomic},
     "push": {RobotPushed: _push},
     "hold": {MotionHeld: _hold, MotionReleased: _release},
@@ -301,14 +363,9 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "ticket": {TicketChanged: _ticket},
     "fact": {KnowledgeChanged: _fact},
     "outcome": {OutcomeDecided: _outcome},
+    "event": {kind: _event for kind in KINDS if kind not in STREAMS},
 }
 """Functions that fold events into tracks, by topic and type of event."""
-
-
-SHOWN: tuple[type[Event], ...] = tuple(
-    kind for kind in KINDS if kind.sentence is not Event.sentence or any(kind in folds for folds in TOPICS.values())
-)
-"""Types of events that tracks or their log take."""
 
 
 def _about(event: Event) -> Key | None:

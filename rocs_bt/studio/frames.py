@@ -11,10 +11,9 @@ import msgspec
 
 from ..event import Event
 from ..record import codec
-from ..record.tracks import SHOWN
 
-_KINDS = frozenset(SHOWN)
-_ANY: Any = reduce(or_, SHOWN)
+_KINDS = frozenset(codec.KINDS)
+_ANY: Any = reduce(or_, codec.KINDS)
 _ENCODE = msgspec.msgpack.Encoder(enc_hook=codec.plain).encode
 _EVENTS: msgspec.msgpack.Decoder[list[Event]] = msgspec.msgpack.Decoder(list[_ANY])
 T = TypeVar("T")

@@ -1,0 +1,95 @@
+"""Values of tracks: the state of a reflex rule, and the cause of a command."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import msgspec
+
+from ..event import RuleChanged
+
+
+class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
+    """State of a reflex rule.
+
+    Attributes:
+        phase: Phase of its last event.
+        last: Values of its guard at its last event; may be empty.
+        priority: Priority of the rule.
+        latched: Whether the rule is latched.
+        active: Whether its action is the robot's.
+        waits: Whether it waits behind another reflex.
+        behind: The rule that was active when it last began to wait.
+        fired: Number of its activations so far.
+        again: Number of times that it fired again in the last activation.
+        firing: Time [s], phase and values of its guard when it last fired.
+        cause: Time [s] and values of its guard when it latched, before it last fired.
+        latch: Time [s] and values of its guard when it last latched.
+        reading: Values of its guard at its last change.
+        parameters: Parameters of its action at its last change, SI units.
+    """
+
+    phase: str = ""
+    last: str = ""
+    priority: int = 0
+    latched: bool = False
+    active: bool = False
+    waits: bool = False
+    behind: str = ""
+    fired: int = 0
+    again: int = 0
+    firing: tuple[float, str, str] | None = None
+    cause: tuple[float, str] | None = None
+    latch: tuple[float, str] | None = None
+    reading: str = ""
+    parameters: Mapping[str, Any] = {}
+
+    def after(self, event: RuleChanged, others: Mapping[str, RuleState]) -> RuleState:
+        """The state after an event. A rule that fired stays active until its action has ended, even if released.
+
+        Args:
+            event: Event of the rule.
+            others: States of the agent's other rules.
+        """
+        phase = event.phase
+        fires = phase in ("fired", "fired again", "stopped")
+        latch = (event.t, event.reading) if phase == "latched" else self.latch
+        return RuleState(
+            phase=phase,
+            last=event.reading,
+            priority=event.priority,
+            latched=phase != "released" and (self.latched or phase in ("latched", "waits")),
+            active=phase != "ended" and (self.active or phase in ("fired", "fired again")),
+            waits=phase == "waits" or (self.waits and phase not in ("released", "fired")),
+            behind=_fired_last(others) if phase == "waits" else self.behind,
+            fired=self.fired + (phase == "fired"),
+            again=event.refirings if fires else self.again,
+            firing=(event.t, phase, event.reading) if fires else self.firing,
+            cause=(latch or self.cause) if fires else self.cause,
+            latch=latch,
+            reading=event.reading or self.reading,
+            parameters=event.parameters or self.parameters,
+        )
+
+
+def _fired_last(rules: Mapping[str, RuleState]) -> str:
+    """The rule that fired last, of those that are active or latched; empty if there is none."""
+    fired = {name: rule.firing[0] for name, rule in rules.items() if rule.firing and (rule.active or rule.latched)}
+    return max(fired, key=lambda name: fired[name], default="")
+
+
+class Drive(NamedTuple):
+    """Commands of an agent's actuators at one time, with their cause.
+
+    Attributes:
+        route: Route of the last command.
+        ticket: Ticket of the action that ran; 0 if none did.
+        action: Name of this action.
+        neutral: Whether all values are zero.
+    """
+
+    route: str
+    ticket: int
+    action: str
+    neutral: bool
