@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from ..knowledge.history import ChangeLog, State
 
 
-_EXPORTS = (".json", ".graphml")
 run_argument = click.argument("run", metavar="RUN", type=click.Path(path_type=Path))
 agent_option = click.option("--agent", help="Name of the agent; optional if there is only one.")
 run_number_option = click.option(
@@ -83,24 +82,16 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
 @agent_option
 @run_number_option
 @at_option
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["json", "graphml"]),
-    default="json",
-    show_default=True,
-    help="Format of the file.",
-)
 @click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="Write to this file.")
-def export(run: Path, agent: str | None, run_number: int | None, t: float | None, form: str, out: Path | None) -> None:
-    """Write an agent's knowledge in RUN as JSON or GraphML, at the end or at the time --at.
+def export(run: Path, agent: str | None, run_number: int | None, t: float | None, out: Path | None) -> None:
+    """Write an agent's knowledge in RUN as JSON, at the end or at the time --at.
 
-    JSON is lossless and can be read by `knowledge import`; GraphML is for graph drawing programs.
+    JSON is lossless and can be read by `knowledge import`.
     """
-    from ..knowledge.history import to_graphml, to_json_text
+    from ..knowledge.history import to_json_text
 
     state = state_of(open_log(run, agent, run_number), t)
-    text = to_json_text(state) if form == "json" else to_graphml(state)
+    text = to_json_text(state)
     if out is None:
         echo(text, nl=False)
         return
@@ -113,7 +104,7 @@ def export(run: Path, agent: str | None, run_number: int | None, t: float | None
 @click.argument("knowledge", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--agent", help="Agent that gets the knowledge; by default the agent in the file.")
 def take(file: Path, knowledge: Path, agent: str | None) -> None:
-    """Add an export FILE (JSON or GraphML) to a KNOWLEDGE file as its newest run, for use by later runs.
+    """Add an export FILE to a KNOWLEDGE file as its newest run, for use by later runs.
 
     The file is checked against the schema first; if it has faults, nothing is changed.
     """
@@ -135,7 +126,7 @@ def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
     from ..record.knowledge import recorded_log
 
     schema, file = Catalog.here(code=False).load_schema(), _knowledge_file(run)
-    if file.suffix in _EXPORTS:
+    if file.suffix == ".json":
         return log_of(_exported(file, schema), file.name)
     if file.suffix == ".mcap":
         return recorded_log(Recording.open(file), agent, schema)
@@ -164,10 +155,9 @@ def _knowledge_file(run: Path) -> Path:
 
 
 def _exported(file: Path, schema: Schema) -> State:
-    from ..knowledge.history import from_graphml, from_json_text
+    from ..knowledge.history import from_json_text
 
-    text = read_text(file)
-    return from_graphml(text, file, schema) if file.suffix == ".graphml" else from_json_text(text, file, schema)
+    return from_json_text(read_text(file), file, schema)
 
 
 def _listed(state: State) -> str:

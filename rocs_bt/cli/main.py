@@ -38,7 +38,7 @@ COMMANDS = {
     "compare": "Compare planners over many scenes and seeds, with statistical verdicts.",
     "search": "Search for a scene in which a planner fails, and reduce it to a minimal one.",
     "scene": "Generate scenes of a family as scenarios, and report their difficulty.",
-    "import": "Convert your copy of a benchmark to scenarios: BARN, MRPB, MovingAI.",
+    "import": "Convert maps of ROS, or your copy of BARN, to scenarios.",
     "list": "List all content: robots, missions, rules, scenarios ...",
     "show": "Draw a mission as text, SVG, HTML or XML; list a rule file or its compiled code.",
     "palette": "Write the nodes available to missions, for an editor such as Groot2.",

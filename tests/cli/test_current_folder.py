@@ -35,7 +35,7 @@ episode go_to_origin exp1
 compare go_to_origin --scenario exp1 --seeds 1 --wall-limit 20
 search go_to_origin --family barn_like --budget 1 --set goal=1
 scene barn_like 1 --dry-run
-import mrpb maps
+import map maps
 rules replay avoid_collision run
 rules test avoid_collision
 rules tune avoid_collision run --rule Flinch --threshold flinch_near --steps 2

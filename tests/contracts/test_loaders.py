@@ -20,7 +20,6 @@ from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.check.xml_mission import read_palettes
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.compare.imports.barn import read_world as read_barn_world
-from rocs_bt.compare.imports.movingai import read_movingai_map
 from rocs_bt.compare.imports.raster import read_map_yaml, read_pgm
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.errors import InputError, RecordingError, RocsError
@@ -28,7 +27,7 @@ from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import SCHEMA as KNOWN
 from rocs_bt.knowledge import KnowledgeGraph, load_schema
-from rocs_bt.knowledge.history import History, Journal, State, from_graphml, from_json_text, to_graphml, to_json_text
+from rocs_bt.knowledge.history import History, Journal, State, from_json_text, to_json_text
 from rocs_bt.plan.action_node import action_nodes
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
@@ -71,7 +70,7 @@ def made(folder: Path, kind: str) -> Path:
         return path
     with History(folder / "k.sqlite") as history:
         state: State = history.as_of()
-    path.write_text(to_json_text(state) if kind == "k.json" else to_graphml(state), "utf-8")
+    path.write_text(to_json_text(state), "utf-8")
     return path
 
 
@@ -98,7 +97,6 @@ def examined(path: Path) -> None:
 SUBSTITUTIONS = '{"TestNodeConfigs": {"Slow": {"async_delay": 2000}}, "SubstitutionRules": {"dock/*": "Slow"}}'
 YAML = "image: m.pgm\nresolution: 0.05\norigin: [-1.0, -2.0, 0.0]\nnegate: 0\noccupied_thresh: 0.65\n"
 PGM = b"P5\n# a map\n6 4\n255\n" + bytes(range(0, 240, 10))
-MAP = "type octile\nheight 3\nwidth 4\nmap\n....\n.@@.\n....\n"
 SCHEMA = 'format = "schema/1"\ndoc = "Chargers."\n[kind.charger]\nextends = "place"\n'
 BARN = """<sdf version="1.6"><world name="default"><model name="a"><pose>1 2 0 0 0 0</pose><link name="l">
 <collision name="c"><geometry><cylinder><radius>0.1</radius><length>1</length></cylinder></geometry></collision>
@@ -139,11 +137,9 @@ LOADERS = {
     "run.mcap": Loader(read_recording, "run.mcap"),
     "k.sqlite": Loader(read_history, "k.sqlite", 25),
     "k.json": Loader(lambda path: from_json_text(path.read_text("utf-8", "replace"), path), "k.json"),
-    "k.graphml": Loader(lambda path: from_graphml(path.read_text("utf-8", "replace"), path), "k.graphml"),
     "substitutions.json": Loader(read_substitutions, SUBSTITUTIONS),
     "map.yaml": Loader(read_map_yaml, YAML),
     "m.pgm": Loader(read_pgm, PGM),
-    "m.map": Loader(lambda path: read_movingai_map(path, 0.5), MAP),
     "world_0.world": Loader(read_barn_world, BARN),
 }
 """Loaders by the name of a file that each reads. `make test` mutates each file a little, `make soak` for long."""

@@ -81,7 +81,7 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("requirements r", "r/run.mcap", {}),
     ("knowledge show k.sqlite", "k.sqlite", {}),
     ("knowledge show k.json", "k.json", {}),
-    ("knowledge export k.graphml", "k.graphml", {}),
+    ("knowledge export k.json", "k.json", {}),
     ("knowledge export r", "r/run.mcap", {}),
     ("knowledge import k.json k.sqlite", "k.json", {}),
     ("knowledge query r true", "r/knowledge.sqlite", {}),
@@ -91,8 +91,7 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("compare p.toml --scenario first", "p.toml", {}),
     ("search brisk --family maze --store s", "s/episodes.sqlite", {}),
     ("episode brisk p.toml", "p.toml", {}),
-    ("import mrpb maps", "maps/m.pgm", {"maps/m.yaml": YAML}),
-    ("import movingai maps", "maps/m.map.scen", {}),
+    ("import map maps", "maps/m.pgm", {"maps/m.yaml": YAML}),
     ("import barn maps", "maps/world_0.world", {}),
     ("share keys R1", "keys/authority.key", {}),
 ]

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from PIL import Image
 
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
 from rocs_bt.compare import Block, Ground, Post, SweepOptions, sweep
 from rocs_bt.compare.family import AgentSetup
-from rocs_bt.compare.imports import read_barn, read_movingai, read_mrpb
+from rocs_bt.compare.imports import read_barn, read_maps
 from rocs_bt.compare.imports.barn import read_world
-from rocs_bt.compare.imports.movingai import read_movingai_map
-from rocs_bt.compare.imports.raster import read_map, read_pgm
+from rocs_bt.compare.imports.raster import read_map, read_pgm, read_png
 from rocs_bt.compare.metric import barn_score
 from rocs_bt.errors import InputError
 
@@ -27,6 +28,9 @@ CYLINDER = """<model name='{0}'><pose>{1} {2} 0 0 0 0</pose><static>1</static><l
 WORLD = """<sdf version='1.6'><world name='default'><model name='ground_plane'><link name='link'><collision name='c'>
 <geometry><plane><normal>0 0 1</normal></plane></geometry></collision></link></model>
 {0}<state world_name='default'>{0}</state></world></sdf>"""
+_IMAGE = BytesIO()
+Image.fromarray(np.arange(12, dtype=np.uint8).reshape(3, 4)).save(_IMAGE, "png")
+PNG = _IMAGE.getvalue()
 POSTS = [(-4.0, 6.0), (-1.5, 7.25), (-2.9, 8.0)]
 
 
@@ -168,17 +172,32 @@ def test_a_map_is_read_with_its_place(tmp_path: Path, kind: str) -> None:
     assert (negated.occupied == ~grid.occupied).all()
 
 
-def test_mrpb_maps_become_scenes_that_check(tmp_path: Path) -> None:
-    save_map(tmp_path / "clone" / "maps")
+def test_maps_become_scenes_that_check(tmp_path: Path) -> None:
+    file = save_map(tmp_path / "clone" / "maps")
     (tmp_path / "clone" / "params.yaml").write_text("speed: 1\n")
-    made = list(read_mrpb(tmp_path / "clone", pairs=2))
-    assert [scene.name for scene in made] == ["mrpb_office01-0", "mrpb_office01-1"]
-    assert [s.scenario for s in read_mrpb(tmp_path / "clone", pairs=2)] == [s.scenario for s in made]
+    made = list(read_maps(tmp_path / "clone", pairs=2))
+    assert [scene.name for scene in made] == ["map_office01-0", "map_office01-1"]
+    assert [s.scenario for s in read_maps(file, pairs=2)] == [s.scenario for s in made]
     for scene in made:
         assert math.dist(scene.reference[0], scene.reference[-1]) >= 4.0
         scene.write(tmp_path / "mine")
     found = check_content([tmp_path / "mine"])
     assert not found.faults, found.faults
+
+
+@pytest.mark.parametrize("mode", ["L", "1", "P", "RGB", "RGBA", "LA"])
+def test_a_png_is_the_same_map_as_its_graymap(tmp_path: Path, mode: str) -> None:
+    gray = read_map(save_map(tmp_path))
+    (tmp_path / "office01.yaml").write_text(YAML.format("office01").replace(".pgm", ".png"))
+    Image.fromarray(ROOM.astype(np.uint8)).convert(mode).save(tmp_path / "office01.png")
+    assert (read_map(tmp_path / "office01.yaml").occupied == gray.occupied).all()
+
+
+@pytest.mark.parametrize("data", [b"", b"P5 1 1 255 x", PNG[:24], PNG[:40], PNG[:16] + b"\xff" * 8 + PNG[24:]])
+def test_a_file_that_is_no_whole_png_is_told(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "m.png").write_bytes(data)
+    with pytest.raises(InputError, match=r"cannot import an image of|the image is damaged"):
+        read_png(tmp_path / "m.png")
 
 
 @pytest.mark.parametrize(
@@ -197,60 +216,13 @@ def test_what_is_wrong_with_a_map_is_told(tmp_path: Path, text: str, message: st
         read_map(save_map(tmp_path, text=text))
 
 
-MAP = "type octile\nheight 12\nwidth 20\nmap\n" + "\n".join(
-    "".join("@" if c in (0, 19) or r in (0, 11) or (c == 10 and r > 4) else "." for c in range(20)) for r in range(12)
-)
-SCEN = "version 1\n0\tmaps/one.map\t20\t12\t2\t9\t17\t9\t19.14213562\n0\tone.map\t20\t12\t0\t9\t17\t9\t20\n"
-
-
-def save_movingai(folder: Path, text: str = MAP, problems: str = SCEN) -> Path:
-    folder.mkdir(exist_ok=True)
-    (folder / "one.map").write_text(text)
-    (folder / "one.map.scen").write_text(problems)
-    return folder
-
-
-def test_movingai_problems_become_scenes_that_check(tmp_path: Path) -> None:
-    made = list(read_movingai(save_movingai(tmp_path / "theirs"), cell=0.5, every=1))
-    assert [scene.name for scene in made] == ["movingai_one-0"]  # the second one starts in a wall
-    (scene,) = made
-    assert scene.reference[0] == (2.5 * 0.5, (12 - 1 - 9 + 0.5) * 0.5)
-    # Theirs goes by eight directions and cuts no corners; ours goes straight, and keeps off walls.
-    assert 0.95 * scene.difficulty["optimal"] < scene.reference_length < scene.difficulty["optimal"]
-    assert scene.difficulty["optimal"] == pytest.approx(19.14213562 * 0.5)
-    scene.write(tmp_path / "mine")
-    found = check_content([tmp_path / "mine"])
-    assert not found.faults, found.faults
-
-
-@pytest.mark.parametrize(
-    ("text", "problems", "message"),
-    [
-        ("", SCEN, "a map begins with"),
-        (MAP.replace("height 12", "height 13"), SCEN, "the map has 12 rows, not 13"),
-        (MAP.replace("height 12", "height -1"), SCEN, "height and width must be positive integers"),
-        (MAP.replace("width 20", "width 21"), SCEN, "this row has 20 cells, not 21"),
-        (MAP.replace("@.", "@X", 1), SCEN, "unknown cells"),
-        (MAP, "version 1\n1 2 3\n", "a problem has 9 columns, found 3"),
-        (MAP, SCEN.replace("\t2\t9\t17", "\t2\tx\t17"), "must be integers"),
-        (MAP, SCEN.replace("\t2\t9\t17", "\t2\t99\t17"), "outside the map"),
-        (MAP, SCEN.replace("19.14213562", "nan"), "the optimal length must be a number"),
-    ],
-)
-def test_what_is_wrong_with_movingai_is_told(tmp_path: Path, text: str, problems: str, message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        list(read_movingai(save_movingai(tmp_path, text, problems), every=1))
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["barn", "nowhere"], "there is no folder 'nowhere'"),
+        (["barn", "nowhere"], "there is no 'nowhere'"),
         (["barn", "."], "has no world_0.world"),
-        (["mrpb", "."], "has no map"),
-        (["movingai", "."], "has no .scen file"),
-        (["movingai", ".", "--cell-size", "1 s"], "--cell-size must be in m"),
-        (["movingai", ".", "--cell-size", "100 m"], "--cell-size must be 5 cm to 10 m"),
+        (["map", "."], "has no map"),
+        (["map", "office.yaml"], "there is no 'office.yaml'"),
     ],
 )
 def test_the_command_says_what_is_missing(
@@ -276,14 +248,14 @@ def broken(data: bytes) -> st.SearchStrategy[bytes]:
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     world=broken(WORLD.format(CYLINDER.format("a", 1, 2)).encode()),
-    text=broken(MAP.encode()),
+    png=broken(PNG),
     yaml=broken(YAML.format("m").encode()),
     picture=broken(b"P5 4 3 255\n" + bytes(range(12))),
 )
-def test_broken_files_are_told_or_read(tmp_path: Path, world: bytes, text: bytes, yaml: bytes, picture: bytes) -> None:
+def test_broken_files_are_told_or_read(tmp_path: Path, world: bytes, png: bytes, yaml: bytes, picture: bytes) -> None:
     for name, data, reader in (
         ("w.world", world, read_world),
-        ("m.map", text, lambda file: read_movingai_map(file, 0.5)),
+        ("m.png", png, read_png),
         ("m.pgm", picture, read_pgm),
         ("m.yaml", yaml, read_map),
     ):

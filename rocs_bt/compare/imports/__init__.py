@@ -1,7 +1,6 @@
-"""Importers that turn a user's copy of other benchmarks into scenarios."""
+"""Importers that turn a user's copy of a benchmark, or maps of ROS, into scenarios."""
 
 from .barn import read_barn
-from .movingai import read_movingai
-from .mrpb import read_mrpb
+from .maps import read_maps
 
-__all__ = ["read_barn", "read_movingai", "read_mrpb"]
+__all__ = ["read_barn", "read_maps"]

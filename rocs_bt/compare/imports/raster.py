@@ -1,11 +1,14 @@
-"""Raster maps: portable graymaps with the YAML files of ROS's map server."""
+"""Raster maps: the YAML files of ROS's map server, with images as portable graymaps or PNG."""
 
 from __future__ import annotations
 
 import math
 import re
+import struct
+import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +23,7 @@ MOST_CELLS = 25_000_000
 
 _GAP = rb"(?:\s|#[^\n]*\n)+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,5})\s")
+_PNG, _SIZE = b"\x89PNG\r\n\x1a\n", struct.Struct(">II")
 _NEEDED = ("image", "resolution", "origin")
 
 
@@ -49,7 +53,7 @@ def read_map(file: Path) -> FloorGrid:
         InputError: One of the two files is invalid; with the line if known.
     """
     settings = read_map_yaml(file)
-    image = read_pgm(settings.image)
+    image = read_png(settings.image) if settings.image.suffix == ".png" else read_pgm(settings.image)
     shade = image / 255.0 if settings.negate else 1.0 - image / 255.0
     return FloorGrid(np.ascontiguousarray((shade > settings.occupied)[::-1]), settings.resolution, settings.origin)
 
@@ -113,13 +117,12 @@ def read_pgm(file: Path) -> npt.NDArray[np.float64]:
     Raises:
         InputError: The file is not a graymap.
     """
-    try:
-        data = read_bytes(file, 16 * MOST_CELLS)
-    except OSError as error:
-        raise InputError(Fault(f"cannot read the image: {error.strerror}.", file)) from error
+    data = _image_bytes(file)
     header = _HEADER.match(data)
     if header is None:
-        raise InputError(Fault("the image is not a portable graymap (P2 or P5).", file, hint="Convert it to PGM."))
+        raise InputError(
+            Fault("the image is not a portable graymap (P2 or P5).", file, hint="Convert it to PGM or PNG.")
+        )
     columns, rows, most = (int(header[i]) for i in (2, 3, 4))
     if not (0 < columns * rows <= MOST_CELLS and 0 < most <= 65535):
         raise InputError(Fault(f"cannot import a map of {columns} x {rows} cells with {most} shades.", file))
@@ -133,6 +136,36 @@ def read_pgm(file: Path) -> npt.NDArray[np.float64]:
     if len(shades) != rows * columns:
         raise InputError(Fault(f"the image ends before its {rows * columns} cells do.", file))
     return shades.reshape(rows, columns) * (255.0 / most)
+
+
+def read_png(file: Path) -> npt.NDArray[np.float64]:
+    """Read the shades of a PNG, 0 to 255, top row first, shape (rows, columns): the mean of its colours.
+
+    Raises:
+        InputError: The file is no PNG, or is too large.
+    """
+    from matplotlib.image import imread
+
+    data = _image_bytes(file)
+    columns, rows = _SIZE.unpack(data[16:24]) if data[:8] == _PNG and len(data) >= 24 else (0, 0)
+    if not 0 < columns * rows <= MOST_CELLS:  # before the image is unpacked
+        raise InputError(Fault(f"cannot import an image of {columns} x {rows} cells as a PNG.", file))
+    try:
+        pixels = np.asarray(imread(BytesIO(data), format="png"), dtype=np.float64)
+    except (OSError, SyntaxError, ValueError, EOFError, zlib.error, struct.error) as error:
+        raise InputError(Fault(f"the image is damaged: {error}.", file)) from error
+    if pixels.ndim == 2:
+        return pixels * 255.0
+    colours = pixels.shape[2] - 1 if pixels.shape[2] in (2, 4) else pixels.shape[2]  # without opacity
+    mean: npt.NDArray[np.float64] = pixels[:, :, :colours].mean(axis=2) * 255.0
+    return mean
+
+
+def _image_bytes(file: Path) -> bytes:
+    try:
+        return read_bytes(file, 16 * MOST_CELLS)
+    except OSError as error:
+        raise InputError(Fault(f"cannot read the image: {error.strerror}.", file)) from error
 
 
 def _words(body: bytes, count: int) -> npt.NDArray[np.float64]:

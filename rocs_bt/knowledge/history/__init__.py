@@ -2,7 +2,6 @@
 
 from .change_log import ChangeLog, Stretch, log_of
 from .exchange import from_json_text, to_json_text
-from .graphml import from_graphml, to_graphml
 from .history import History, RunEntry
 from .journal import Journal, JournalPast, write_state
 from .load import LoadResult, load_into, persistent_part
@@ -17,12 +16,10 @@ __all__ = [
     "RunEntry",
     "State",
     "Stretch",
-    "from_graphml",
     "from_json_text",
     "load_into",
     "log_of",
     "persistent_part",
-    "to_graphml",
     "to_json_text",
     "write_state",
 ]

@@ -1,4 +1,4 @@
-"""Lossless JSON export and import of one graph state. For GraphML, which other programs draw, see `graphml`."""
+"""Lossless JSON export and import of one graph state."""
 
 from __future__ import annotations
 

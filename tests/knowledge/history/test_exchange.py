@@ -8,22 +8,19 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import networkx
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import (
     History,
     State,
-    from_graphml,
     from_json_text,
-    to_graphml,
     to_json_text,
     write_state,
 )
@@ -59,53 +56,6 @@ def test_json_is_read_back_to_the_last_byte_and_through_a_journal_too(steps: lis
         write_state(path, state, "import")
         with History(path, schema=WIDE) as history:
             assert to_json_text(history.as_of()) == text
-
-
-def tame(value: Any) -> Any:
-    """A step without texts that XML cannot hold."""
-    if isinstance(value, str):
-        return "".join(c if c.isprintable() and not "\ud800" <= c <= "\udfff" else f"-{ord(c)}-" for c in value)
-    if isinstance(value, dict):
-        return {name: tame(inner) for name, inner in value.items()}
-    return tuple(map(tame, value)) if type(value) is tuple else value
-
-
-@settings(max_examples=60, deadline=None)
-@given(steps=STEPS)
-def test_graphml_is_read_back_to_the_last_byte(steps: list[Step]) -> None:
-    world = World()
-    for step in steps:
-        world.take(tame(step))
-    text = to_graphml(State.of(world.graph))
-    state = from_graphml(text, FILE, WIDE)
-    assert to_graphml(state) == text
-    assert {n: state.attributes(n) for n in state.nodes()} == {
-        n: {**_defaults(world.graph, n), **world.graph.attributes(n)} for n in world.graph.nodes()
-    }
-    assert {*state.edges()} == {*world.graph.edges()}
-
-
-def _defaults(graph: KnowledgeGraph, node: str) -> dict[str, Any]:
-    """GraphML has no word for "not known any more": what had a default has it again."""
-    declared = graph.schema.kinds[graph.kind(node)].attributes
-    return {name: a.default for name, a in declared.items() if a.default is not None}
-
-
-@pytest.mark.parametrize("text", ["\r", "\0", "\ud800", "\ufffe"])
-def test_a_text_that_xml_cannot_hold_is_told(text: str) -> None:
-    graph = home()
-    graph.add("letter", "message", sender="R1", text=f"text {text}", number=1)
-    with pytest.raises(KnowledgeError, match=r"GraphML cannot hold the text .*export as JSON"):
-        to_graphml(State.of(graph))
-
-
-def test_networkx_reads_the_graphml(tmp_path: Path) -> None:
-    file = tmp_path / "home.graphml"
-    file.write_text(to_graphml(State.of(home())), encoding="utf-8")
-    graph = networkx.read_graphml(file, force_multigraph=True, edge_key_type=str)
-    assert graph.nodes["home"]["kind"] == "place"
-    assert json.loads(graph.nodes["home"]["pose"]) == [1.0, 2.0, 0.5]
-    assert graph.edges["box", "home", "near"]["distance"] == 0.5
 
 
 def broken(**changes: Any) -> str:
