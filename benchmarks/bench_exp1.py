@@ -29,7 +29,8 @@ from row import Row, size
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ActuatorCommanded, Event, NullSink
-from rocs_bt.simulation import RunResult, build_world
+from rocs_bt.running import RunResult
+from rocs_bt.simulation import build_world
 
 SEEDS = range(1, size(8, 2))
 DURATION = size(None, 1.0)  # [s] simulated; None is the scenario's

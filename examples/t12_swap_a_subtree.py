@@ -31,7 +31,7 @@ from pathlib import Path
 import rocs_bt
 from rocs_bt.event import Event, Said, SubtreeSwapped, TicketChanged
 from rocs_bt.record import Recording, SubtreeSwap
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 CAREFUL = """
 <root BTCPP_format="4" main_tree_to_execute="careful">

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from .plan import Mission, Plan
     from .reactive import ReactiveModel
     from .record import AgentResult, Recording, Summary
+    from .running import RunOptions, RunResult
+    from .running.replay import replay
     from .signal import Signal
-    from .simulation import RunOptions, RunResult
-    from .simulation.replay import replay
 
 
 _HOMES = {
@@ -67,8 +67,8 @@ _HOMES = {
     "Reason": "action",
     "Recording": "record",
     "RocsError": "errors",
-    "RunOptions": "simulation",
-    "RunResult": "simulation",
+    "RunOptions": "running",
+    "RunResult": "running",
     "Sensor": "device",
     "Signal": "signal",
     "SimulatedClock": "clock",
@@ -78,7 +78,7 @@ _HOMES = {
     "WallClock": "clock",
     "build_agent": "agent",
     "drive": "_run",
-    "replay": "simulation",
+    "replay": "running",
     "report": "_run",
     "run": "_run",
     "sweep": "compare",

@@ -1,6 +1,6 @@
 """Functions `run`, `drive` and `report`: run a scenario in simulation or on hardware, with recording and report.
 
-This module combines `simulation` and the report, which do not import each other. Only `compare` and the command line
+This module combines the check, the run and the report. Only `compare` and the command line
 import it.
 """
 
@@ -18,8 +18,8 @@ from .check import check_scenario
 from .errors import RecordingError
 from .files import write_whole
 from .record import FolderLock, Recording, write_report
-from .simulation import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
-from .simulation.run_files import ReportWriter
+from .running import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
+from .running.run_files import ReportWriter
 
 _DEFAULTS = RunOptions()
 

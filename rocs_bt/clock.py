@@ -6,6 +6,7 @@ import math
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from .errors import Fault, RateError
@@ -85,6 +86,38 @@ class WallClock(Clock):
             if stop.wait(remaining):
                 return False
         return not stop.is_set()
+
+
+SLICE = 0.05
+"""Maximum interval between two checks for a signal that ends the run, on wall time [s]."""
+
+
+def wait_until(
+    clock: WallClock,
+    deadline: float,
+    stop: threading.Event,
+    ended: Callable[[], str],
+    meanwhile: Callable[[], object] = lambda: None,
+) -> bool:
+    """Sleep until a deadline, or until a signal ends the run.
+
+    Args:
+        clock: Wall clock.
+        deadline: Time to wake [s].
+        stop: Event that ends the sleep.
+        ended: Returns the reason of a signal that ends the run, or an empty text.
+        meanwhile: Called after each `SLICE` of wall time that does not reach the deadline, as a simulator's clock may
+            stop; an exception ends the sleep.
+
+    Returns:
+        False if `stop` was set.
+    """
+    while not ended() and clock.now() < deadline:
+        if not clock.wait_until(deadline, stop, SLICE):
+            return False
+        if clock.now() < deadline:
+            meanwhile()
+    return not stop.is_set()
 
 
 @dataclass(frozen=True)

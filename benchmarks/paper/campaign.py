@@ -14,7 +14,7 @@ from rocs_bt import run
 from rocs_bt.catalog import CachingCatalog
 from rocs_bt.compare.run_sweep import local_pool
 from rocs_bt.record import Summary
-from rocs_bt.simulation import RECORDING, SUMMARY
+from rocs_bt.running import RECORDING, SUMMARY
 
 
 @dataclass(frozen=True)

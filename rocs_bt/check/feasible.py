@@ -16,8 +16,9 @@ from ..expression.node import TEMPORAL_OPS
 from ..geometry import Pose2
 from ..reactive import Rule, RuleModel
 from ..reactive.rule_model import describe, stateless_rule
-from ..simulation import POSES_TRIED, FreePose, RunOptions, SimulatedWorld, build_world, free_goal_poses
-from ..simulation.ready_run import set_up
+from ..running import RunOptions
+from ..running.ready_run import set_up
+from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from ..simulation.scripted_objects import FREE
 from ..units import TIME
 from .floor import floor_faults

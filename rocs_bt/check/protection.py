@@ -9,7 +9,7 @@ from ..catalog import RobotSpec
 from ..errors import Fault
 from ..monitor import Monitor, RangeMonitor, ScanMonitor
 from ..reactive import OnInvalid, Rule
-from ..simulation.signal_sources import signal_monitors, signals_read
+from ..running.signal_sources import signal_monitors, signals_read
 
 _RULE = (
     'rule.{name} = {{ when = "{guard}", for = "0.1 s", trigger = "level", priority = 100, on_invalid = "trip", '

@@ -16,9 +16,10 @@ from ..plan import mission_actions
 from ..reactive import Rule, load_rules, rule_misfits
 from ..reactive.analysis import analyse_fit
 from ..record import TRUTH
-from ..simulation import on_hardware, requirement_faults
-from ..simulation.options import Build
-from ..simulation.share import share_faults
+from ..running import requirement_faults
+from ..running.options import Build
+from ..running.share import share_faults
+from ..simulation import on_hardware
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible
 from .mission_use import idle_controller, mission_faults, words_in

@@ -13,8 +13,8 @@ from .content import catalog_for, no_code_option
 from .terminal import echo, show_table, styled
 
 if TYPE_CHECKING:
-    from ..simulation.reuse import Counterpart, Reuse, Share
-    from ..simulation.settings import Setting
+    from ..running.reuse import Counterpart, Reuse, Share
+    from ..running.settings import Setting
 
 Rows = list[Sequence[str]]
 _NONE = "–"
@@ -33,7 +33,7 @@ def command(first: str, second: str, as_json: bool, markdown: bool, no_code: boo
     Content is compared byte by byte; settings are all keys of the scenarios. Code means the classes of the built
     agents; nothing is run.
     """
-    from ..simulation.reuse import diff
+    from ..running.reuse import diff
 
     catalog = catalog_for(first, no_code=no_code)
     found = diff(catalog.load_scenario(first), catalog.load_scenario(second), catalog)

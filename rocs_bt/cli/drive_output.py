@@ -9,7 +9,7 @@ from ..event import Event, MotionHeld, MotionReleased
 from .terminal import discard_if_closed, echo, show_table
 
 if TYPE_CHECKING:
-    from ..simulation import PreflightReport, SensorState
+    from ..running import PreflightReport, SensorState
 
 _PATIENCE = 1.0  # [s] before the first message about a missing sensor
 _HEAD = ("sensor", "driver", "from", "rate", "age", "values", "needed for")

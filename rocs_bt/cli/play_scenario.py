@@ -19,7 +19,7 @@ from .progress import Progress
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
-    from ..simulation import RunOptions, RunResult
+    from ..running import RunOptions, RunResult
 
 Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
 """Function that runs a scenario: `rocs_bt.run` or `rocs_bt.drive`."""
@@ -115,7 +115,7 @@ def play_scenario(
         progress: Function that is called once per control period, with the time [s].
     """
     from ..check import check_scenario, mission_notes
-    from ..simulation import RunOptions, StopSignals
+    from ..running import RunOptions, StopSignals
 
     scenario, seed, duration = shared.scenario, shared.seed, shared.duration
     if duration is not None and not 0.0 < duration < float("inf"):

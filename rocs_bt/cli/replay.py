@@ -82,7 +82,7 @@ def _replay_run(
 
         echo(explain(recording, why, agent).text(everything=everything))
         return 0
-    from ..simulation import replay
+    from ..running import replay
 
     difference = replay(recording, Catalog.here(code=not no_code), agent=agent, changed_content=changed_content)
     if difference is None:
@@ -103,7 +103,7 @@ def _replay_bag(
     rate: float,
     no_code: bool,
 ) -> None:
-    from ..simulation.bag_replay import replay_bag
+    from ..running.bag_replay import replay_bag
     from .rules import replay_rules_on
 
     limit = math.inf if duration is None else duration

@@ -31,7 +31,7 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
     """
     from ..errors import InputError, unknown
     from ..record import Recording, RequirementInfo
-    from ..simulation import check_recorded
+    from ..running import check_recorded
 
     recording = Recording.open(run)
     names = [a.name for a in recording.header.agents]

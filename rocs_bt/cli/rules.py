@@ -18,7 +18,7 @@ from .terminal import echo, styled
 if TYPE_CHECKING:
     from ..reactive import RuleSet
     from ..record import AgentInfo, Recording
-    from ..simulation.rule_replay import ReflexInput, RuleReplay
+    from ..running.rule_replay import ReflexInput, RuleReplay
 
 _PANELS = 6  # default number of rules with drawn signals
 
@@ -108,7 +108,7 @@ def replay_rules_on(
         wanted: Rules with drawn signals; by default those that latch.
     """
     from ..record.figures.rules import draw_rules, write_picture
-    from ..simulation.rule_replay import reflex_input, replay_rules, rule_index
+    from ..running.rule_replay import reflex_input, replay_rules, rule_index
 
     for info, rules in _fitting(path, _agents(recording, path, agent), catalog):
         _print_inactive(rules, info.robot)
@@ -156,7 +156,7 @@ def tune(
 
     from ..record import Recording
     from ..record.figures.rules import draw_sweep, write_picture
-    from ..simulation.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
+    from ..running.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
     from ..units import convert
 
     catalog = catalog_for(file, no_code=no_code)
@@ -231,7 +231,7 @@ def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[
     Raises:
         InputError: The file fits no agent.
     """
-    from ..simulation.rule_replay import rules_for
+    from ..running.rule_replay import rules_for
 
     found, errors = [], []
     for agent in agents:

@@ -42,7 +42,7 @@ def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, f
     is invalid, 3 if the engine failed, 128 + signal if a signal ended the run.
     """
     from .._run import run
-    from ..simulation import read_swap
+    from ..running import read_swap
 
     asked = [read_swap(text) for text in swaps]
     changes, made = {"mode": mode, "swaps": asked, "view": view, "video": video, "follow": follow}, _Swaps()

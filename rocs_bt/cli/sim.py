@@ -106,7 +106,7 @@ def command(
     """
     from ..drivers.ros2.connect import open_transport
     from ..drivers.ros2.settings import Ros2Settings
-    from ..simulation import StopSignals
+    from ..running import StopSignals
     from ..simulation.robot_publishers import FrameOptions
     from ..simulation.ros2_robot import COMMAND_TYPES
     from ..simulation.ros2_simulation import Ros2Simulation

@@ -17,7 +17,7 @@ from typing import Any
 from ..catalog import Catalog, PlannerSpec, content_hash
 from ..files import read_bytes, read_text
 from ..python_content import texts_in
-from ..simulation.header import versions
+from ..running.header import versions
 from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
 from .family import load_family
 

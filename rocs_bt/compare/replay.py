@@ -11,7 +11,7 @@ from typing import Any
 from .._run import run
 from ..catalog import Catalog, PlannerSpec
 from ..errors import Fault, InputError
-from ..simulation import RunResult
+from ..running import RunResult
 from .episode import FamilyScene, ScenarioScene, SceneRef
 from .record import EpisodeRecord
 from .runner import EpisodeRunner

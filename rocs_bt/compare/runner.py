@@ -23,7 +23,8 @@ from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
 from ..record import write_report
-from ..simulation import RunOptions, SimulatedWorld, simulate
+from ..running import RunOptions, simulate
+from ..simulation import SimulatedWorld
 from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
 from .family import AGENT, load_family
 from .metric import METRICS, ZERO_ON_FAILURE, EpisodeData, measure_all

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import SimulatedClock, WallClock
+from ..clock import SimulatedClock, WallClock, wait_until
 from ..drivers.ros2 import messages
 from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.transport import Transport
 from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
-from .judge_panel import wait_until
 from .network_watch import NetworkWatch
 from .robot_links import RobotLinks
 from .robot_publishers import ALL_FRAMES, FrameOptions, Publisher, RobotPublishers, TfPublishers

@@ -23,7 +23,7 @@ import pytest
 from .rule_files import pytest_collect_file as pytest_collect_file  # a hook that pytest finds by name
 
 if TYPE_CHECKING:
-    from ..simulation import RunResult
+    from ..running import RunResult
     from .missions import Trace, TreeCoverage
 
 pytest_plugins = ("rocs_bt.testing.comparing",)

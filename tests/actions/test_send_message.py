@@ -11,7 +11,7 @@ from rocs_bt.action import Reason
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Change, ListSink, SensorRead, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 SCENARIO = """
 format = "scenario/2"

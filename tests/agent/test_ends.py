@@ -16,7 +16,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, ListSink, NodeTicked, OutcomeDecided, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 pytestmark = pytest.mark.usefixtures("awake")
 

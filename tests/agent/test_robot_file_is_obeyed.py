@@ -6,8 +6,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink
+from rocs_bt.running.ready_run import simulated_agents
 from rocs_bt.simulation import build_world
-from rocs_bt.simulation.ready_run import simulated_agents
 
 
 @pytest.mark.parametrize(("line", "age"), [("", 0.15), ('max_age = "0.4 s"\n', 0.4)])

@@ -16,7 +16,7 @@ from rocs_bt.agent.worker import FAST_SWITCHING, FastSwitching, Step, Ticker, Wo
 from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, TicketChanged
 from rocs_bt.plan import Plan
-from rocs_bt.simulation import SinkThread
+from rocs_bt.running import SinkThread
 
 from ..waiting import until
 

@@ -6,7 +6,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.errors import InputError
 from rocs_bt.knowledge import SCHEMA
-from rocs_bt.simulation.build_agents import load_controller
+from rocs_bt.running.build_agents import load_controller
 
 CHARGER = 'format = "schema/1"\ndoc = "Chargers."\n[kind.charger]\nextends = "place"\n'
 

@@ -21,8 +21,8 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import load_rules
+from rocs_bt.running.ready_run import simulated_agents
 from rocs_bt.simulation import build_world
-from rocs_bt.simulation.ready_run import simulated_agents
 
 SHIPPED = shipped_root()
 ROBOT = SHIPPED / "robots" / "pioneer_p3dx" / "robot.toml"

@@ -13,7 +13,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import RuleChanged
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.rules import spans
-from rocs_bt.simulation.rule_replay import reflex_input, replay_rules, rules_for
+from rocs_bt.running.rule_replay import reflex_input, replay_rules, rules_for
 
 from ..pages import data_of
 

@@ -14,8 +14,8 @@ from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
 from rocs_bt.errors import InputError, RocsError
-from rocs_bt.simulation import RunOptions
-from rocs_bt.simulation.ready_run import set_up
+from rocs_bt.running import RunOptions
+from rocs_bt.running.ready_run import set_up
 
 from .faulty_projects import ERRORS, WARNINGS, S, W, two_faults, write_project
 

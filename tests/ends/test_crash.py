@@ -16,7 +16,8 @@ from rocs_bt.errors import BlockError
 from rocs_bt.event import ActuatorCommanded, AgentStopped, Event, OutcomeDecided
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.record import Recording
-from rocs_bt.simulation import EndedAtOnce, SimulatedWorld, StopSignals
+from rocs_bt.running import EndedAtOnce, StopSignals
+from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.studio import report
 
 MODES = pytest.mark.parametrize("mode", ["lockstep", "threaded"])

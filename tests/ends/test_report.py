@@ -19,7 +19,8 @@ from rocs_bt.errors import RecordingError
 from rocs_bt.event import BlockFailed, ContactBegan
 from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo
-from rocs_bt.simulation import OUTCOMES, summary_of
+from rocs_bt.running import summary_of
+from rocs_bt.simulation import OUTCOMES
 
 from ..pages import data_of
 

@@ -8,7 +8,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Said, TicketChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import RecordingError
 from rocs_bt.event import ContactBegan, ListSink, SensorRead, pack
 from rocs_bt.record import AgentResult, Recorder, Recording, SolveTime, Summary
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 # The walker meets R2 at the goal in 11 and 12, and hems it in in the others that are not the first ones.
 SEEDS = (1, 2, 3, 4, 9, 11, 12, 42, 136, 149)

@@ -10,7 +10,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ContactBegan, GoalEntered, ListSink
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 CATALOG = Catalog()
 EXP2 = CATALOG.load_scenario("exp2")

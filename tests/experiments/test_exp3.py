@@ -14,7 +14,8 @@ from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import RobotSensor
 from rocs_bt.event import BodyMoved, Change, ContactBegan, ListSink, TicketChanged
 from rocs_bt.record import Recording, Summary
-from rocs_bt.simulation import SimulatedWorld, build_world, replay
+from rocs_bt.running import replay
+from rocs_bt.simulation import SimulatedWorld, build_world
 from rocs_bt.testing.faults import FaultySensor, break_sensor
 
 SEEDS = (1,)  # `make soak` plays a hundred

@@ -10,7 +10,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, KnowledgeChanged, ListSink, PeerAppeared, PeerVanished
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 
 def play(scenario, seed=1, out=None, **kwargs):

@@ -14,7 +14,7 @@ from rocs_bt import Summary, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ListSink, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 from ..pages import data_of
 

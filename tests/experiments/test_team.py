@@ -12,7 +12,7 @@ import pytest
 from rocs_bt import Catalog, Summary, run
 from rocs_bt.event import BodyMoved, Event, KnowledgeChanged, ListSink
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 SHIPPED = Path(__file__).resolve().parents[2] / "scenarios"
 DOORS = {"door_1": -2.4, "door_2": 0.0, "door_3": 2.4}  # [m] y of their middle; the wall is at x = 0

@@ -11,7 +11,8 @@ import pytest
 from rocs_bt import AgentResult, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BlockFailed, BodyMoved, ContactBegan, Event, SensorFailed
-from rocs_bt.simulation import RunResult, SimulatedWorld
+from rocs_bt.running import RunResult
+from rocs_bt.simulation import SimulatedWorld
 
 
 @dataclass

@@ -15,7 +15,7 @@ from rocs_bt.pipeline import Pipeline
 from rocs_bt.plan import TreePlan
 from rocs_bt.reactive import RuleModel
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 
 AT = 2.0  # [s]
 

@@ -23,7 +23,7 @@ from rocs_bt.monitor import RangeMonitor
 from rocs_bt.plan import Plan, RoutePlanner, python_mission
 from rocs_bt.reactive import ReactiveModel, Reflex
 from rocs_bt.record import Recording
-from rocs_bt.simulation import replay
+from rocs_bt.running import replay
 from rocs_bt.testing.faults import RaisingSensor, break_sensor
 from rocs_bt.trees.nodes import Leaf
 

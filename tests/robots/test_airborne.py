@@ -11,7 +11,8 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ListSink, RuleChanged
-from rocs_bt.simulation import RunResult, SimulatedWorld
+from rocs_bt.running import RunResult
+from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 WALL = '<geom name="wall" type="box" size="0.15 3 0.4" pos="1.5 0 0.4"/>'

@@ -20,7 +20,7 @@ from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import MotionHeld, MotionReleased, OtherPublisherFound
-from rocs_bt.simulation import StopSignals
+from rocs_bt.running import StopSignals
 
 from .exp1 import OPTIONS, start_of, write_project
 

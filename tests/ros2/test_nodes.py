@@ -25,7 +25,7 @@ from rocs_bt.drivers.ros2.sensor_node import SensorNode
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError, InputError
-from rocs_bt.simulation.preflight import PreflightSensor
+from rocs_bt.running.preflight import PreflightSensor
 
 from ..waiting import until
 from .network import START, Network

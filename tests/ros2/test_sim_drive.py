@@ -11,7 +11,7 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2.sim_clock import SimTimeClock
 from rocs_bt.errors import InputError
-from rocs_bt.simulation.hardware_devices import hardware_clock
+from rocs_bt.running.hardware_devices import hardware_clock
 
 PATIENCE = 120.0  # [s]
 PAUSE = 1.5  # [s] far longer than a sensor may be silent

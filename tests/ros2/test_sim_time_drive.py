@@ -16,7 +16,7 @@ from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError
 from rocs_bt.event import MotionHeld
-from rocs_bt.simulation import clock_watch, hardware_devices
+from rocs_bt.running import clock_watch, hardware_devices
 
 from .exp1 import ROBOT, write_project
 from .network import Network

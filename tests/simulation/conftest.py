@@ -12,7 +12,8 @@ from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
 from rocs_bt.errors import BlockError
 from rocs_bt.event import EventSink, ListSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Episode, Result, SimulatedWorld, build_world
+from rocs_bt.running import Episode, Result
+from rocs_bt.simulation import SimulatedWorld, build_world
 
 from .yard import BOOM, SCENARIO, WEST
 

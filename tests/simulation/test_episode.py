@@ -19,7 +19,8 @@ from rocs_bt.clock import WallClock
 from rocs_bt.errors import BlockError, InputError, RateError
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Episode, FreePose, PhysicsThread, build_world, free_goal_poses, stream
+from rocs_bt.running import Episode
+from rocs_bt.simulation import FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered
 
 Play = Callable[..., tuple]

@@ -5,8 +5,8 @@ import pytest
 from rocs_bt.event import BodyMoved, ListSink, Said
 from rocs_bt.record.header import AgentInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
-from rocs_bt.simulation.metrics import Metrics
-from rocs_bt.simulation.run_record import EventBatch
+from rocs_bt.running.metrics import Metrics
+from rocs_bt.running.run_record import EventBatch
 
 R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
 

@@ -8,7 +8,7 @@ from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import KnowledgeChanged
 from rocs_bt.record import Recording
-from rocs_bt.simulation.replay import replay
+from rocs_bt.running.replay import replay
 
 MISSION = """<root BTCPP_format="4">
   <BehaviorTree ID="deliver">

@@ -12,7 +12,8 @@ from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.errors import UnknownName
 from rocs_bt.event import ListSink, OutcomeDecided
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import Episode, build_world
+from rocs_bt.running import Episode
+from rocs_bt.simulation import build_world
 from rocs_bt.simulation.fall import FallWatch
 
 TOWER = """<mujoco model="tower">

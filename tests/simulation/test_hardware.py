@@ -25,7 +25,8 @@ from rocs_bt.event import (
     SensorFailed,
     Stuck,
 )
-from rocs_bt.simulation import Host, RunResult, preflight, progress
+from rocs_bt.running import RunResult, preflight
+from rocs_bt.simulation import Host, progress
 
 from ..pages import data_of
 

@@ -16,7 +16,7 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, State, write_state
 from rocs_bt.record import Recording
-from rocs_bt.simulation.replay import replay
+from rocs_bt.running.replay import replay
 
 SECONDS = 3.0
 

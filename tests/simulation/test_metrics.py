@@ -23,8 +23,8 @@ from rocs_bt.event import (
     pack,
 )
 from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, Summary, TrackingError
-from rocs_bt.simulation import Metrics
-from rocs_bt.simulation.metrics import quantile
+from rocs_bt.running import Metrics
+from rocs_bt.running.metrics import quantile
 
 R2, R3 = (AgentInfo(name=name, robot="pioneer_p3dx", mission="go_to") for name in ("R2", "R3"))
 

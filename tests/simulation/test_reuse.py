@@ -13,10 +13,10 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
 from rocs_bt.record import write_report
-from rocs_bt.simulation import RunOptions, simulate
-from rocs_bt.simulation.provenance import is_counted, package_of
-from rocs_bt.simulation.reuse import Reuse, Share, diff
-from rocs_bt.simulation.settings import Setting
+from rocs_bt.running import RunOptions, simulate
+from rocs_bt.running.provenance import is_counted, package_of
+from rocs_bt.running.reuse import Reuse, Share, diff
+from rocs_bt.running.settings import Setting
 
 CATALOG = Catalog()
 

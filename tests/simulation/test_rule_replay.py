@@ -7,8 +7,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import RuleChanged
 from rocs_bt.reactive import RuleModel
 from rocs_bt.record import AgentInfo, Recorder, Recording, RunHeader, SignalInfo
-from rocs_bt.signal import Signal
-from rocs_bt.simulation.rule_replay import (
+from rocs_bt.running.rule_replay import (
     ReflexInput,
     reflex_input,
     replay_rules,
@@ -16,6 +15,7 @@ from rocs_bt.simulation.rule_replay import (
     sweep_threshold,
     threshold_dimension,
 )
+from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED
 
 R1 = AgentInfo(

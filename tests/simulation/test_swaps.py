@@ -14,8 +14,8 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import ListSink, SubtreeSwapped, SwapRefused, TicketChanged
 from rocs_bt.record import Recording, SubtreeSwap, explain
-from rocs_bt.simulation import RunOptions, read_swap, replay
-from rocs_bt.simulation.swaps import rehearse_swaps
+from rocs_bt.running import RunOptions, read_swap, replay
+from rocs_bt.running.swaps import rehearse_swaps
 
 from ..pages import log_of
 

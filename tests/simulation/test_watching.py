@@ -14,7 +14,8 @@ from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.event import NullSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.simulation import RunOptions, build_world
+from rocs_bt.running import RunOptions
+from rocs_bt.simulation import build_world
 from rocs_bt.simulation.video import Video, as_drawn
 from rocs_bt.simulation.viewer import Viewer
 

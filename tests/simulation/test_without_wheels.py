@@ -275,7 +275,7 @@ def test_figures_show_height_tilt_and_pushes_and_the_report_says_them(fly) -> No
     assert 'id="height-0-D-tilt"' in figure
     assert 'id="height-0-D-push-0-0"' in figure
     assert "pushed by 5 N for 0.1 s" in log_of(run.report)
-    assert rocs_bt.simulation.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
+    assert rocs_bt.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
 
 
 def test_pushes_of_robots_without_an_agent_are_shown_too(fly) -> None:

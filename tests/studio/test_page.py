@@ -13,7 +13,7 @@ from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.track import Curve, Scans
 from rocs_bt.record.tracks import Tracks
-from rocs_bt.simulation import summary_of
+from rocs_bt.running import summary_of
 from rocs_bt.studio import pack as packing
 from rocs_bt.studio.live import LivePage
 from rocs_bt.studio.page import WEB

@@ -13,8 +13,8 @@ from ...record import RunHeader
 from ...record.figures.arena import draw_world
 from ...record.figures.figure import MUTED
 from ...record.page import inline_svg
+from ...running.header import make_scenery
 from ...simulation import compose_scenario
-from ...simulation.header import make_scenery
 from ..comparison import Comparison, Disagreement
 from ..record import EpisodeRecord
 from ..replay import scene_by_name

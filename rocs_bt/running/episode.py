@@ -9,15 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from dataclasses import dataclass
 
-from ..clock import Rate, WallClock
+from ..clock import Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
-from .clearance import ClearanceWatch
-from .fact_schedule import FactSchedule
-from .judge_panel import END, EpisodeAgent, JudgePanel, brake, wait_until
-from .outcome import Verdict
-from .physics_thread import PhysicsThread
-from .simulated_world import SimulatedWorld
+from ..simulation.clearance import ClearanceWatch
+from ..simulation.fact_schedule import FactSchedule
+from ..simulation.outcome import Verdict
+from ..simulation.physics_thread import PhysicsThread
+from ..simulation.simulated_world import SimulatedWorld
+from .judge_panel import END, EpisodeAgent, JudgePanel, brake
 
 CLOSED = "the viewer was closed"
 """Reason of the outcome `interrupted` if the observer of the run ended it."""

@@ -12,15 +12,15 @@ from ..clock import WallClock
 from ..errors import InputError
 from ..event import Event, EventSink
 from ..record import AgentInfo, RunHeader, Summary, environment_of
+from ..simulation.fact_schedule import fact_schedules
+from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
 from .episode import Episode
-from .fact_schedule import fact_schedules
 from .header import plain_header
 from .memory import Memory
 from .options import Build, RunOptions
 from .requirements import requirement_faults
 from .run_record import RunRecord
-from .simulated_world import SimulatedWorld, build_world
 from .sink_thread import SinkThread
 from .summary import Unrecorded
 from .swaps import SwapSchedule, rehearse_swaps, swapped_content

@@ -27,8 +27,8 @@ from ..errors import DeviceError, Fault, InputError, RecordingError
 from ..event import BodyMoved, EventSink, OutcomeDecided
 from ..plan import Mission, Plan
 from ..record import AgentInfo, Recording, RunHeader
+from ..simulation.devices import make_sensor
 from ..words import listed
-from .devices import make_sensor
 from .header import box_body, signals_of, versions
 from .ready_run import Relay
 from .run_files import RunFiles

@@ -18,20 +18,20 @@ import msgspec
 from ..agent import Agent, RuleWatch, Runtime, ThreadedRunner
 from ..agent.lateness import load
 from ..catalog import Catalog, RobotSpec, ScenarioSpec
-from ..clock import WallClock
+from ..clock import WallClock, wait_until
 from ..drivers.isolated import IsolatedActuator
 from ..drivers.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck
 from ..record import RunHeader
+from ..simulation.outcome import Judge
 from .build_agents import build_agents
 from .clock_watch import ClockWatch
 from .go import MotionPermission
 from .hardware_devices import HardwareDevices, hardware_clock
 from .header import drive_command, plain_header, without_world
-from .judge_panel import JudgePanel, brake, wait_until
+from .judge_panel import JudgePanel, brake
 from .memory import Memory
 from .options import RunOptions
-from .outcome import Judge
 from .preflight import Preflight, preflight_sensors
 from .ready_run import Relay, refuse_requirements, sharing_counts
 from .run_end import RunEnd

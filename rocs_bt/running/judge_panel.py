@@ -2,21 +2,16 @@
 
 from __future__ import annotations
 
-import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Protocol
 
-from ..clock import WallClock
 from ..event import EventSink, OutcomeDecided
 from ..raised import describe
-from .outcome import AgentState, Judge, Verdict
+from ..simulation.outcome import AgentState, Judge, Verdict
 
 END = "the end of the run"
 """Reason with which actions are cancelled when an agent's run is over."""
-
-SLICE = 0.05
-"""Maximum interval between two checks for a signal that ends the run, on wall time [s]."""
 
 
 class EpisodeAgent(AgentState, Protocol):
@@ -130,31 +125,3 @@ def brake(agents: Sequence[EpisodeAgent]) -> None:
     """Send all robots to neutral. Call it before stopping the first agent, which may wait for a plan that hangs."""
     for agent in agents:
         agent.brake()
-
-
-def wait_until(
-    clock: WallClock,
-    deadline: float,
-    stop: threading.Event,
-    ended: Callable[[], str],
-    meanwhile: Callable[[], object] = lambda: None,
-) -> bool:
-    """Sleep until a deadline, or until a signal ends the run.
-
-    Args:
-        clock: Wall clock.
-        deadline: Time to wake [s].
-        stop: Event that ends the sleep.
-        ended: Returns the reason of a signal that ends the run, or an empty text.
-        meanwhile: Called after each `SLICE` of wall time that does not reach the deadline, as a simulator's clock may
-            stop; an exception ends the sleep.
-
-    Returns:
-        False if `stop` was set.
-    """
-    while not ended() and clock.now() < deadline:
-        if not clock.wait_until(deadline, stop, SLICE):
-            return False
-        if clock.now() < deadline:
-            meanwhile()
-    return not stop.is_set()

@@ -12,8 +12,8 @@ import msgspec
 from ..errors import InputError
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
+from ..simulation.simulated_world import SimulatedWorld
 from .preflight import PreflightReport
-from .simulated_world import SimulatedWorld
 from .stop_signals import StopSignals
 
 MODES = ("lockstep", "threaded")

@@ -19,7 +19,7 @@ from ..event import (
     RulesReplaced,
 )
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
-from .fact_schedule import fact_schedules
+from ..simulation.fact_schedule import fact_schedules
 from .memory import recall
 from .options import Build
 from .replayed_agents import replayed_agents

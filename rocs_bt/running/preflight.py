@@ -12,7 +12,7 @@ import msgspec
 
 from ..agent import Agent
 from ..catalog import RobotSpec, SensorSpec
-from ..clock import WallClock
+from ..clock import WallClock, wait_until
 from ..device import Sensor
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2.matching import FIXED, OwnEndpoint
@@ -23,7 +23,6 @@ from ..drivers.ros2.stop_topics import STOP_QOS, STOP_TYPE
 from ..errors import DeviceError, interrupts
 from ..raised import Raised
 from ..words import counted
-from .judge_panel import wait_until
 from .signal_sources import signal_monitors, signals_read
 
 OBSERVED = 0.5

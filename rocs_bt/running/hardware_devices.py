@@ -27,7 +27,7 @@ from ..errors import Fault, InputError
 from ..event import EventSink, OtherPublisherFound
 from ..ros_link import RosLink
 from ..safety import SafetyGate
-from .devices import hardware_driver, make_hardware, make_isolated, make_sensor
+from ..simulation.devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .options import RunOptions
 from .preflight import PreflightTopic, preflight_topics
 

@@ -11,8 +11,8 @@ from ..catalog import AgentSpec, Catalog, ScenarioSpec, mission_values
 from ..clock import Rate
 from ..errors import located_at
 from ..plan import mission_actions
+from ..simulation.random_streams import stream
 from .options import Build
-from .random_streams import stream
 from .share import sharing_of
 
 

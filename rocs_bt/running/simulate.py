@@ -6,16 +6,16 @@ from collections.abc import Callable
 from contextlib import ExitStack
 
 from ..catalog import Catalog, ScenarioSpec
+from ..simulation.pace import Pace
+from ..simulation.simulated_world import SimulatedWorld
 from .header import run_command, with_scenery
 from .memory import Memory
 from .options import RunOptions
-from .pace import Pace
 from .ready_run import ReadyRun, set_up
 from .run_end import RunEnd
 from .run_files import ReportWriter
 from .run_record import RunRecord
 from .run_result import RunResult
-from .simulated_world import SimulatedWorld
 
 
 def simulate(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_report: ReportWriter) -> RunResult:
@@ -74,11 +74,11 @@ def _watchers(stack: ExitStack, simulated: SimulatedWorld, options: RunOptions) 
     """Combined observer of the run, called once per control period; False if the viewer's window was closed."""
     watchers: list[Callable[[float], bool]] = []
     if options.view:
-        from .viewer import Viewer
+        from ..simulation.viewer import Viewer
 
         watchers.append(stack.enter_context(Viewer(simulated.world)))
     if options.video is not None:
-        from .video import Video
+        from ..simulation.video import Video
 
         watchers.append(stack.enter_context(Video(simulated.world, options.video, follow=options.follow)))
     if options.live is not None:

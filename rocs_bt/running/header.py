@@ -21,11 +21,11 @@ from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
 from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap, TreeNode
+from ..simulation.ground import ground_outlines
+from ..simulation.simulated_world import SimulatedWorld
 from ..version import __version__
-from .ground import ground_outlines
 from .options import RunOptions
 from .requirements import requirements_of
-from .simulated_world import SimulatedWorld
 
 _PACKAGES = ("mujoco", "casadi", "py-trees", "networkx", "numpy")
 

@@ -15,12 +15,12 @@ from ..catalog import KINDS, ActorSpec, AgentSpec, Catalog, Entry, ScenarioSpec,
 from ..clock import Clock, SimulatedClock
 from ..event import EventSink, NullSink
 from ..files import read_bytes
+from ..simulation.devices import on_hardware, unopened_actuator, unopened_sensor
+from ..simulation.simulated_world import build_world
 from .build_agents import build_agents, load_controller
-from .devices import on_hardware, unopened_actuator, unopened_sensor
 from .provenance import package_of, used_classes
 from .ready_run import simulated_agents
 from .settings import Setting, settings
-from .simulated_world import build_world
 
 Robot = AgentSpec | ActorSpec
 

@@ -14,7 +14,7 @@ from ..knowledge import Knowledge, Schema
 from ..knowledge.share import Ageing, Impairments, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork
 from ..knowledge.share.keys import Keys
 from ..knowledge.share.zenoh_network import ZenohNetwork, check_address
-from .random_streams import NETWORK, stream
+from ..simulation.random_streams import NETWORK, stream
 
 Join = Callable[[Knowledge], Sharing]
 """Function that sets up sharing of an agent's knowledge."""
