@@ -19,7 +19,7 @@ from .terminal import echo
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
 @click.option("--limit", type=click.IntRange(min=1), help="Maximum number of scenarios.")
 @click.option("--robot", default="jackal", show_default=True, help="Robot of the scenarios.")
-@click.option("--mission", default="go_to", show_default=True, help="Mission; replaced by that of a planner.")
+@click.option("--mission", default="navigate", show_default=True, help="Mission; replaced by that of a planner.")
 @click.option("--rules", default="avoid_collision", show_default=True, help="Rule file; may be empty.")
 @click.option(
     "--pairs",
