@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import threading
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import msgspec
@@ -14,64 +15,95 @@ from ..record import RunHeader
 from ..record.comparisons import Comparisons
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Key, Tracks
-from .pack import HIDDEN, WIDE, address, head, log_line, plain, text
+from .pack import HIDDEN, WIDE, Json, address, head, log_line, plain, text
+from .requests import Stream
 
 _DIGITS = 5
+_RATE = 10.0  # [Hz] of updates of a browser
+_QUIET = 50  # updates without news, after which a comment is sent
 
 
 class Feed:
-    """Thread-safe tracks of one run: one thread feeds them, and a thread for each browser waits for changes."""
+    """Thread-safe tracks of one run that goes on: one thread feeds them, and each browser asks for what it lacks.
 
-    def __init__(self) -> None:
-        self._changed = threading.Condition()
+    Args:
+        extra: Further entries of the head.
+
+    Attributes:
+        closed: Whether the run is over.
+        version: Number that each change increases.
+        about: What the run's end has added, such as its results; None before.
+    """
+
+    def __init__(self, **extra: Any) -> None:
+        self.closed = False
+        self.version = 0
+        self.about: Json | None = None
+        self._extra = extra
+        self._lock = threading.Lock()
         self._tracks: Tracks | None = None
         self._comparisons: Comparisons | None = None
-        self._version = 0
-        self.closed = False
 
-    def begin(self, header: RunHeader) -> None:
-        """Begin with the header of the run."""
-        with self._changed:
-            self._tracks = Tracks(header)
-            self._comparisons = Comparisons(self._tracks)
-            self._tell()
+    def begin(self, header: RunHeader, events: Iterable[Event] = ()) -> None:
+        """Begin with the header of the run, and with the events so far; browsers wait until these are read."""
+        tracks = Tracks(header)
+        comparisons = Comparisons(tracks)
+        tracks.take(events)
+        comparisons.update()
+        with self._lock:
+            self._tracks, self._comparisons = tracks, comparisons
+            self.version += 1
 
     def take(self, events: Sequence[Event]) -> None:
         """Take new events of the run."""
-        with self._changed:
+        with self._lock:
             if self._tracks is not None and self._comparisons is not None:
                 self._tracks.take(events)
                 self._comparisons.update()
-                self._tell()
+                self.version += 1
 
-    def close(self) -> None:
-        """End the feed: the browsers get what is left."""
-        with self._changed:
+    def close(self, about: Json | None = None) -> None:
+        """End the feed: the browsers get what is left, and what is known about the end."""
+        with self._lock:
             if self._comparisons is not None:
                 self._comparisons.update(over=True)
+            self.about = about
             self.closed = True
-            self._tell()
+            self.version += 1
 
     def head(self) -> bytes:
         """JSON of what does not change, for a new browser; `null` before the run begins."""
-        with self._changed:
+        with self._lock:
             if self._tracks is None or self._comparisons is None:
                 return b"null"
             given = {**head(self._tracks.header), "end": self._tracks.end, "guards": self._comparisons.texts()}
-            return msgspec.json.encode(given, enc_hook=plain)
+            return msgspec.json.encode({**given, **self._extra}, enc_hook=plain)
 
-    def fresh(self, seen: Seen, timeout: float) -> bytes | None:
-        """JSON of everything that a browser lacks; None if nothing is new within a time [s]."""
-        with self._changed:
-            new = self._changed.wait_for(lambda: self._version != seen.version or self.closed, timeout)
-            if not new or self._tracks is None or self._version == seen.version:
+    def fresh(self, seen: Seen) -> bytes | None:
+        """JSON of everything that a browser lacks; None if nothing is new."""
+        with self._lock:
+            if self._tracks is None or self.version == seen.version:
                 return None
-            seen.version = self._version
-            return seen.message(self._tracks)
+            seen.version = self.version
+            return seen.message(self._tracks, self.about)
 
-    def _tell(self) -> None:
-        self._version += 1
-        self._changed.notify_all()
+
+async def updates(feed: Feed) -> Stream:
+    """Server-sent events for one browser: what is new, at most 10 times a second, and `over` at the end of the run."""
+    seen, quiet = Seen(), 0
+    while True:
+        closed, fresh = feed.closed, None
+        if feed.version != seen.version:
+            fresh = await asyncio.to_thread(feed.fresh, seen)
+        quiet = 0 if fresh else quiet + 1
+        if fresh is not None:
+            yield b"data: %b\n\n" % fresh
+        elif closed:
+            break
+        elif quiet % _QUIET == 0:
+            yield b":\n\n"  # finds a browser that has gone
+        await asyncio.sleep(1.0 / _RATE)
+    yield b"event: over\ndata: {}\n\n"
 
 
 class Seen:
@@ -86,7 +118,7 @@ class Seen:
         self._tracks: dict[Key, tuple[int, float, Any, int]] = {}
         self._lines = 0
 
-    def message(self, tracks: Tracks) -> bytes:
+    def message(self, tracks: Tracks, about: Json | None = None) -> bytes:
         """JSON of what is new: of each changed track its address, and its times and values from an index on."""
         changed = []
         for key, track in tracks.items():
@@ -94,7 +126,8 @@ class Seen:
                 changed.append(_part(key, track, new))
         lines = [log_line(line) for line in tracks.log[self._lines :]]
         self._lines = len(tracks.log)
-        return msgspec.json.encode({"end": round(tracks.end, 3), "log": lines, "tracks": changed}, enc_hook=plain)
+        message: Json = {"end": round(tracks.end, 3), "log": lines, "tracks": changed}
+        return msgspec.json.encode(message if about is None else {**message, "about": about}, enc_hook=plain)
 
     def _changes(self, key: Key, track: Steps | Curve) -> int | None:
         """Index of the first sample that is new; None if there is none. Later messages begin behind the last one."""

@@ -1,16 +1,17 @@
-"""Messages between a run and the process of its live page: length-prefixed MessagePack frames."""
+"""Messages between a run and the process of its page: length-prefixed MessagePack frames, in both directions."""
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Sequence
 from functools import reduce
 from operator import or_
-from typing import IO, Any, TypeVar
+from typing import IO, Any, Literal, Protocol, TypeVar
 
 import msgspec
 
 from ..event import Event
-from ..record import codec
+from ..record import RunHeader, codec
 
 _KINDS = frozenset(codec.KINDS)
 _ANY: Any = reduce(or_, codec.KINDS)
@@ -28,10 +29,66 @@ class Settings(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """Reply of the page's process: its port, or the reason why it cannot serve the page."""
+    """Reply of the page's process: the URL of the page, or the reason why it cannot serve it."""
 
-    port: int = 0
+    url: str = ""
     error: str = ""
+
+
+class Command(msgspec.Struct, frozen=True):
+    """What a person in front of a page wants of the run.
+
+    Attributes:
+        do: What is to be done.
+        agent: Agent whose subtree or rule file it is.
+        node: Path of the subtree that is replaced.
+        mission: XML mission of the new subtree, as FILE or FILE:TREE.
+        rules: Name of the rule file that is read again.
+    """
+
+    do: Literal["pause", "step", "continue", "swap", "reload"]
+    agent: str = ""
+    node: str = ""
+    mission: str = ""
+    rules: str = ""
+
+
+class Target(Protocol):
+    """What takes a run: a feed of a page."""
+
+    def begin(self, header: RunHeader) -> None:
+        """Begin with the header of the run."""
+        ...
+
+    def take(self, events: Sequence[Event]) -> None:
+        """Take new events of the run."""
+        ...
+
+
+class Sender:
+    """Writes frames from several threads; a closed pipe loses them."""
+
+    def __init__(self, stream: IO[bytes]) -> None:
+        self._stream = stream
+        self._lock = threading.Lock()
+
+    def send(self, frame: bytes) -> bool:
+        """Send a frame; returns whether the other process may have got it."""
+        try:
+            with self._lock:
+                self._stream.write(frame)
+                self._stream.flush()
+        except (OSError, ValueError):  # the other process has ended, or this one has closed the pipe
+            return False
+        return True
+
+
+def receive(stream: IO[bytes], target: Target) -> None:
+    """Pass a run to a target, until its process has closed the stream or died."""
+    if (header := read(stream)) is not None:
+        target.begin(decode(header, RunHeader))
+    while (data := read(stream)) is not None:
+        target.take(decode_events(data))
 
 
 def encode(value: object) -> bytes:
@@ -52,7 +109,9 @@ def encode_events(events: Sequence[Event]) -> bytes:
 def read(stream: IO[bytes]) -> bytes | None:
     """Read the content of the next frame; None at the end of the stream."""
     length = stream.read(4)
-    return stream.read(int.from_bytes(length, "little")) if len(length) == 4 else None
+    size = int.from_bytes(length, "little")
+    data = stream.read(size) if len(length) == 4 else b""
+    return data if len(length) == 4 and len(data) == size else None  # a process that died left a part of a frame
 
 
 def decode(data: bytes, kind: type[T]) -> T:

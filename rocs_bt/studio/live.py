@@ -1,10 +1,11 @@
-"""LivePage: event sink in the run's process that feeds the live page."""
+"""LivePage: event sink in the run's process that feeds the page of a run, and takes the commands of its browsers."""
 
 from __future__ import annotations
 
 import contextlib
 import math
 import os
+import queue
 import secrets
 import subprocess
 import sys
@@ -14,15 +15,22 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
+from typing import IO
+
+import msgspec
 
 from ..current_folder import safe_path
 from ..errors import InputError
 from ..event import Event
 from ..record import RunHeader
 from . import frames
+from .frames import Command
 
 RATE = 10.0
 """Rate of updates of browsers [Hz]."""
+
+STUDIO = "ROCS_BT_STUDIO"
+"""Environment variable with the URL of the studio that has started this process."""
 
 _PACKAGES = str(Path(__file__).resolve().parents[2])
 _START = 60.0  # [s] time limit for the start of the page's process
@@ -42,6 +50,7 @@ class LivePage:
     `emit` only appends an event to a list. A thread sends new events at 10 Hz to a separate process. This process
     serves the page on loopback; the URL contains a secret token. A page that has failed or stalled never blocks the
     run. Leaving the context waits at most a few seconds for the page's process and then kills it.
+    A run that the studio has started has the studio as its page, and sends to it on its standard output.
 
     Args:
         port: Port to serve on; 0 for any free port.
@@ -59,39 +68,30 @@ class LivePage:
         self._settings = frames.Settings(host, port, secrets.token_urlsafe(16))
         self._waiting: deque[Event] = deque(maxlen=_BACKLOG)
         self.emit: Callable[[Event], None] = self._waiting.append
+        self._commands: queue.SimpleQueue[Command | None] = queue.SimpleQueue()
         self._leaving = threading.Event()
         self._sender = threading.Thread(target=lambda: None)  # replaced when a run begins
         self._writing_since = math.inf  # [s] on the monotonic clock; infinite while nothing is being written
         self._process: subprocess.Popen[bytes] | None = None
+        self._pipe: frames.Sender | None = None
 
     def __enter__(self) -> LivePage:
-        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", __package__],  # -P: import nothing from the current folder
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
-        )
-        with _killed_after(_START, self._process):
-            self._write(frames.encode(self._settings))
-            answer = None if self._process.stdout is None else frames.read(self._process.stdout)
-        found = frames.Answer(error="its process ended.") if answer is None else frames.decode(answer, frames.Answer)
-        if found.error:
-            self._end(self._process)
-            raise InputError(f"cannot start the live page: {found.error}")
-        host = self._settings.host
-        self.url = f"http://{f'[{host}]' if ':' in host else host}:{found.port}/{self._settings.token}/"
+        if url := os.environ.pop(STUDIO, ""):  # not for the processes that this run starts
+            self.url, commands = url, self._join_studio()
+        else:
+            commands = self._start()
+        threading.Thread(target=self._listen, args=(commands,), name="live commands", daemon=True).start()
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self._leaving.set()
-        if self._process is None:
-            return
         if self._sender.ident is not None:
             self._sender.join(_GOODBYE)
-            if self._sender.is_alive():  # blocked in a write to a stalled process; closing the pipe would block too
-                self._process.kill()
-                self._sender.join()
+        if self._process is None:
+            return
+        if self._sender.is_alive():  # blocked in a write to a stalled process; closing the pipe would block too
+            self._process.kill()
+            self._sender.join()
         self._end(self._process)
 
     def begin(self, header: RunHeader) -> None:
@@ -100,66 +100,114 @@ class LivePage:
         Raises:
             InputError: The context was not entered, or the page has already shown a run.
         """
-        if self._process is None or self._sender.ident is not None:
+        if self._pipe is None or self._sender.ident is not None:
             raise InputError("a live page shows one run, inside its 'with' block.")
-        args = (frames.encode(header),)
-        self._sender = threading.Thread(target=self._send, args=args, name="live page", daemon=True)
+        self._sender = threading.Thread(target=self._send, args=(header,), name="live page", daemon=True)
         self._sender.start()
 
+    def command(self, wait: float) -> Command | None:
+        """Next command of a browser.
+
+        Args:
+            wait: Maximum time to wait for one [s].
+
+        Returns:
+            The command; None if there is none.
+        """
+        try:
+            return self._commands.get(timeout=wait) if wait else self._commands.get_nowait()
+        except queue.Empty:
+            return None
+
     def wait(self) -> bool:
-        """Keep the page up until Ctrl-C.
+        """Keep the page up until Ctrl-C; the page of the studio stays up by itself.
 
         Returns:
             Whether Ctrl-C was pressed; False if the page's process ended or stalled.
         """
+        if self._process is None:
+            return True
         try:
-            while self._process is not None and time.monotonic() - self._writing_since < _PATIENCE:
+            while time.monotonic() - self._writing_since < _PATIENCE:
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     self._process.wait(1.0 / RATE)
                     return False
         except KeyboardInterrupt:
             return True
-        if self._process is not None:
-            self._process.kill()
+        self._process.kill()
         return False
 
-    def _send(self, header: bytes) -> None:
-        connected, leaving = self._write(header), False
+    def _start(self) -> IO[bytes]:
+        """Start the page's process; returns the stream of its commands."""
+        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
+        self._process = process = subprocess.Popen(
+            [sys.executable, "-P", "-m", __package__],  # -P: import nothing from the current folder
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        )
+        if process.stdin is None or process.stdout is None:
+            raise RuntimeError("the page's process has no pipes")
+        self._pipe = frames.Sender(process.stdin)
+        with _killed_after(_START, process):
+            self._write(frames.encode(self._settings))
+            answer = frames.read(process.stdout)
+        found = frames.Answer(error="its process ended.") if answer is None else frames.decode(answer, frames.Answer)
+        if found.error:
+            self._end(process)
+            raise InputError(f"cannot start the live page: {found.error}")
+        self.url = found.url
+        return process.stdout
+
+    def _join_studio(self) -> IO[bytes]:
+        """Take standard input and output as the pipes to the studio; what is printed goes to standard error."""
+        self._pipe = frames.Sender(os.fdopen(os.dup(1), "wb"))
+        commands = os.fdopen(os.dup(0), "rb")
+        os.dup2(2, 1)
+        nothing = os.open(os.devnull, os.O_RDONLY)
+        os.dup2(nothing, 0)
+        os.close(nothing)
+        return commands
+
+    def _listen(self, stream: IO[bytes]) -> None:
+        """Take the commands of the browsers; a page that has gone must not keep a run paused."""
+        with contextlib.suppress(OSError, ValueError, msgspec.MsgspecError):
+            while (data := frames.read(stream)) is not None:
+                self._commands.put(frames.decode(data, Command))
+        self._commands.put(Command("continue"))
+
+    def _send(self, header: RunHeader) -> None:
+        connected, leaving = self._write(frames.encode(header)), False
         while not leaving:
             leaving = self._leaving.wait(1.0 / RATE)
             batch = [self._waiting.popleft() for _ in range(len(self._waiting))]
-            if (
-                len(batch) == _BACKLOG and self._process is not None
-            ):  # the oldest events were dropped, so the page would be wrong
-                self._process.kill()
+            if len(batch) == _BACKLOG and connected:  # the oldest events were dropped, so the page would be wrong
+                connected = False
+                if self._process is not None:
+                    self._process.kill()
             elif batch and connected:
                 connected = self._write(frames.encode_events(batch))
 
     def _write(self, frame: bytes) -> bool:
-        process = self._process
-        if process is None or process.stdin is None:
+        if self._pipe is None:
             return False
         self._writing_since = time.monotonic()
-        try:
-            process.stdin.write(frame)
-            process.stdin.flush()
-        except OSError:  # the page's process has ended; the run continues
-            return False
-        finally:
-            self._writing_since = math.inf
-        return True
+        sent = self._pipe.send(frame)
+        self._writing_since = math.inf
+        return sent  # if not, the page's process has ended; the run continues
 
     def _end(self, process: subprocess.Popen[bytes]) -> None:
-        for pipe in (process.stdin, process.stdout):
-            if pipe is not None:
-                with contextlib.suppress(OSError):  # the process may have ended before reading everything
-                    pipe.close()
+        with contextlib.suppress(OSError):  # the process may have ended before reading everything
+            if process.stdin is not None:
+                process.stdin.close()
         try:
             process.wait(_GOODBYE)
         except subprocess.TimeoutExpired:
             process.kill()
             process.wait()
-        self._process = None
+        if process.stdout is not None:
+            process.stdout.close()
+        self._process = self._pipe = None
 
 
 @contextlib.contextmanager

@@ -33,11 +33,6 @@ def render_page(title: str, data: bytes) -> str:
     )
 
 
-def live_page() -> str:
-    """The page of a run that goes on; its server has the modules and the style."""
-    return read_text(WEB / "live.html")
-
-
 def bundle(entry: str) -> str:
     """A module and all modules that it imports as one script: each is a function that returns what it exports."""
     scopes: dict[str, str] = {}

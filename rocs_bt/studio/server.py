@@ -1,128 +1,209 @@
-"""HTTP server of the live page: loopback only, protected by a secret token in the URL."""
+"""HTTP server of the page: loopback only, protected by a secret token in the URL; one request a connection."""
 
 from __future__ import annotations
 
+import asyncio
+import contextlib
 import hmac
 import ipaddress
+import socket
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from pathlib import Path
-from typing import Any
 
-from ..errors import Fault, InputError
-from ..files import read_bytes
-from .feed import Feed, Seen
-from .page import WEB, live_page
+import msgspec
 
-_PATIENCE = 5.0  # [s] without updates, after which a comment is sent to detect closed connections
-_STALLED = 3.0  # [s] time limit of a browser's read or write
-_TYPES = {".js": "text/javascript; charset=utf-8", ".css": "text/css; charset=utf-8"}
+from ..errors import Fault, InputError, RocsError
+from .requests import MOST_HEAD, Answer, RefusedError, Request, Routes, parse
+
+MOST_CONNECTIONS = 128
+"""Maximum number of connections; a further one replaces the oldest that has not shown the token."""
+
+_REQUEST_TIME = 5.0  # [s] time limit of a whole request
+_STALLED = 3.0  # [s] time limit of a browser that does not read
+_THREADS = 8  # that answer requests
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'"
 )
+_FIELDS = {
+    "Cache-Control": "no-store",
+    "Referrer-Policy": "no-referrer",
+    "X-Content-Type-Options": "nosniff",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Content-Security-Policy": _POLICY,
+    "Connection": "close",
+}
 
 
-class Server(ThreadingHTTPServer):
-    """Serves the page and its stream of updates.
+class Server:
+    """Serves a table of routes, in a thread of its own.
 
     Args:
         host: Loopback address.
         port: Port; 0 for any free port.
         token: Secret that every request must contain.
-        feed: Feed to show.
+        routes: Handlers by method and path.
+        report: Function that is called with an unexpected exception of a handler.
 
     Raises:
         InputError: The host is no loopback address, or the port is in use.
+
+    Attributes:
+        port: Port of the server.
+        url: Address of the server, with the token.
     """
 
-    daemon_threads = False  # `end` waits for the threads
-
-    def __init__(self, host: str, port: int, token: str, feed: Feed) -> None:
+    def __init__(
+        self, host: str, port: int, token: str, routes: Routes, report: Callable[[BaseException], None] | None = None
+    ) -> None:
         if not ipaddress.ip_address(host).is_loopback:
             raise InputError(
                 Fault(
-                    f"{host} is no loopback address; other machines could reach the live page.",
+                    f"{host} is no loopback address; other machines could reach the page.",
                     hint="Serve it on 127.0.0.1, and use a tunnel such as ssh -L for access from other machines.",
                 )
             )
+        family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
-            super().__init__((host, port), _Handler)
+            self._socket = socket.create_server((host, port), family=family, backlog=512)
         except OSError as error:
             hint = "Choose another with --port, or omit it for any free port."
             raise InputError(Fault(f"port {port} is not available: {error.strerror}.", hint=hint)) from error
-        self.token = token
-        self.feed = feed
-        self.names = {f"{name}:{self.server_port}" for name in (host, "localhost")}
+        self.port: int = self._socket.getsockname()[1]
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"http://{shown}:{self.port}/{token}/"
+        self._names = {f"{name}:{self.port}" for name in (shown, "localhost")}
+        self._token = token.encode()
+        self._routes = routes
+        self._report = report
+        self._connections: dict[asyncio.Task[None], bool] = {}  # whether each has shown the token, oldest first
+        self._threads = ThreadPoolExecutor(_THREADS, "http")
+        self._loop = asyncio.new_event_loop()
+        self._ending = asyncio.Event()
+        self._thread = threading.Thread(target=self._run, name="http", daemon=True)
+
+    def start(self) -> None:
+        """Begin to serve."""
+        self._thread.start()
 
     def end(self) -> None:
-        """Send the remaining messages and stop serving."""
-        self.shutdown()
-        self.feed.close()
-        self.server_close()
+        """Take no further requests, let the streams end for a few seconds, and stop."""
+        self._loop.call_soon_threadsafe(self._ending.set)
+        self._thread.join()
+        self._threads.shutdown(wait=False, cancel_futures=True)
 
-    def handle_error(self, request: Any, client_address: Any) -> None:
-        """Ignore errors of closed connections."""
-
-
-class _Handler(BaseHTTPRequestHandler):
-    """Handler of HTTP requests; each must contain the token and this server's Host header (no DNS rebinding)."""
-
-    server: Server
-    timeout = _STALLED
-    server_version = "rocs_bt"
-    sys_version = ""
-
-    def do_GET(self) -> None:
-        _, token, *rest = [*self.path.split("?")[0].split("/"), ""]
-        if self.headers.get("Host") not in self.server.names:
-            self.send_error(HTTPStatus.MISDIRECTED_REQUEST)
-        elif not hmac.compare_digest(token.encode(), self.server.token.encode()):
-            self.send_error(HTTPStatus.FORBIDDEN)
-        elif rest == ["", ""]:
-            self._answer("text/html; charset=utf-8", live_page().encode())
-        elif rest == ["head", ""]:
-            self._answer("application/json", self.server.feed.head())
-        elif rest == ["events", ""]:
-            self._events()
-        elif rest[1:] == [""] and (file := self._module(rest[0])) is not None:
-            self._answer(_TYPES[file.suffix], read_bytes(file))
-        else:
-            self.send_error(HTTPStatus.NOT_FOUND)
-
-    def log_message(self, format: str, *args: Any) -> None:
-        """Write no log."""
-
-    def _module(self, name: str) -> Path | None:
-        """A module or style of the page; only names that exist are looked up."""
-        return next((file for file in WEB.iterdir() if file.name == name and file.suffix in _TYPES), None)
-
-    def _events(self) -> None:
-        self._begin("text/event-stream")
-        seen, feed = Seen(), self.server.feed
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
         try:
-            while True:
-                closed = feed.closed
-                fresh = feed.fresh(seen, _PATIENCE)
-                if fresh is None and closed:
-                    break
-                self.wfile.write(b":\n\n" if fresh is None else b"data: %b\n\n" % fresh)
-                self.wfile.flush()
-        except OSError:  # the browser closed the connection
-            pass
+            self._loop.run_until_complete(self._serve())
+        finally:
+            self._loop.close()
 
-    def _answer(self, kind: str, body: bytes) -> None:
-        self._begin(kind)
-        self.wfile.write(body)
+    async def _serve(self) -> None:
+        server = await asyncio.start_server(self._connected, sock=self._socket, limit=MOST_HEAD, backlog=512)
+        await self._ending.wait()
+        server.close()
+        if self._connections:
+            await asyncio.wait(self._connections, timeout=_STALLED)
+        for task in [*self._connections]:
+            task.cancel()
+        if self._connections:
+            await asyncio.wait(self._connections, timeout=_STALLED)
 
-    def _begin(self, kind: str) -> None:
-        self.send_response(HTTPStatus.OK)
-        for name, value in {
-            "Content-Type": kind,
-            "Cache-Control": "no-store",
-            "Referrer-Policy": "no-referrer",
-            "X-Content-Type-Options": "nosniff",
-            "Content-Security-Policy": _POLICY,
-        }.items():
-            self.send_header(name, value)
-        self.end_headers()
+    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        task = asyncio.current_task()
+        if task is None:
+            return
+        if len(self._connections) >= MOST_CONNECTIONS:
+            oldest = next((each for each, known in self._connections.items() if not known), task)
+            self._connections.pop(oldest, None)
+            oldest.cancel()
+        self._connections[task] = False
+        try:
+            await self._converse(task, reader, writer)
+        except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.CancelledError):
+            pass  # the browser has gone, is too slow, or has to give way
+        finally:
+            self._connections.pop(task, None)
+            writer.transport.abort() if writer.transport.get_write_buffer_size() else writer.close()
+            with contextlib.suppress(OSError):
+                await writer.wait_closed()
+
+    async def _converse(
+        self, task: asyncio.Task[None], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
+    ) -> None:
+        try:
+            async with asyncio.timeout(_REQUEST_TIME):
+                request = parse(await reader.readuntil(b"\r\n\r\n"))
+                self._check(request)
+                self._connections[task] = True
+                request = msgspec.structs.replace(request, body=await reader.readexactly(request.length))
+            answer = await self._loop.run_in_executor(self._threads, self._answer, request)
+        except RefusedError as refused:
+            answer = _refusal(refused.status)
+        except asyncio.LimitOverrunError:
+            answer = _refusal(HTTPStatus.REQUEST_HEADER_FIELDS_TOO_LARGE)
+        await self._send(writer, answer)
+
+    def _check(self, request: Request) -> None:
+        """Refuse a request that does not come from a page of this server, or that has no handler."""
+        fields = request.fields
+        if fields.get("host") not in self._names:  # DNS rebinding
+            raise RefusedError(HTTPStatus.MISDIRECTED_REQUEST)
+        if not hmac.compare_digest(request.token.encode(), self._token):
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        own = {f"http://{fields['host']}"}
+        posts = request.method == "POST"
+        if fields.get("origin", "" if posts else next(iter(own))) not in own:
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        if fields.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+            raise RefusedError(HTTPStatus.FORBIDDEN)
+        if (request.method, request.name) not in self._routes:
+            known = any(name == request.name for _, name in self._routes)
+            raise RefusedError(HTTPStatus.METHOD_NOT_ALLOWED if known else HTTPStatus.NOT_FOUND)
+        if posts and fields.get("content-type", "").split(";")[0].strip() != "application/json":
+            raise RefusedError(HTTPStatus.UNSUPPORTED_MEDIA_TYPE)
+        if not posts and request.length:
+            raise RefusedError(HTTPStatus.BAD_REQUEST)
+
+    def _answer(self, request: Request) -> Answer:
+        try:
+            return self._routes[request.method, request.name](request)
+        except RocsError as error:
+            return Answer(msgspec.json.encode({"error": str(error)}), status=HTTPStatus.UNPROCESSABLE_ENTITY)
+        except Exception as error:  # noqa: BLE001 - boundary of a request: the server must go on
+            if self._report is not None:
+                self._report(error)
+            return _refusal(HTTPStatus.INTERNAL_SERVER_ERROR)
+
+    async def _send(self, writer: asyncio.StreamWriter, answer: Answer) -> None:
+        body, fields = answer.body, {"Content-Type": answer.kind, **_FIELDS}
+        if isinstance(body, bytes):
+            fields["Content-Length"] = str(len(body))
+        lines = [f"HTTP/1.1 {answer.status} {answer.status.phrase}", *(f"{name}: {fields[name]}" for name in fields)]
+        writer.write("\r\n".join([*lines, "", ""]).encode())
+        if isinstance(body, bytes):
+            await _written(writer, body)
+            return
+        async with contextlib.aclosing(body) as parts:
+            async for part in parts:
+                await _written(writer, part)
+
+
+async def _written(writer: asyncio.StreamWriter, data: bytes) -> None:
+    """Write data; a browser that does not read ends the connection."""
+    writer.write(data)
+    while (size := writer.transport.get_write_buffer_size()) > 0:
+        try:
+            async with asyncio.timeout(_STALLED):
+                await writer.drain()
+                return
+        except TimeoutError:
+            if writer.transport.get_write_buffer_size() >= size:
+                raise
+
+
+def _refusal(status: HTTPStatus) -> Answer:
+    return Answer(f"{status.value} {status.phrase}\n".encode(), "text/plain; charset=utf-8", status)

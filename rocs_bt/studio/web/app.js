@@ -150,5 +150,5 @@ const data = document.getElementById("data");
 if (data) Run.from(data.textContent).then(open).catch(fail);
 else {
   let take = (_) => {};
-  Run.live((fresh) => take(fresh)).then((run) => { take = open(run); }).catch(fail);
+  Run.open((fresh) => take(fresh)).then((run) => { take = open(run); }).catch(fail);
 }

@@ -74,9 +74,11 @@ export class Run {
     this.topics.get(topic).push(track);
   }
 
-  /** Reads the data of a report: base64 of deflated JSON and columns. */
-  static async from(text) {
-    const packed = Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0));
+  /** Reads the data of a report: base64 of a packed run. */
+  static from(text) { return Run.unpack(Uint8Array.from(atob(text.trim()), (c) => c.charCodeAt(0))); }
+
+  /** Reads a packed run: deflated JSON and columns. */
+  static async unpack(packed) {
     const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
     const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
     const length = new DataView(bytes.buffer).getUint32(0, true), made = new Map();
@@ -89,30 +91,43 @@ export class Run {
     });
   }
 
-  /** Opens a run that goes on: `onchange` is called with each message, and whether new tracks began. */
-  static async live(onchange) {
-    let head = null;
-    while (!(head = await (await fetch("head")).json())) await new Promise((done) => { setTimeout(done, 200); });
+  /** Opens the run of the server: a packed one, or one that goes on, of which `onchange` gets whether new tracks began. */
+  static async open(onchange) {
+    const { search } = location, head = async () => {
+      const answer = await fetch(`head${search}`);
+      if (answer.headers.get("Content-Type") === "application/octet-stream") return answer.arrayBuffer();
+      const found = await answer.json();
+      if (found?.error) throw new Error(found.error);
+      return found;
+    };
+    let found = null;
+    while (!(found = await head())) await new Promise((done) => { setTimeout(done, 200); });
+    return found instanceof ArrayBuffer ? Run.unpack(found) : Run.live(found, new EventSource(`events${search}`), onchange);
+  }
+
+  /** Follows a run that goes on. */
+  static live(head, events, onchange) {
     const run = new Run(head);
     run.going = true;
     return new Promise((ready) => {
-      const events = new EventSource("events");
+      const end = () => { run.going = false; onchange(false); };
       let opened = 0;
       events.onopen = () => { if (opened++) location.reload(); }; // the server counts what each connection has got
       events.onmessage = ({ data }) => {
         const fresh = run.grow(JSON.parse(data));
+        run.going = true;
         ready(run);
         onchange(fresh);
       };
-      events.onerror = () => { run.going = false; onchange(false); };
+      events.addEventListener("over", () => { events.close(); end(); });
+      events.onerror = end;
     });
   }
 
   /** Takes a message of a run that goes on; returns whether new tracks began. */
-  grow({ end, log, tracks }) {
+  grow({ end, log, tracks, about = {} }) {
     let fresh = false;
-    this.end = end;
-    this.going = true;
+    Object.assign(this, about, { end });
     this.log.push(...log);
     for (const [address, from, t, v, width, ray] of tracks) {
       if (!this.tracks.has(address)) { this.add(new Track(address, [], [], width, ray)); fresh = true; }

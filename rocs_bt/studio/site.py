@@ -1,0 +1,55 @@
+"""Routes that every server of the page has: its modules, its style, and one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from ..files import read_bytes
+from .feed import Feed, updates
+from .frames import Command
+from .page import WEB
+from .requests import Answer, Handler, Request, Routes
+
+_KINDS = {
+    ".html": "text/html; charset=utf-8",
+    ".js": "text/javascript; charset=utf-8",
+    ".css": "text/css; charset=utf-8",
+}
+PACKED = "application/octet-stream"
+
+
+def web_routes(pages: dict[str, str]) -> Routes:
+    """Routes of pages, by the name of each page's file, and of all modules and styles."""
+    files = {name: WEB / file for name, file in pages.items()}
+    files |= {file.name: file for file in WEB.iterdir() if file.suffix in (".js", ".css")}
+    return {("GET", name): _file(file) for name, file in files.items()}
+
+
+def live_routes(feed: Feed, control: Callable[[Command], object]) -> Routes:
+    """Routes of the page of one run that goes on.
+
+    Args:
+        feed: Feed of the run.
+        control: Function that passes a command of the browser to the run.
+    """
+
+    def command(request: Request) -> Answer:
+        control(request.read(Command))
+        return Answer(b"{}")
+
+    return {
+        **web_routes({"": "run.html"}),
+        ("GET", "head"): lambda _: Answer(feed.head()),
+        ("GET", "events"): lambda _: stream(feed),
+        ("POST", "control"): command,
+    }
+
+
+def stream(feed: Feed) -> Answer:
+    """The updates of a run, as server-sent events."""
+    return Answer(updates(feed), "text/event-stream")
+
+
+def _file(path: Path) -> Handler:
+    return lambda _: Answer(read_bytes(path), _KINDS[path.suffix])
