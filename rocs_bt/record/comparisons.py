@@ -37,7 +37,7 @@ class Comparisons:
     def __init__(self, tracks: Tracks) -> None:
         self._tracks = tracks
         self._done = {agent.name: -math.inf for agent in tracks.header.agents}
-        self._guards = {agent.name: list(_guards(agent)) for agent in tracks.header.agents if agent.signals}
+        self._guards = {agent.name: guards_of(agent) for agent in tracks.header.agents if agent.signals}
 
     def update(self, *, over: bool = False) -> None:
         """Add the comparisons of all control periods that are complete; of all if the run is over."""
@@ -53,7 +53,7 @@ class Comparisons:
                     guard.add(self._tracks, agent.name, t, x)
 
     def texts(self) -> dict[str, dict[str, Any]]:
-        """Texts of the guards by agent and rule, with the texts and units of their comparisons."""
+        """Texts of the guards by agent and rule; see `Guard`."""
         return {agent: {guard.info.rule: guard.texts for guard in guards} for agent, guards in self._guards.items()}
 
 
@@ -90,19 +90,26 @@ def _column(curve: Curve | None, times: Sequence[float], size: int, *, late: boo
     return np.where(known[:, None], rows[at], np.nan)
 
 
-def _guards(agent: AgentInfo) -> list[_Guard]:
+def guards_of(agent: AgentInfo) -> list[Guard]:
+    """Guards of an agent's rules; without those that only their rule file can read."""
     found = []
     environment = environment_of(agent)
     for info in agent.guards:
         try:
-            found.append(_Guard(info, [parse(text, environment) for text in info.sources]))
+            found.append(Guard(info, [parse(text, environment) for text in info.sources]))
         except InputError:  # a guard with names that only its rule file knows
             continue
     return found
 
 
-class _Guard:
-    """Guard of one rule: its compiled comparisons."""
+class Guard:
+    """Guard of one rule: its compiled comparisons.
+
+    Attributes:
+        info: Description of the guard.
+        texts: Its texts, with texts and units of the comparisons. `tree` tells how those of `when` are joined: the
+            index of a comparison, or a list with the operation first; None for what is no comparison.
+    """
 
     def __init__(self, info: GuardInfo, trees: Sequence[Node]) -> None:
         self.info = info
@@ -112,18 +119,29 @@ class _Guard:
         units = (str(node.args[0].kind.dimension or "") for node in nodes)
         rows = zip(self._comparisons, info.comparisons, units, strict=True)
         listed = [{"name": c.name, "text": text, "unit": "" if unit == "1" else unit} for c, text, unit in rows]
-        self.texts = {"when": info.when, "until": info.until, "comparisons": listed}
+        joined = self._joined(self._when)
+        self.texts = {"when": info.when, "until": info.until, "comparisons": listed, "tree": joined}
+
+    def rows(self, t: Sequence[float], x: Numbers) -> list[Numbers | None]:
+        """Left side, right side and truth of each comparison at times, shape (n, 3); None if it cannot be evaluated."""
+        return [comparison.rows(t, x) for comparison in self._comparisons]
 
     def add(self, tracks: Tracks, agent: str, t: Sequence[float], x: Numbers) -> None:
         """Add the comparisons at times to the tracks of an agent."""
         near: dict[Node, Numbers] = {}
-        for comparison in self._comparisons:
-            rows = comparison.rows(t, x)
+        for comparison, rows in zip(self._comparisons, self.rows(t, x), strict=True):
             if rows is not None:
                 tracks.curve(agent, "compare", comparison.name, 3).extend(t, rows)
                 near[comparison.node] = _nearness(*rows.T)
         if (way := _combined(self._when, near)) is not None:
             tracks.curve(agent, "near", self.info.rule, 1).extend(t, way[:, None])
+
+    def _joined(self, node: Node) -> Any:
+        at = next((i for i, comparison in enumerate(self._comparisons) if comparison.node is node), None)
+        if at is not None or not node.args:
+            return at
+        parts = [self._joined(arg) for arg in node.args]
+        return parts[0] if node.op in ("any", "all") else [node.op, *parts]
 
 
 class _Comparison:

@@ -146,7 +146,7 @@ class Seen:
 
 def _part(key: Key, track: Steps | Curve, first: int) -> list[Any]:
     """A track from an index on: address, index, times, values, width, and rays from one value to the next."""
-    t = [round(each, 3) for each in track.t[first:]]
+    t = [round(each, 5) for each in track.t[first:]]
     if isinstance(track, Steps):
         return [address(key), first, t, [msgspec.Raw(text(value).encode()) for value in track.v[first:]], 0, 1]
     rows = track.rows(first).tolist()

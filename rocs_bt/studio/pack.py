@@ -21,7 +21,8 @@ Numbers = NDArray[np.float64]
 # Whole numbers for what is not finite; the page knows them.
 _NAN, _INFINITE, _NEGATIVE = -(2**31), 2**31 - 1, -(2**31) + 1
 _RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "follower": 1e-4}  # [m, rad] by topic
-_TIME = 1e-3  # [s]
+_TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
+_LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values
 WIDE = 24  # values from which on only the minimum of a signal is shown, as of a scan
 HIDDEN = ("wheels",)  # topics that the page does not show
@@ -109,7 +110,7 @@ def _packed(columns: Columns, texts: dict[str, int], key: Key, track: Steps | Cu
     """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
     if isinstance(track, Steps):
         found = [texts.setdefault(text(value), len(texts)) for value in track.v]
-        return [address(key), "text", columns.real(track.t, _TIME), columns.whole(found)]
+        return [address(key), "text", columns.real(track.t, _resolution(track.t)), columns.whole(found)]
     t, rows = np.array(track.t), track.rows()
     if key.topic == "signal" and track.width > WIDE:
         key, rows = Key(key.agent, key.topic, f"min({key.name})"), np.fmin.reduce(rows, axis=1, keepdims=True)
@@ -119,6 +120,12 @@ def _packed(columns: Columns, texts: dict[str, int], key: Key, track: Steps | Cu
     width = rows.shape[1]
     index = columns.real(rows, resolution, width)
     return [address(key), "number", columns.real(t, _TIME), index, width, ray]
+
+
+def _resolution(t: Sequence[float]) -> float:
+    """Resolution of times [s]."""
+    off = np.abs(np.array(t) / _TIME - np.round(np.array(t) / _TIME)).max(initial=0.0)
+    return _FINE_TIME if off > 1e-3 and t[-1] < _LONGEST else _TIME
 
 
 def text(value: object) -> str:

@@ -1,5 +1,6 @@
 // The selected thing in words: its state at the cursor, why it is so, and what led to it.
 import { el, put, seconds, short, shown, upto } from "./dom.js";
+import { why, whyNot } from "./why.js";
 
 const MOVES = { reactive: "a reflex", deliberative: "its mission", idle: "nothing" };
 const SIGNALS = ["speed", "turn_rate", "goal_distance", "battery"];
@@ -35,9 +36,10 @@ export class Inspector {
   robot(agent, _, t) {
     const { run } = this, rows = [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–")], pose = run.pose(agent, t);
     for (const hold of run.of(agent, "hold")) if (hold.at(t)) rows.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
+    rows.unshift(row("why", why(run, agent, t)));
     for (const rule of run.of(agent, "rule")) {
       const state = rule.at(t);
-      if (state?.active) rows.push(row("rule", `${short(rule.name)} for ${seconds(t - rule.since(t))}: ${state.reading}`, rule.address));
+      if (state?.active) rows.push(row("rule", `${short(rule.name)} for ${seconds(t - rule.since(t))}: ${state.reading ?? ""}`, rule.address));
     }
     for (const ticket of run.of(agent, "ticket")) {
       const now = ticket.at(t);
@@ -80,6 +82,7 @@ export class Inspector {
     const { run } = this, state = track?.at(t), guard = run.guards[agent]?.[name], address = `${agent}|rule|${name}`;
     const is = state?.active ? "its action is active" : state?.waits ? "latched, waits behind another reflex" : state?.latched ? "latched" : "clear";
     const rows = [row("state", track ? `${is}${track.since(t) === undefined ? "" : ` for ${seconds(t - track.since(t))}`}` : "it never changed")];
+    rows.push(state?.active ? row("why", why(run, agent, t)) : row("why not", whyNot(run, agent, name, t).because));
     if (guard) rows.push(row("when", guard.when), ...(guard.until ? [row("until", guard.until)] : []));
     for (const side of guard?.comparisons ?? []) rows.push(this.comparison(agent, side, t));
     if (state?.reading) rows.push(row("read", `${state.reading}, ${seconds(t - track.since(t))} ago`, address, track.since(t)));
@@ -103,7 +106,7 @@ export class Inspector {
   node(agent, path, t, track) {
     const { run } = this, about = (run.get(agent, "tree")?.at(t) ?? []).find((node) => node.path === path);
     const state = track?.at(t) ? `${track.at(t)} for ${seconds(t - track.since(t))}` : track ? "not ticked yet" : "never ticked";
-    const rows = [row("type", about?.type ?? "–"), row("status", state)], note = run.get(agent, "note", path)?.at(t);
+    const rows = [row("type", about?.type ?? "–"), row("status", state), row("why", why(run, agent, t))], note = run.get(agent, "note", path)?.at(t);
     if (note) rows.push(row("message", note));
     for (const [, port, given] of (about?.ports ?? "").matchAll(/([\w.]+)=("[^"]*"|[^,)]*)/g)) {
       const [, key] = given.match(/^"?\{(.+)\}"?$/) ?? [], value = key && this.board(agent, path, key);

@@ -1,0 +1,137 @@
+"""Why, and why not: the page gives the answers of the command line, at any time."""
+
+import random
+import re
+
+import numpy as np
+import pytest
+
+from rocs_bt import run
+from rocs_bt.event import (
+    AgentStopped,
+    BlockFailed,
+    BodyMoved,
+    MotionHeld,
+    MotionReleased,
+    RobotPushed,
+)
+from rocs_bt.expression import evaluate, parse
+from rocs_bt.record import Recording, environment_of
+from rocs_bt.record.comparisons import samples
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.why import Why
+from rocs_bt.record.why_not import holding, why_not
+from rocs_bt.studio.page import bundle
+from rocs_bt.studio.report import render_report
+
+FALL = {"agent": "R2", "body": "R2", "x": 0.0, "y": 0.0, "yaw": 0.0, "height": 0.1, "pitch": 0.0}
+HARM = [
+    RobotPushed(t=1.02, agent="R2", body="R2", force=(0.0, 33.3, 1.0), duration=0.125),
+    MotionHeld(t=2.6, agent="R2", actuator="wheels", reason="emergency stop"),
+    MotionReleased(t=3.0, agent="R2", actuator="wheels"),
+    BodyMoved(t=3.4, roll=0.9, **FALL),
+    BodyMoved(t=3.6, roll=1.57, **FALL),
+    BodyMoved(t=3.8, roll=0.0, **FALL),
+    BlockFailed(t=4.2, agent="R2", block="plan", kind="raised", detail="KeyError: 3\nand more"),
+    AgentStopped(t=4.3, agent="R2", by="its failure"),
+]
+
+
+@pytest.fixture(scope="module", params=[("exp1", 6.0), ("exp3", 6.0), ("exp1_quadruped", 4.0), ("harm", 5.0)])
+def recorded(request, tmp_path_factory):
+    name, duration = request.param
+    out = tmp_path_factory.mktemp(name)
+    run("exp1" if name == "harm" else name, seed=1, duration=duration, out=out, report=False)
+    found = Recording.open(out)
+    if name != "harm":
+        return found
+    recorder = Recorder(out / "harm.mcap", found.header)
+    whole = [e for e in found.events() if e.t < 4.3 and not isinstance(e, AgentStopped)]
+    for event in sorted([*whole, *HARM], key=lambda e: e.t):
+        recorder.emit(event)
+    recorder.close()
+    return Recording.open(recorder.path)
+
+
+@pytest.fixture(scope="module")
+def tracks(recorded):
+    return Tracks.of_recording(recorded)
+
+
+@pytest.fixture(scope="module")
+def page(recorded, browser):
+    """A browser with the modules of the page and the data of the report."""
+    report = render_report(recorded, recorded.summary)
+    data = re.search(r'id="data">([^<]*)<', report)[1]
+    script = f"{bundle('why.js')}\n{bundle('run.js')}\nwindow.$why = $why; return $run.Run.from('{data}');"
+    browser.evaluate(f"(async () => {{ {script} }})().then((found) => {{ window.found = found; }})")
+    return browser
+
+
+def times(tracks, count=60):
+    chosen = random.Random(7)
+    return [*(chosen.uniform(0.0, tracks.end) for _ in range(count)), *np.arange(0.0, tracks.end, 0.25).tolist()]
+
+
+def test_the_page_says_why_with_the_words_of_the_command_line(tracks, page):
+    for agent in (a.name for a in tracks.header.agents):
+        at = times(tracks)
+        found = page.evaluate(f"{at}.map((t) => $why.why(found, '{agent}', t))")
+        assert found == [Why(tracks, t, agent).answer for t in at]
+
+
+def parts(text):
+    """Words and numbers of a text; numbers are rounded on the page."""
+    number = r"-?\d+\.?\d*(?:e[+-]\d+)?|inf|nan"
+    return re.sub(number, "#", text), [float(n) for n in re.findall(number, text)]
+
+
+def test_the_page_says_why_a_rule_did_not_fire(tracks, page):
+    for agent in tracks.header.agents:
+        at = times(tracks, 20)
+        for rule in (guard.rule for guard in agent.guards):
+            found = page.evaluate(f"{at}.map((t) => $why.whyNot(found, '{agent.name}', '{rule}', t).because)")
+            for t, text in zip(at, found, strict=True):
+                (words, given), (said, shown) = parts(why_not(tracks, t, agent.name, rule).because), parts(text)
+                assert words == said, (rule, t)
+                assert np.allclose(given, shown, rtol=0.02, atol=0.002), (rule, t)
+
+
+def test_what_held_a_rule_back_makes_its_guard_true_and_nothing_less_does(tracks):
+    seen = 0
+    for agent in tracks.header.agents:
+        environment = environment_of(agent)
+        period, x = samples(tracks, agent)
+        for guard in agent.guards:
+            tree = parse(guard.sources[0], environment)
+            for i in range(0, len(period), 7):
+                answer = why_not(tracks, period[i], agent.name, guard.rule)
+                if tree.temporal or answer.because.startswith(("it ", "the ")):
+                    continue
+                truth = evaluate(tree, x[i].tolist())
+                assert bool(answer.held) == (truth is not True), (guard.rule, period[i])
+                seen += len(answer.held)
+                for held in answer.held:
+                    assert held.text in guard.comparisons
+    assert seen
+
+
+@pytest.mark.parametrize(
+    ("tree", "truths", "held"),
+    [
+        (0, [1], []),
+        (0, [0], [0]),
+        (["and", 0, 1, 2], [0, 1, 0], [0, 2]),
+        (["or", 0, 1], [0, 0], [1]),  # the nearer one
+        (["or", ["and", 0, 1], 2], [1, 0, 1], []),
+        (["or", ["and", 0, 1], 2], [0, 0, 0], [2]),
+        (["not", 0], [1], [0]),
+        (["not", ["or", 0, 1]], [1, 1], [0, 1]),
+        (["not", ["and", 0, 1]], [1, 1], [1]),
+        (["and", None, 0], [0], [0]),
+    ],
+)
+def test_the_fewest_comparisons_are_named(tree, truths, held):
+    rows = [(1.0, 1.0 + 1.0 / (i + 1), truth) for i, truth in enumerate(truths)]
+    assert holding(tree, rows, want=True) == held
