@@ -29,6 +29,7 @@ from .deciding import (
     SubtreeSwapped,
     SwapRefused,
     TicketChanged,
+    TreeNode,
 )
 from .sensing import (
     Change,
@@ -97,6 +98,7 @@ __all__ = [
     "SubtreeSwapped",
     "SwapRefused",
     "TicketChanged",
+    "TreeNode",
     "Value",
     "pack",
     "unpack",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import msgspec
+
 from ..sink import Event, Level, Value
 
 
@@ -67,20 +69,39 @@ class NodeTicked(Event, frozen=True, kw_only=True):
     feedback: str = ""
 
 
+class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
+    """Node of a mission's tree.
+
+    Attributes:
+        path: Names from the root, joined by `/`; of siblings with the same name, the second ends in `#2`.
+        type: Class of the node.
+        children: Paths of the children.
+        ports: Given ports, to be shown after the name, such as `(goal="kitchen")`.
+        board: Subtree with the node's blackboard, as in `BlackboardChanged`.
+        keys: Blackboard entries to which ports refer, by port: `subtree` and `key` of `BlackboardChanged`, joined by a
+            line break, with remapped keys resolved. Ports with literals are omitted.
+    """
+
+    path: str
+    type: str
+    children: tuple[str, ...] = ()
+    ports: str = ""
+    board: str = ""
+    keys: Mapping[str, str] = {}
+
+
 class SubtreeSwapped(Event, frozen=True, kw_only=True):
     """A subtree of the running mission was replaced.
 
     Attributes:
         node: Path of the root of the removed subtree.
         by: Path of the root of the new subtree.
-        nodes: The whole new tree, parents before children: path, class and parent's path of each node.
-        ports: Given ports of each node as text, such as `(goal="kitchen")`.
+        nodes: The whole new tree, parents before children.
     """
 
     node: str
     by: str
-    nodes: tuple[tuple[str, str, str], ...]
-    ports: tuple[str, ...] = ()
+    nodes: tuple[TreeNode, ...]
 
     @property
     def sentence(self) -> str:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import reprlib
-from collections.abc import Iterator
+from collections import Counter, deque
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..trees.board import Board, Entry
@@ -13,6 +14,7 @@ from ..trees.xml.write import value_text
 MAX_TEXT = 120
 """Maximum length of a recorded value [characters]; longer ones are cut."""
 
+_MUTABLE = frozenset((list, dict, set, deque))  # values that nodes change in place, such as a queue
 _SHORT = reprlib.Repr()
 _SHORT.maxstring = _SHORT.maxother = MAX_TEXT
 
@@ -33,12 +35,11 @@ class BoardChanges:
 
     def take(self) -> Iterator[tuple[str, str, str]]:
         """Path of the subtree (empty for the root), key and new value of each changed key; an empty value if unset."""
-        if self._nodes is not self._tree.nodes:
-            self._find_boards()
-        for path, board in self._boards.items():
+        for path, board in self.boards().items():
             for key, entry in board.entries():
                 known = self._seen.get((path, key))
-                if known is not None and known[0] is entry and known[1] == entry.sequence:
+                written = known is None or known[0] is not entry or known[1] != entry.sequence
+                if not written and type(entry.value) not in _MUTABLE:
                     continue
                 self._seen[path, key] = entry, entry.sequence
                 yield from self._changed(path, key, "" if entry.value is None else short_text(entry.value))
@@ -51,13 +52,19 @@ class BoardChanges:
             self._texts[path, key] = text
             yield path, key, text
 
-    def _find_boards(self) -> None:
-        """Update the blackboards: that of the root, and those of the subtrees by their paths."""
+    def boards(self) -> Mapping[str, Board]:
+        """Blackboards of the tree by the paths of their subtrees; that of the root has an empty path."""
+        if self._nodes is self._tree.nodes:
+            return self._boards
         self._nodes = self._tree.nodes
-        paths = self._tree.paths()
+        paths, twins = self._tree.paths(), Counter[str]()
         self._boards = {"": self._tree.board}
         for node in self._tree.subtrees():
-            self._boards.setdefault(paths[node.id], self._tree.boards[node.children[0]])
+            path = paths[node.id]
+            twins[path] += 1
+            name = f"{path}#{twins[path]}" if twins[path] > 1 else path
+            self._boards[name] = self._tree.boards[node.children[0]]
+        return self._boards
 
 
 def short_text(value: Any) -> str:

@@ -17,10 +17,10 @@ from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
 from ..errors import Fault, InputError, interrupts
-from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped
+from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped, TreeNode
 from ..raised import Raised, from_actuator
 from ..trees.board import Board
-from ..trees.draw import ports_text
+from ..trees.draw import port_keys, ports_text
 from ..trees.error import TreeError
 from ..trees.examine import node_faults
 from ..trees.nodes import Node, Tree, descendants, halt
@@ -206,14 +206,25 @@ class TreePlan(Plan):
         self._emit_changes()
         self.root = self.tree.root
         self._index_nodes()
-        self._mission.note(
-            SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self._node_rows(), ports=self.ports()
-        )
+        self._mission.note(SubtreeSwapped, node=leaving, by=self._paths[new.id], nodes=self.tree_nodes())
         self.replan("a swapped subtree")
 
-    def ports(self) -> tuple[str, ...]:
-        """Given ports of each node in `outline`, as text such as `(goal="kitchen")`."""
-        return tuple(ports_text(node) for node, _ in self._nodes)
+    def tree_nodes(self) -> tuple[TreeNode, ...]:
+        """Nodes for recordings, in the order of `outline`, with their ports and the blackboard entries of these."""
+        boards = {id(board): path for path, board in self._board_changes.boards().items()}
+
+        def described(node: Behaviour, path: str) -> TreeNode:
+            entries = {port: board.resolve(key) for port, key, board in port_keys(node)}
+            return TreeNode(
+                path=path,
+                type=type(node).__name__,
+                children=tuple(self._paths[child.id] for child in node.children),
+                ports=ports_text(node),
+                board=boards[id(self.tree.boards[node])],
+                keys={port: f"{boards[id(board)]}\n{key}" for port, (board, key) in entries.items()},
+            )
+
+        return tuple(described(node, path) for node, path in self._nodes)
 
     def close(self) -> None:
         """Halt RUNNING nodes and shut all nodes down, even if one of them raises an exception."""
@@ -302,10 +313,6 @@ class TreePlan(Plan):
         self.outline = tuple(self._walk(self.root))
         self._paths: dict[Any, str] = {node.id: path for node, path in self._nodes}
         self._seen = {node.id: self._seen.get(node.id, Status.INVALID) for node, _ in self._nodes}
-
-    def _node_rows(self) -> tuple[tuple[str, str, str], ...]:
-        paths = self._paths
-        return tuple((path, type(n).__name__, paths[n.parent.id] if n.parent else "") for n, path in self._nodes)
 
     def _walk(self, root: Behaviour) -> list[NodeOutline]:
         found, todo = [], [(root, root.name, 0)]

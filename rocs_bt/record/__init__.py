@@ -4,6 +4,7 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
+from ..event import TreeNode
 from .diverge import WORLD_EVENTS, Divergence, compare
 from .figures import write_figures
 from .folder_lock import FolderLock
@@ -19,7 +20,6 @@ from .header import (
     RunHeader,
     SignalInfo,
     SubtreeSwap,
-    TreeNode,
 )
 from .pages import page_maker, write_report
 from .recorder import Recorder

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from ..event import SubtreeSwapped
+from ..event import TreeNode
 from ..geometry import Pose2
 from ..signal import Signal
 from ..units import parse_unit
@@ -113,22 +113,6 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
     height: float = 0.2
 
 
-class TreeNode(msgspec.Struct, frozen=True, kw_only=True):
-    """Node of a mission tree.
-
-    Attributes:
-        path: Names from the root, joined by `/`.
-        type: Class of the node.
-        children: Paths of the children.
-        ports: Given ports, to be shown after the name, such as `(goal="kitchen")`.
-    """
-
-    path: str
-    type: str
-    children: tuple[str, ...] = ()
-    ports: str = ""
-
-
 class SubtreeSwap(msgspec.Struct, frozen=True):
     """Replacement of a subtree of a mission by a tree of an XML mission, at a time of a run.
 
@@ -198,17 +182,6 @@ class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
     agent: str
     text: str
     doc: str = ""
-
-
-def nodes_after(swap: SubtreeSwapped) -> tuple[TreeNode, ...]:
-    """Nodes of a mission tree after a subtree has been swapped."""
-    children: dict[str, list[str]] = {}
-    for path, _, parent in swap.nodes:
-        children.setdefault(parent, []).append(path)
-    return tuple(
-        TreeNode(path=path, type=kind, children=tuple(children.get(path, ())), ports=text)
-        for (path, kind, _), text in zip(swap.nodes, swap.ports, strict=True)
-    )
 
 
 class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):

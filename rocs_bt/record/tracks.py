@@ -40,7 +40,7 @@ from ..event import (
     pack,
 )
 from .codec import KINDS
-from .header import RunHeader, nodes_after
+from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
 from .recording import Recording
 from .states import Drive, RuleState
@@ -289,9 +289,8 @@ def _node(tracks: Tracks, event: NodeTicked) -> None:
 
 
 def _tree(tracks: Tracks, event: SubtreeSwapped) -> None:
-    tree = nodes_after(event)
-    tracks.steps(event.agent, "tree").put(event.t, tree)
-    for name in tracks.of(event.agent, "node").keys() - {node.path for node in tree}:
+    tracks.steps(event.agent, "tree").put(event.t, event.nodes)
+    for name in tracks.of(event.agent, "node").keys() - {node.path for node in event.nodes}:
         tracks.steps(event.agent, "node", name).put(event.t, None)
 
 

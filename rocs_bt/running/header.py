@@ -20,7 +20,7 @@ from ..drivers.mujoco.sensors import RangeCone
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
-from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap, TreeNode
+from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap
 from ..simulation.ground import ground_outlines
 from ..simulation.simulated_world import SimulatedWorld
 from ..version import __version__
@@ -171,7 +171,6 @@ def drive_command(scenario: str, options: RunOptions) -> str:
 def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
     """Description of one agent in a recording."""
     spec = next(a for a in scenario.agents if a.name == agent.name)
-    nodes = _nodes(agent.plan) if isinstance(agent.plan, TreePlan) else ()
     locomotion = agent.knowledge.robot.locomotion
     return AgentInfo(
         name=spec.name,
@@ -179,7 +178,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         mission=spec.mission,
         rules=spec.rules,
         inactive={rule.name: rule.missing for file in agent.rule_files for rule in file.model.rules.inactive},
-        nodes=nodes,
+        nodes=agent.plan.tree_nodes() if isinstance(agent.plan, TreePlan) else (),
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
         guards=tuple(_guards(agent)),
@@ -205,21 +204,6 @@ def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
     late = {signal.name for analyze in agent.analyzes for signal in analyze.signals()}
     table = agent.knowledge.signals
     return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
-
-
-def _nodes(plan: TreePlan) -> tuple[TreeNode, ...]:
-    outline = plan.outline
-    children: Mapping[str, list[str]] = {node.path: [] for node in outline}
-    for node in outline:
-        parent = node.path.rpartition("/")[0]
-        while parent and parent not in children:  # a node's name may contain a slash
-            parent = parent.rpartition("/")[0]
-        if parent:
-            children[parent].append(node.path)
-    return tuple(
-        TreeNode(path=n.path, type=n.kind, children=tuple(children[n.path]), ports=ports)
-        for n, ports in zip(outline, plan.ports(), strict=True)
-    )
 
 
 def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:

@@ -49,7 +49,7 @@ LEAVES = {
 
 
 def ports(plan):
-    return {node.path: text for node, text in zip(plan.outline, plan.ports(), strict=True)}
+    return {node.path: node.ports for node in plan.tree_nodes()}
 
 
 def test_leaves_of_xml_show_what_the_file_gives(mind, tmp_path):

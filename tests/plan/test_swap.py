@@ -229,12 +229,12 @@ def test_a_recording_hears_of_it(mind):
     plan.swap("mission/group", mind.mission.wait(0.1, name="short"))
     (event,) = swaps(mind)
     assert (event.node, event.by) == ("mission/group", "mission/short")
-    assert event.nodes == (
-        ("mission", "Sequence", ""),
-        ("mission/short", "Wait", "mission"),
-        ("mission/last", "Wait", "mission"),
-    )
-    assert [o.path for o in plan.outline] == [path for path, _, _ in event.nodes]
+    assert [(node.path, node.type, node.children) for node in event.nodes] == [
+        ("mission", "Sequence", ("mission/short", "mission/last")),
+        ("mission/short", "Wait", ()),
+        ("mission/last", "Wait", ()),
+    ]
+    assert [o.path for o in plan.outline] == [node.path for node in event.nodes]
     ticked = [(e.node, e.status) for e in mind.rig.sink.events if isinstance(e, NodeTicked)]
     assert ticked[-2:] == [("mission/group/long", "INVALID"), ("mission/group", "INVALID")]
     assert plan.called

@@ -70,7 +70,9 @@ fields[float | None] = st.one_of(number, st.none())
 fields[tuple[float, ...]] = st.lists(number, max_size=3).map(tuple)
 fields[tuple[float, float, float]] = st.tuples(number, number, number)
 fields[bool] = st.booleans()
-fields[tuple[tuple[str, str, str], ...]] = st.lists(st.tuples(text, text, text), max_size=3).map(tuple)
+keys = st.dictionaries(text, text, max_size=2)
+nodes = st.builds(ev.TreeNode, path=text, type=text, children=st.just(("a", "b")), ports=text, board=text, keys=keys)
+fields[tuple[ev.TreeNode, ...]] = st.lists(nodes, max_size=3).map(tuple)
 
 
 @st.composite
@@ -82,7 +84,7 @@ def any_event(draw) -> Event:
             values[field.name] = draw(st.dictionaries(text, value, max_size=3))
         elif field.name == "value" and field.type is not str:
             values[field.name] = draw(value)
-        elif field.name in ("signals", "ports"):
+        elif field.name == "signals":
             values[field.name] = tuple(draw(st.lists(text, max_size=3)))
         elif field.name == "sizes":
             values[field.name] = tuple(draw(st.lists(st.integers(0, 9), max_size=3)))

@@ -18,6 +18,7 @@ from rocs_bt.event import (
     SignalsWritten,
     SubtreeSwapped,
     TicketChanged,
+    TreeNode,
     pack,
 )
 from rocs_bt.knowledge.history import State
@@ -102,8 +103,8 @@ def test_what_a_removed_node_had_is_gone_and_comes_back_with_it():
 def test_after_a_swap_the_nodes_that_went_have_no_status(recording):
     tracks = Tracks(recording.header)
     tracks.take(e for e in recording.events() if e.t < 2.0)
-    nodes = (("go to", "Sequence", ""), ("go to/Stop", "Act", "go to"))
-    tracks.emit(SubtreeSwapped(t=2.0, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes, ports=("", "")))
+    nodes = TreeNode(path="go to", type="Sequence", children=("go to/Stop",)), TreeNode(path="go to/Stop", type="Act")
+    tracks.emit(SubtreeSwapped(t=2.0, agent="R2", node="go to/GoTo", by="go to/Stop", nodes=nodes))
     assert "go to/GoTo" in tracks.state(1.9, "R2", "node")
     assert set(tracks.state(2.0, "R2", "node")) <= {"go to", "go to/Stop"}
     assert [n.path for n in tracks.get("R2", "tree").at(2.0)] == ["go to", "go to/Stop"]

@@ -1,8 +1,8 @@
 """Drawings of trees as text and SVG, with the ports of each node and the origin of each blackboard key."""
 
-from .label import ports_text
+from .label import port_keys, ports_text
 from .picture import Card, Key, Line, Picture, picture_of
 from .svg import svg
 from .text import text
 
-__all__ = ["Card", "Key", "Line", "Picture", "picture_of", "ports_text", "svg", "text"]
+__all__ = ["Card", "Key", "Line", "Picture", "picture_of", "port_keys", "ports_text", "svg", "text"]

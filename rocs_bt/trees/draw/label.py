@@ -7,7 +7,9 @@ from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 
-from ..nodes import REQUIRED, Node
+from ..board import Board
+from ..nodes import REQUIRED, Node, pointed
+from ..nodes.port import ExactKey
 from ..xml.write import value_text
 
 _LONGEST = 60  # characters of a value; longer ones are cut
@@ -20,6 +22,16 @@ def given_ports(node: Node) -> Iterator[tuple[str, str]]:
         if given is not None and given is not REQUIRED:
             port = node.ports.get(name)
             yield name, value_text(given, None if port is None else port.dimension)
+
+
+def port_keys(node: Behaviour) -> Iterator[tuple[str, str, Board]]:
+    """Ports that refer to a blackboard: name, key, and the blackboard on which the key is looked up."""
+    if not isinstance(node, Node):
+        return
+    for name, given in ({name: port.default for name, port in node.ports.items()} | {**node.given}).items():
+        key = str(given) if isinstance(given, ExactKey) else pointed(given, name)
+        if key is not None:
+            yield name, key, node.board
 
 
 def ports_text(node: Behaviour) -> str:
