@@ -13,7 +13,7 @@ from ..control.locomotion import Array
 from ..control.path import Path
 from ..control.profile import speed_profile
 from ..control.reference import TURN_ACCELERATION, TURN_RATE, PathReference, Reference
-from ..event import FollowerStepped
+from ..event import FollowerStepped, PathPlanned
 from ..geometry import Pose2, Twist2, wrap_angle
 from .altitude import Altitude
 from .heading import ALONG, Heading
@@ -118,6 +118,7 @@ class PathDrive:
         self._reference = self._along(path, limit, end_speed)
         self._reference.s = 0.0  # otherwise a path that ends at its start would count as driven
         self._cross_track = 0.0
+        self._body.note(PathPlanned, points=tuple(path.outline()))
 
     def limit(self, limit: Array | None, end_speed: float = 0.0) -> None:
         """Replace the speed limits of the present path, if there is one; arguments as in `begin`."""

@@ -125,6 +125,22 @@ class Path:
         x, y, heading, curvature = self._grid.row(s)
         return x, y, heading, curvature
 
+    def outline(self, tolerance: float = 0.01) -> list[tuple[float, float]]:
+        """Corners of a polyline from which the path differs by at most a tolerance [m], rounded to 1 mm."""
+        points, kept, todo = self.samples[:, :2], [0], [(0, len(self.samples) - 1)]
+        while todo:
+            first, last = todo.pop()
+            off = points[first + 1 : last] - points[first]
+            x, y = points[last] - points[first]
+            chord = math.hypot(x, y)
+            far = np.hypot(*off.T) if chord < tolerance else np.abs(off[:, 0] * y - off[:, 1] * x) / chord
+            if len(far) and far.max() > tolerance:
+                middle = first + 1 + int(far.argmax())
+                todo += [(middle, last), (first, middle)]
+            else:
+                kept.append(last)
+        return [(round(x, 3), round(y, 3)) for x, y in points[kept].tolist()]
+
     def position(self, s: npt.ArrayLike) -> Array:
         """Positions at arc lengths s [m], world frame, shape (2,) or (k, 2) [m]."""
         return self.at(s)[..., :2]

@@ -18,6 +18,7 @@ from .acting import (
     MotionHeld,
     MotionReleased,
     OtherPublisherFound,
+    PathPlanned,
 )
 from .deciding import (
     BlackboardChanged,
@@ -81,6 +82,7 @@ __all__ = [
     "NullSink",
     "OtherPublisherFound",
     "OutcomeDecided",
+    "PathPlanned",
     "PeerAppeared",
     "PeerFault",
     "PeerVanished",

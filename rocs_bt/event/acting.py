@@ -39,6 +39,12 @@ class FollowerStepped(Event, frozen=True, kw_only=True):
     solve_time: float = 0.0
 
 
+class PathPlanned(Event, frozen=True, kw_only=True):
+    """A motion action began to follow a path; `points` are its positions, world frame [m], close where it bends."""
+
+    points: tuple[tuple[float, float], ...]
+
+
 class CommandLimited(Event, frozen=True, kw_only=True):
     """A safety gate reduced a command that exceeded the actuator's limits.
 

@@ -42,6 +42,7 @@ TOPICS: dict[type[Event], str] = {
     ev.AtomicStarted: "atomic_actions",
     ev.ActuatorCommanded: "commands",
     ev.FollowerStepped: "follower",
+    ev.PathPlanned: "paths",
     ev.BlockFailed: "blocks",
     ev.ContentRaised: "exceptions",
     ev.BodyMoved: "poses",

@@ -31,6 +31,7 @@ from ..event import (
     MotionReleased,
     NodeTicked,
     OutcomeDecided,
+    PathPlanned,
     RobotPushed,
     RuleChanged,
     SensorRead,
@@ -279,6 +280,18 @@ def _follower(tracks: Tracks, event: FollowerStepped) -> None:
     tracks.steps(event.agent, "follower", "rung").put(event.t, event.rung)
 
 
+def _path(tracks: Tracks, event: PathPlanned) -> None:
+    tracks.steps(event.agent, "path").put(event.t, event.points)
+
+
+def _path_ended(tracks: Tracks, event: TicketChanged) -> None:
+    """An action that begins has no path yet, and one that has ended none any more."""
+    tracks.run(event)
+    begins_or_ends = event.state == "RUNNING" or tracks.running(event.agent) is None
+    if begins_or_ends and tracks.get(event.agent, "path") is not None:
+        tracks.steps(event.agent, "path").put(event.t, None)
+
+
 def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
     tracks.steps(event.agent, "truth", "min_clearance").put(event.t, event.distance)
 
@@ -355,6 +368,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "push": {RobotPushed: _push},
     "hold": {MotionHeld: _hold, MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
+    "path": {PathPlanned: _path, TicketChanged: _path_ended},
     "truth": {MinClearanceLowered: _clearance},
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},

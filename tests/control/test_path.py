@@ -149,3 +149,19 @@ def test_places_before_the_least_do_not_count() -> None:
 def test_a_path_that_is_too_long_is_refused(far: float) -> None:
     with pytest.raises(InputError, match="a path may be 10000 m long, found "):
         Path([(0.0, 0.0), (far, far)])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_the_outline_is_near_the_path_and_short(seed):
+    rng = np.random.default_rng(seed)
+    turns = rng.uniform(-1.5, 1.5, 12)
+    points = np.cumsum(rng.uniform(0.5, 2.0, (12, 1)) * np.stack([np.cos(turns), np.sin(turns)], 1), axis=0)
+    path = Path(points)
+    corners = np.array(path.outline())
+    assert np.allclose(corners[[0, -1]], path.samples[[0, -1], :2], atol=1e-3)
+    assert len(corners) <= 0.1 * len(path.samples)
+    begin, end = corners[:-1, None], corners[1:, None]
+    along = end - begin
+    part = ((path.samples[:, :2] - begin) * along).sum(-1) / np.maximum((along**2).sum(-1), 1e-12)
+    off = np.hypot(*np.moveaxis(begin + np.clip(part, 0.0, 1.0)[..., None] * along - path.samples[:, :2], -1, 0))
+    assert off.min(axis=0).max() < 0.011

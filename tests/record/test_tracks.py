@@ -12,6 +12,7 @@ from rocs_bt.event import (
     MotionHeld,
     MotionReleased,
     NodeTicked,
+    PathPlanned,
     RuleChanged,
     SensorFailed,
     SensorRead,
@@ -169,3 +170,24 @@ def test_a_long_run_of_a_wide_scanner_is_thinned_and_its_newest_scan_stays():
     assert 1_000 < len(track.t) <= 2_401
     assert list(track.at(0.05 * 4_999)) == [4_999 + 0.001 * ray for ray in range(0, 720, 6)]
     assert track.t[:-1] == [0.05 * k for k in range(0, 5_000, track.every)][: len(track.t) - 1]
+
+
+def test_the_path_is_that_of_the_running_action():
+    tracks = Tracks(RunHeader(scenario="x", seed=1))
+
+    def ticket(t, number, state, priority="NORMAL"):
+        kind = "GoTo" if priority == "NORMAL" else "Flinch"
+        tracks.emit(
+            TicketChanged(t=t, agent="R2", ticket=number, action=kind, priority=priority, state=state, by="leaf")
+        )
+
+    ticket(0.0, 1, "RUNNING")
+    tracks.emit(PathPlanned(t=0.0, agent="R2", points=((0.0, 0.0), (1.0, 0.0))))
+    ticket(0.5, 2, "QUEUED")
+    ticket(1.0, 2, "CANCELLED")  # the other one drives on
+    tracks.emit(PathPlanned(t=1.5, agent="R2", points=((0.5, 0.0), (2.0, 0.0))))
+    ticket(2.0, 1, "CANCELLED")
+    ticket(2.0, 3, "RUNNING", "HIGH")
+    ticket(3.0, 3, "SUCCEEDED", "HIGH")
+    track = tracks.get("R2", "path")
+    assert [track.at(t) and track.at(t)[-1][0] for t in (0.0, 1.2, 1.6, 2.0, 3.0)] == [1.0, 1.0, 2.0, None, None]

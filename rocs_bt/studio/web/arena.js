@@ -155,7 +155,7 @@ export class Arena {
         this.way(g, name, Math.max(from, t - WINDOW), Math.min(to, t));
       }
     }
-    this.planned(g, run.get(agent, "plan")?.at(t));
+    this.planned(g, run.get(agent, "path")?.at(t));
     for (const info of run.header.bodies) {
       const pose = run.pose(info.name, t);
       if (!pose) continue;
