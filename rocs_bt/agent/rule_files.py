@@ -5,10 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
+from queue import SimpleQueue
 
 from ..action import Action
 from ..clock import Clock
-from ..errors import InputError
+from ..errors import InputError, unknown
 from ..event import EventSink, RulesReplaced
 from ..expression import Environment
 from ..knowledge import Knowledge
@@ -88,10 +89,8 @@ class RuleFile:
         self.model.replace(rules)
         return rules
 
-    def reload_if_changed(self, agent: str, clock: Clock, sink: EventSink) -> None:
-        """Reload the file if it has changed, and emit a RulesReplaced event of the agent."""
-        if not self.changed():
-            return
+    def reload_as(self, agent: str, clock: Clock, sink: EventSink) -> None:
+        """Reload the file, and emit a RulesReplaced event of the agent."""
         try:
             rules = self.reload()
         except InputError as error:
@@ -123,41 +122,54 @@ class RuleWatch:
         files: Pairs of an agent's name and a rule file of this agent.
         clock: Clock of the events.
         sink: Sink that receives the RulesReplaced events; it must be thread-safe.
+        watching: Whether files are reloaded when they have changed, and not only on request.
     """
 
-    def __init__(self, files: Iterable[tuple[str, RuleFile]], clock: Clock, sink: EventSink) -> None:
+    def __init__(self, files: Iterable[tuple[str, RuleFile]], clock: Clock, sink: EventSink, *, watching: bool) -> None:
         self._files = list(files)
         self._clock = clock
         self._sink = sink
+        self._watching = watching
+        self._requested: SimpleQueue[tuple[str, RuleFile]] = SimpleQueue()
         self._stop = threading.Event()
         self._failure: Exception | None = None
         self._thread = threading.Thread(target=self._run, name="rule files", daemon=True)
 
     def __enter__(self) -> RuleWatch:
-        if self._files:
-            self._thread.start()
+        self._thread.start()
         return self
 
     def __exit__(self, *exc: object) -> None:
         self._stop.set()
-        if self._files:
-            self._thread.join()
+        self._thread.join()
         if self._failure is not None:
             raise self._failure
 
+    def request(self, rules: str, agent: str = "") -> None:
+        """Have a rule file reloaded at the next check, even if it has not changed; thread-safe.
+
+        Args:
+            rules: Name of the rule file.
+            agent: Agent that reloads it; every agent with such a file if empty.
+
+        Raises:
+            InputError: No such agent has such a rule file.
+        """
+        found = [(name, file) for name, file in self._files if file.file.stem == rules and agent in ("", name)]
+        if not found:
+            known = {file.file.stem for name, file in self._files if agent in ("", name)}
+            raise InputError(unknown("rule file", rules, known, agent or "The run"))
+        for each in found:
+            self._requested.put(each)
+
     def check(self) -> None:
-        """Reload all changed files now."""
-        for agent, file in self._files:
-            file.reload_if_changed(agent, self._clock, self._sink)
-
-    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Create a function that calls `check`, then `watch`, to be called once per control period in lockstep mode."""
-
-        def check_and_watch(t: float) -> bool:
-            self.check()
-            return watch(t)
-
-        return check_and_watch if self._files else watch
+        """Reload the requested files, and if the files are watched all changed ones, now."""
+        while not self._requested.empty():
+            agent, file = self._requested.get()
+            file.reload_as(agent, self._clock, self._sink)
+        for agent, file in self._files if self._watching else ():
+            if file.changed():
+                file.reload_as(agent, self._clock, self._sink)
 
     def _run(self) -> None:
         try:

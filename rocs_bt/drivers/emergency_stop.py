@@ -65,6 +65,12 @@ class EmergencyStop:
                     self._waiting = f"emergency stop released, {WAITING}"
                 self._hold()
 
+    def pause(self, by: str) -> None:
+        """Send the robot to neutral until a person says go."""
+        with self._lock:
+            self._waiting = f"paused by {by}, {WAITING}"
+            self._hold()
+
     def go(self, by: str = "") -> bool:
         """Let the robot move if it only waits for a go.
 

@@ -51,6 +51,7 @@ from .world import (
     OutcomeDecided,
     RequirementViolated,
     RobotPushed,
+    RunControlled,
     Stuck,
 )
 
@@ -91,6 +92,7 @@ __all__ = [
     "RobotPushed",
     "RuleChanged",
     "RulesReplaced",
+    "RunControlled",
     "Said",
     "SensorFailed",
     "SensorRead",

@@ -153,3 +153,38 @@ class OutcomeDecided(Event, frozen=True, kw_only=True):
     def sentence(self) -> str:
         """The event for people."""
         return f"outcome: {self.outcome}" + (f", {self.reason}" if self.reason else "")
+
+
+class RunControlled(Event, frozen=True, kw_only=True):
+    """A person controlled the run, for example from the live page.
+
+    Attributes:
+        command: `pause`, `step` (one control period), `continue`, `swap` (of a subtree) or `reload` (of a rule file).
+        target: Root of the subtree, or name of the rule file.
+        source: Mission with the new subtree.
+        tree: ID of the new tree in the mission; empty for its main tree.
+        content: Hash of the mission's content, as `content_hash` in summary.json.
+        by: Name of the person or program.
+        refusal: Reason why nothing was changed; empty if the command was applied.
+    """
+
+    command: str
+    target: str = ""
+    source: str = ""
+    tree: str = ""
+    content: str = ""
+    by: str = ""
+    refusal: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        what = " ".join(
+            filter(None, [self.command, self.target and f"'{self.target}'", self.source and f"by {self.source}"])
+        )
+        return f"{self.by}: {what}" + (self.refusal and f" refused: {self.refusal}")
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.WARNING if self.refusal else Level.INFO

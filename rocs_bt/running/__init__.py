@@ -4,6 +4,7 @@ Imported by `compare`, `check`, the command line and the pytest plugin.
 """
 
 from ..drivers.host import Host
+from .command import Control, RunCommand
 from .episode import Episode, Result
 from .hardware import drive_robots
 from .judge_panel import EpisodeAgent
@@ -26,6 +27,7 @@ __all__ = [
     "REPORT",
     "SUMMARY",
     "Build",
+    "Control",
     "EndedAtOnce",
     "Episode",
     "EpisodeAgent",
@@ -36,6 +38,7 @@ __all__ = [
     "RequirementWatch",
     "Result",
     "RunChanges",
+    "RunCommand",
     "RunOptions",
     "RunResult",
     "SensorState",

@@ -59,6 +59,7 @@ class Episode:
         sink: Sink for all events.
         watch: Observer, called once per control period with the time [s]; False ends the run.
         ended: Returns the reason of a signal that ends the run, or an empty text; called once per control period.
+        paused: Whether a person has paused the robots, so that no progress is due.
 
     Attributes:
         result: Result of the episode, also if `run` raised; None before its end.
@@ -75,6 +76,7 @@ class Episode:
         sink: EventSink,
         watch: Callable[[float], bool] = lambda t: True,
         ended: Callable[[], str] = lambda: "",
+        paused: Callable[[], bool] = lambda: False,
     ) -> None:
         self.result: Result | None = None
         self._world = simulated.world
@@ -90,6 +92,7 @@ class Episode:
         self._sink = sink
         self._watch = watch
         self._ended = ended
+        self._paused = paused
         self._clearance = ClearanceWatch(simulated.world, [agent.name for agent in agents], sink, simulated.spatial)
         self._inside: set[tuple[str, str]] = set()
         self._hash = hashlib.sha256()
@@ -200,8 +203,9 @@ class Episode:
             return
         ran_into = [c.other for c in contacts if c.robot == name and c.moving]
         tilt, ground = world.tilt(name), world.ground_contact(name)
+        commanded, paused = world.commanded(name), self._paused()
         if judge.update(
-            t, pose, agent, commanded=world.commanded(name), collisions=ran_into, tilt=tilt, ground=ground, z=z
+            t, pose, agent, commanded=commanded, collisions=ran_into, tilt=tilt, ground=ground, z=z, paused=paused
         ):
             agent.stop(END)
 

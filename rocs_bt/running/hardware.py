@@ -26,6 +26,7 @@ from ..record import RunHeader
 from ..simulation.outcome import Judge
 from .build_agents import build_agents
 from .clock_watch import ClockWatch
+from .control import CommandDesk, HardwarePause, rule_files_of
 from .go import MotionPermission
 from .hardware_devices import HardwareDevices, hardware_clock
 from .header import drive_command, plain_header, without_world
@@ -40,6 +41,7 @@ from .run_record import RunRecord
 from .run_result import RunResult
 from .sink_thread import SinkThread
 from .summary import Unrecorded
+from .swaps import SwapSchedule
 
 
 def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, write_report: ReportWriter) -> RunResult:
@@ -80,9 +82,13 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
         record = RunRecord(header, end.files.recorder, heard, batched=False)
         memory.start(f"{spec.name}-{options.seed}", patient=False)
 
+        rules = RuleWatch(rule_files_of(agents), clock, relay, watching=options.watch_rules)
+        between = _desk(options, agents, devices, catalog, rules, relay)
+
         def check(t: float) -> None:
             record.check()
             poll()
+            between(t)
             if options.progress is not None:
                 options.progress(t - header.start)
 
@@ -98,10 +104,9 @@ def drive_robots(spec: ScenarioSpec, catalog: Catalog, options: RunOptions, writ
             check=check,
             meanwhile=poll,
         )
-        files = [(agent.name, file) for agent in agents for file in agent.rule_files if options.watch_rules]
 
         def play() -> None:
-            with SinkThread(record.sink) as thread, RuleWatch(files, clock, relay):
+            with SinkThread(record.sink) as thread, rules:
                 relay.open(thread)
                 episode.run() if ready else episode.interrupt()
 
@@ -159,6 +164,26 @@ def _poll(devices: HardwareDevices, robots: Mapping[str, RobotSpec], options: Ru
         return permission.poll(ready)
 
     return poll
+
+
+def _desk(
+    options: RunOptions,
+    agents: Sequence[Agent],
+    devices: HardwareDevices,
+    catalog: Catalog,
+    rules: RuleWatch,
+    sink: EventSink,
+) -> Callable[[float], None]:
+    """Function that applies the commands of a person; call it once per control period."""
+    swaps, pause = SwapSchedule((), agents, catalog), HardwarePause(list(devices.stops.values()))
+    only_pause = not options.full_control
+    desk = CommandDesk(options.control, swaps, rules, devices.clock, sink, pause, only_pause=only_pause)
+
+    def between(t: float) -> None:
+        swaps.step(t)
+        desk.period(lambda: "")
+
+    return between
 
 
 def _begin(stack: ExitStack, end: RunEnd, header: RunHeader, agents: Sequence[Agent], options: RunOptions) -> None:

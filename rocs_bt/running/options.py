@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
+from .command import Control
 from .preflight import PreflightReport
 from .stop_signals import StopSignals
 
@@ -64,6 +65,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         confirm: Whether the robots of `drive` start only when a person says go: `go`, or a driver by `Host.go`.
         go: Function that `drive` calls once per control period; returns whether a person said go since the last call.
         preflight: Observer of the preflight check of `drive`, called at each check.
+        control: Source of the commands of a person during the run: pause, step, continue, swap, reload.
+        full_control: Whether `drive` accepts commands other than a pause.
         notice: Function that `drive` calls with each notice, such as that a simulator's time stopped, or that a goal of
             an action may go on after the run.
     """
@@ -93,6 +96,8 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     go: Callable[[], bool] | None = None
     preflight: Callable[[PreflightReport], None] | None = None
     notice: Callable[[str], None] | None = None
+    control: Control | None = None
+    full_control: bool = False
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -156,3 +161,5 @@ class RunChanges(TypedDict, total=False):
     go: Callable[[], bool] | None
     preflight: Callable[[PreflightReport], None] | None
     notice: Callable[[str], None] | None
+    control: Control | None
+    full_control: bool

@@ -15,6 +15,7 @@ from ..record import AgentInfo, RunHeader, Summary, environment_of
 from ..simulation.fact_schedule import fact_schedules
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
+from .control import CommandDesk, SimulatedPause, rule_files_of
 from .episode import Episode
 from .header import plain_header
 from .memory import Memory
@@ -52,6 +53,7 @@ class ReadyRun:
         relay: Sink for the events of world and agents.
         rules: Watcher that reloads changed rule files.
         swaps: Replacements of subtrees of missions.
+        desk: Commands of a person.
         clock: Wall clock in threaded mode; None in lockstep.
     """
 
@@ -62,6 +64,7 @@ class ReadyRun:
     relay: Relay
     rules: RuleWatch
     swaps: SwapSchedule
+    desk: CommandDesk
     clock: WallClock | None
 
     def episode(self, duration: float | None, watch: Callable[[float], bool], ended: Callable[[], str]) -> Episode:
@@ -72,7 +75,15 @@ class ReadyRun:
             watch: Observer, called once per control period with the time [s]; False ends the run.
             ended: Returns the reason of a signal that ends the run, or an empty text.
         """
-        watch = self.swaps.before(watch)
+        desk, lockstep = self.desk, self.clock is None
+
+        def between(t: float) -> bool:
+            if lockstep:  # in threaded mode a thread watches the rule files, so that control never waits for a file
+                self.rules.check()
+            self.swaps.step(t)
+            desk.period(ended)
+            return watch(t)
+
         return Episode(
             self.simulated,
             self.agents,
@@ -80,9 +91,9 @@ class ReadyRun:
             control=self.spec.rate.control_rate,
             duration=self.spec.duration if duration is None else duration,
             sink=self.relay,
-            # In threaded mode a thread watches the rule files, so that control never waits for a file.
-            watch=watch if self.clock is not None else self.rules.before(watch),
+            watch=between,
             ended=ended,
+            paused=lambda: desk.paused,
         )
 
     def play(self, episode: Episode, sink: EventSink) -> None:
@@ -118,11 +129,13 @@ def set_up(spec: ScenarioSpec, catalog: Catalog, options: RunOptions) -> ReadyRu
     asked = rehearse_swaps(options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=options.missions)
     agents = simulated_agents(spec, simulated, catalog, relay, options.missions, options.seed)
     swaps = SwapSchedule(asked, agents, catalog)
-    files = [(a.name, file) for a in agents for file in a.rule_files if options.watch_rules]
+    rules = RuleWatch(rule_files_of(agents), simulated.clock, relay, watching=options.watch_rules)
+    stage = SimulatedPause(agents, time_stops=clock is None)
+    desk = CommandDesk(options.control, swaps, rules, simulated.clock, relay, stage)
     digest = catalog.digest(spec, swapped_content(asked, spec, catalog))
     header = plain_header(spec, agents, seed=options.seed, mode=options.mode, digest=digest, swaps=asked)
     refuse_requirements(spec, header.agents)
-    return ReadyRun(spec, simulated, agents, header, relay, RuleWatch(files, simulated.clock, relay), swaps, clock)
+    return ReadyRun(spec, simulated, agents, header, relay, rules, swaps, desk, clock)
 
 
 def sharing_counts(agents: Sequence[Agent]) -> dict[str, Mapping[str, float] | None]:

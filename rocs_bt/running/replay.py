@@ -17,13 +17,14 @@ from ..event import (
     MotionHeld,
     MotionReleased,
     RulesReplaced,
+    RunControlled,
 )
-from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, compare
+from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap, compare
 from ..simulation.fact_schedule import fact_schedules
 from .memory import recall
 from .options import Build
 from .replayed_agents import replayed_agents
-from .swaps import SwapSchedule, swapped_content
+from .swaps import SwapSchedule, controlled_swaps, swapped_content
 
 _NOT_OF_AGENTS: tuple[type[Event], ...] = (
     *WORLD_EVENTS,
@@ -32,6 +33,7 @@ _NOT_OF_AGENTS: tuple[type[Event], ...] = (
     MotionHeld,
     MotionReleased,
     RulesReplaced,
+    RunControlled,
 )
 
 
@@ -77,6 +79,7 @@ def replay(
         )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
+    swaps = [*header.swaps, *controlled_swaps(recorded, catalog, changed_content=changed_content)]
     swapped = swapped_content(header.swaps, scenario, catalog)
     if not changed_content and catalog.digest(scenario, swapped) != header.content_hash:
         raise RecordingError(
@@ -90,7 +93,7 @@ def replay(
             'not repeatable. Declare it, as in latency = "0.05 s", or query the recording with --why.'
         )
     recorded = [e for e in recorded if not isinstance(e, _NOT_OF_AGENTS)]
-    found = _decide(scenario, catalog, header, recorded, missions)
+    found = _decide(scenario, catalog, header, recorded, swaps, missions)
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
     return compare(recorded, found, cut_off=not recording.complete)
@@ -110,6 +113,7 @@ def _decide(
     catalog: Catalog,
     header: RunHeader,
     recorded: Sequence[Event],
+    swaps: Sequence[SubtreeSwap],
     missions: Mapping[str, Build] | None,
 ) -> list[Event]:
     """Run the agents of the scenario on recorded sensor data and return their events."""
@@ -117,14 +121,14 @@ def _decide(
     clock = SimulatedClock(scenario.rate.physics)
     agents = replayed_agents(scenario, catalog, recorded, clock, sink, seed=header.seed, missions=missions)
     recall(header.recalled, agents)
-    schedules, swaps = fact_schedules(scenario, agents), SwapSchedule(header.swaps, agents, catalog)
+    schedules, coming = fact_schedules(scenario, agents), SwapSchedule(swaps, agents, catalog)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
         for agent in agents:
             if (stop := stops.get(agent.name)) and count >= round(stop.t / control.period):
                 agent.stop(stop.by)
-        swaps.step(clock.now())
+        coming.step(clock.now())
         for agent in agents:
             if not agent.stopped:
                 agent.step(count)

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 
 import msgspec
 
 from ..agent import Agent
-from ..catalog import TREES, Catalog, Entry, ScenarioSpec
+from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
 from ..clock import SimulatedClock
-from ..errors import Fault, InputError, unknown
-from ..event import NullSink
+from ..errors import Fault, InputError, RecordingError, unknown
+from ..event import Event, NullSink, RunControlled
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
 from ..trees.error import TreeError
+from ..trees.nodes import Node
 from ..units import TIME, convert
 from .options import Build
 from .replayed_agents import replayed_agents
@@ -57,12 +58,30 @@ class SwapSchedule:
     """
 
     def __init__(self, swaps: Sequence[SubtreeSwap], agents: Sequence[Agent], catalog: Catalog) -> None:
-        named = {agent.name: agent for agent in agents}
-        self._coming = deque(
-            (swap, named[agent], node, _plan(named[agent]).load(_entry(swap, catalog).path, swap.tree))
-            for swap in swaps
-            for agent, node in [swap.node.split(":", 1)]
-        )
+        self._agents = agents
+        self._catalog = catalog
+        self._coming: deque[tuple[SubtreeSwap, Agent, str, Node]] = deque(self._loaded(swap) for swap in swaps)
+
+    def add(self, swap: SubtreeSwap) -> tuple[SubtreeSwap, str]:
+        """Add a swap during the run, which the next `step` at its time makes.
+
+        Returns:
+            The swap with the node as `AGENT:NODE` and a mission of the catalog by its name; hash of the mission.
+
+        Raises:
+            InputError: The node or the mission does not exist, or the mission does not load or does not fit.
+        """
+        (agent, node), entry = _place(swap.node, self._agents), _entry(swap, self._catalog)
+        if faults := _plan(agent).place_faults(node, entry.path, swap.tree):
+            raise InputError(*faults)
+        swap = _named(swap, agent, node, entry, self._catalog)
+        self._coming = deque(sorted([*self._coming, self._loaded(swap)], key=lambda each: each[0].at))
+        return swap, content_hash([entry])
+
+    def _loaded(self, swap: SubtreeSwap) -> tuple[SubtreeSwap, Agent, str, Node]:
+        name, node = swap.node.split(":", 1)
+        agent = next(each for each in self._agents if each.name == name)
+        return swap, agent, node, _plan(agent).load(_entry(swap, self._catalog).path, swap.tree)
 
     def step(self, t: float) -> None:
         """Make the swaps that are due at time t [s]; while the plan is in a turn, its swap waits for the next call."""
@@ -71,15 +90,6 @@ class SwapSchedule:
             if not agent.swap(node, root):
                 return
             self._coming.popleft()
-
-    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Wrap `watch`, called at the beginning of each control period, in a function that first calls `step`."""
-
-        def swapping(t: float) -> bool:
-            self.step(t)
-            return watch(t)
-
-        return swapping if self._coming else watch
 
 
 def rehearse_swaps(
@@ -144,10 +154,31 @@ def _rehearsed(swap: SubtreeSwap, agents: Sequence[Agent], catalog: Catalog) -> 
     after = mission_faults(plan.tree, agent.knowledge)
     if faults := [fault for fault in after if not fault.warning and fault not in before]:
         raise InputError(*faults)
+    return _named(swap, agent, node, entry, catalog)
+
+
+def _named(swap: SubtreeSwap, agent: Agent, node: str, entry: Entry, catalog: Catalog) -> SubtreeSwap:
+    """Swap with the node as `AGENT:NODE`, and a mission of the catalog by its name."""
     listed = next((e for e in catalog.list("mission") if e.name == entry.name), None)
     named = listed is not None and listed.path.samefile(entry.path)
     mission = entry.name if named else str(entry.path)
     return msgspec.structs.replace(swap, node=f"{agent.name}:{node}", mission=mission)
+
+
+def controlled_swaps(events: Sequence[Event], catalog: Catalog, *, changed_content: bool) -> list[SubtreeSwap]:
+    """Swaps that a person made during a recorded run.
+
+    Raises:
+        RecordingError: The content of a mission has changed since.
+    """
+    found = []
+    for event in events:
+        if isinstance(event, RunControlled) and event.command == "swap" and not event.refusal:
+            swap = SubtreeSwap(event.target, event.source, event.t, event.tree)
+            if not changed_content and content_hash([_entry(swap, catalog)]) != event.content:
+                raise RecordingError(f"the mission '{swap.mission}' has changed since the swap at {swap.at:g} s.")
+            found.append(swap)
+    return found
 
 
 def _entry(swap: SubtreeSwap, catalog: Catalog) -> Entry:

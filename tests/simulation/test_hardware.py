@@ -20,13 +20,15 @@ from rocs_bt.event import (
     Event,
     ListSink,
     MotionHeld,
+    MotionReleased,
     RuleChanged,
     RulesReplaced,
+    RunControlled,
     SensorFailed,
     Stuck,
 )
-from rocs_bt.running import RunResult, preflight
-from rocs_bt.simulation import Host, progress
+from rocs_bt.running import Host, RunCommand, RunResult, preflight
+from rocs_bt.simulation import progress
 
 from ..pages import data_of
 
@@ -312,3 +314,26 @@ def test_rules_that_are_broken_meanwhile_are_told(real: Callable[[str], Catalog]
     (told,) = [e for e in sink.events if isinstance(e, RulesReplaced)]
     assert (told.agent, told.rules, told.accepted) == ("R2", "avoid_collision", False)
     assert "the old rules stay active: " in told.detail
+
+
+@pytest.mark.parametrize("full", [False, True])
+def test_a_pause_lasts_until_the_person_at_the_robot_says_go(real: Callable[[str], Catalog], full: bool) -> None:
+    commands = {4: ["pause"], 6: ["continue", "reload"]}
+
+    class Person:
+        asked = 0
+
+        def take(self) -> list[RunCommand]:
+            self.asked += 1
+            return [RunCommand(kind=kind, rules="avoid_collision") for kind in commands.get(self.asked, [])]
+
+    person, sink = Person(), ListSink()
+    options = {"duration": 1.2, "sinks": [sink], "control": person, "full_control": full}
+    drive("real", real("fine"), go=lambda: person.asked == 12, **options)
+    told = [(e.command, bool(e.refusal)) for e in sink.events if isinstance(e, RunControlled)]
+    assert told == [("pause", False), ("continue", True), ("reload", not full)]
+    held = next(e for e in sink.events if isinstance(e, MotionHeld))
+    released = next(e for e in sink.events if isinstance(e, MotionReleased))
+    assert held.reason == "paused by the page, waiting for go"
+    assert released.by == "the terminal"
+    assert held.t + 0.3 < released.t
