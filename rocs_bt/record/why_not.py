@@ -102,7 +102,7 @@ def holding(tree: Any, rows: Sequence[Sequence[float] | None], *, want: bool) ->
     """Comparisons that keep a condition from being true, or false: the fewest that had to change.
 
     Args:
-        tree: How the comparisons are joined; see `Guard`.
+        tree: Structure of the condition; see `Guard`.
         rows: Left side, right side and truth of each comparison; None if it is not known.
         want: The other truth of the condition.
 
