@@ -9,7 +9,7 @@ from the events; everything that shows, explains or measures a run reads them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import msgspec
@@ -72,18 +72,20 @@ class Tracks:
     Args:
         header: Header of the run.
         topics: Topics to follow; all of `TOPICS` by default.
+        signals: Names of the signals to follow; all by default.
 
     Attributes:
         header: Header of the run.
         events: Events that are not emitted in every period, in order.
-        log: Sentences about these events.
         end: Time of the last event [s].
     """
 
-    def __init__(self, header: RunHeader, topics: Collection[str] = ()) -> None:
+    def __init__(self, header: RunHeader, topics: Collection[str] = (), signals: Collection[str] = ()) -> None:
         self.header = header
         self.events: list[Event] = []
-        self.log: list[LogLine] = []
+        self.signals = frozenset(signals)
+        self._log: list[LogLine] = []
+        self._logged = 0
         self.end = header.start
         self._tracks: dict[Key, Steps | Curve] = {}
         self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
@@ -113,6 +115,15 @@ class Tracks:
         return tracks
 
     @property
+    def log(self) -> Sequence[LogLine]:
+        """Sentences about the events, in order."""
+        for event in self.events[self._logged :]:
+            if type(event).sentence is not Event.sentence and (text := event.sentence):
+                self._log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
+        self._logged = len(self.events)
+        return self._log
+
+    @property
     def kinds(self) -> Collection[type[Event]]:
         """Types of events that these tracks take."""
         return self._folds.keys()
@@ -136,7 +147,7 @@ class Tracks:
 
     def get(self, agent: str, topic: str, name: str = "") -> Steps | Curve | None:
         """A track; None if nothing was recorded."""
-        return self._tracks.get(Key(agent, topic, name))
+        return self._tracks.get((agent, topic, name))  # type: ignore[call-overload,no-any-return]  # a Key, made faster
 
     def of(self, agent: str, topic: str) -> Mapping[str, Steps | Curve]:
         """All tracks of a topic of an agent, by name, in the order in which they began."""
@@ -148,21 +159,19 @@ class Tracks:
 
     def steps(self, agent: str, topic: str, name: str = "") -> Steps:
         """A track of values, begun if there is none."""
-        key = Key(agent, topic, name)
-        track = self._tracks.get(key)
+        track = self.get(agent, topic, name)
         if track is None:
-            track = self._add(key, Steps())
+            track = self._add(Key(agent, topic, name), Steps())
         assert isinstance(track, Steps)
         return track
 
     def curve(self, agent: str, topic: str, name: str, width: int) -> Curve:
         """A track of numbers, begun if there is none."""
-        key = Key(agent, topic, name)
-        track = self._tracks.get(key)
+        track = self.get(agent, topic, name)
         if track is None:
             age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
             rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
-            track = self._add(key, Scans(rays) if rays else Curve(width, age))
+            track = self._add(Key(agent, topic, name), Scans(rays) if rays else Curve(width, age))
         assert isinstance(track, Curve)
         return track
 
@@ -206,8 +215,10 @@ def _pose(tracks: Tracks, event: BodyMoved) -> None:
 
 
 def _signal(tracks: Tracks, event: SignalsWritten) -> None:
+    wanted = tracks.signals
     for name, part in event.parts():
-        tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part)
+        if not wanted or name in wanted:
+            tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part)
 
 
 def _scan(tracks: Tracks, event: SensorRead) -> None:
@@ -278,6 +289,8 @@ def _follower(tracks: Tracks, event: FollowerStepped) -> None:
     sample = pack((event.cross_track, event.heading_error))
     tracks.curve(event.agent, "follower", "error", 2).add(event.t, sample)
     tracks.steps(event.agent, "follower", "rung").put(event.t, event.rung)
+    if event.solve_time > 0.0:  # it was measured
+        tracks.curve(event.agent, "solve", "", 1).add(event.t, pack((event.solve_time,)))
 
 
 def _path(tracks: Tracks, event: PathPlanned) -> None:
@@ -344,8 +357,6 @@ def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
 
 def _event(tracks: Tracks, event: Event) -> None:
     tracks.events.append(event)
-    if type(event).sentence is not Event.sentence and (text := event.sentence):
-        tracks.log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
 
 
 def _outcome(tracks: Tracks, event: OutcomeDecided) -> None:

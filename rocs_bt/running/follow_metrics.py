@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
 
+from ..event import TicketChanged
 from ..record import Following
+from ..record.track import Curve
+from ..record.tracks import Tracks
 
 LOCOMOTIONS = 0.02
 """Wheel linear speed above which a robot counts as driving [m/s]; a robot that is pushed does not count."""
 
 
-class FollowMetrics:
+def following(tracks: Tracks, ticket: TicketChanged, until: float | None) -> Following:
     """Ground-truth distance between a follower and its leader over a run.
 
     The follow band is the interval `distance` +- (`distance` - `safety`), from the parameters of FollowRobot. Distances
@@ -20,53 +21,45 @@ class FollowMetrics:
     minimum distance while driving is that of the whole run.
 
     Args:
-        parameters: Parameters of FollowRobot: `leader`, `distance` [m] and `safety` [m].
-
-    Attributes:
-        leader: Name of the leader.
+        tracks: Tracks of the run, with the poses.
+        ticket: First ticket of FollowRobot, with its parameters `leader`, `distance` [m] and `safety` [m].
+        until: Time at which the leader reached its goal [s]; None if the leader did not.
     """
+    leader, wanted, safety = (ticket.parameters[name] for name in ("leader", "distance", "safety"))
+    wanted, slack = float(wanted), float(wanted) - float(safety)  # type: ignore[arg-type]  # numbers, by their action
+    kept, driving = list[float](), math.inf
+    begun = False
+    for t, distance, speed in _distances(tracks, ticket.agent, str(leader), ticket.t):
+        begun = begun or distance <= wanted + slack
+        if begun and (until is None or t <= until):
+            kept.append(distance)
+        if speed > LOCOMOTIONS:
+            driving = min(driving, distance)
+    return Following(
+        leader=str(leader),
+        periods=len(kept),
+        mean_distance=_mean(kept),
+        distance_error=_mean([abs(d - wanted) for d in kept]),
+        in_band=_mean([abs(d - wanted) <= slack for d in kept]),
+        too_far=_mean([d > wanted + slack for d in kept]),
+        least_distance=min(kept, default=None),
+        least_driving=driving if math.isfinite(driving) else None,
+        safe=driving >= float(safety),  # type: ignore[arg-type]
+    )
 
-    def __init__(self, parameters: Mapping[str, Any]) -> None:
-        self.leader = str(parameters["leader"])
-        self._distance = float(parameters["distance"])
-        self._safety = float(parameters["safety"])
-        self._rows: list[tuple[float, float]] = []
-        self._least_driving = math.inf
 
-    def note(self, t: float, own: tuple[float, float], leader: tuple[float, float], wheel_speed: float = 0.0) -> None:
-        """Add a sample.
-
-        Args:
-            t: Time [s].
-            own: Position of the follower [m], world frame.
-            leader: Position of the leader [m], world frame.
-            wheel_speed: Largest absolute wheel linear speed of the follower [m/s].
-        """
-        distance = math.dist(own, leader)
-        if self._rows or distance <= 2.0 * self._distance - self._safety:
-            self._rows.append((t, distance))
-        if wheel_speed > LOCOMOTIONS:
-            self._least_driving = min(self._least_driving, distance)
-
-    def result(self, until: float | None) -> Following:
-        """Metrics of the run.
-
-        Args:
-            until: Time at which the leader reached its goal [s]; None if the leader did not.
-        """
-        kept = [distance for t, distance in self._rows if until is None or t <= until]
-        slack = self._distance - self._safety
-        return Following(
-            leader=self.leader,
-            periods=len(kept),
-            mean_distance=_mean(kept),
-            distance_error=_mean([abs(d - self._distance) for d in kept]),
-            in_band=_mean([abs(d - self._distance) <= slack for d in kept]),
-            too_far=_mean([d > self._distance + slack for d in kept]),
-            least_distance=min(kept, default=None),
-            least_driving=self._least_driving if math.isfinite(self._least_driving) else None,
-            safe=self._least_driving >= self._safety,
-        )
+def _distances(tracks: Tracks, agent: str, leader: str, after: float) -> list[tuple[float, float, float]]:
+    """Times [s], distances from the leader [m] and largest wheel linear speeds [m/s] of a follower after a time."""
+    own, other, wheels = (tracks.get(*key) for key in ((agent, "pose"), (leader, "pose"), (agent, "wheels")))
+    found: list[tuple[float, float, float]] = []
+    if not isinstance(own, Curve) or not isinstance(other, Curve):
+        return found
+    for t, (x, y, *_) in zip(own.t, own.rows().tolist(), strict=True):
+        if t > after and (pose := other.last(t)) is not None:
+            speeds = wheels.last(t) if isinstance(wheels, Curve) else None
+            speed = 0.0 if speeds is None else max(map(abs, speeds[1]), default=0.0)
+            found.append((t, math.dist((x, y), pose[1][:2]), speed))
+    return found
 
 
 def _mean(values: list[float] | list[bool]) -> float | None:

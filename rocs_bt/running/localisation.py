@@ -9,49 +9,44 @@ from __future__ import annotations
 
 import math
 
-from ..event import BodyMoved, SignalsWritten
 from ..geometry import wrap_angle
 from ..record import Localisation
+from ..record.track import Curve
+from ..record.tracks import Tracks
 
-COVARIANCE, POSE = "pose_covariance", "pose"
+SIGNALS = ("pose_covariance", "pose")
 """Signals of a robot that localises: covariance of the pose estimate, and the estimate."""
 
 
-class LocalisationError:
-    """Localisation errors of one agent over a run."""
+def localisation(tracks: Tracks, agent: str) -> Localisation | None:
+    """Errors of the pose estimates of an agent over a run; None for a robot that does not localise.
 
-    def __init__(self) -> None:
-        self._ground_truth: BodyMoved | None = None
-        self._position_errors: list[float] = []  # [m]
-        self._heading_errors: list[float] = []  # [rad]
-        self._consistency: list[float] = []
-
-    def moved(self, event: BodyMoved) -> None:
-        """Store the ground-truth pose of the robot."""
-        self._ground_truth = event
-
-    def estimated(self, event: SignalsWritten) -> None:
-        """Compare a pose estimate of the agent with the ground truth; estimates without a covariance are ignored."""
-        if COVARIANCE not in event.signals or (truth := self._ground_truth) is None:
-            return
-        values = event.values
-        (x, y, yaw), covariance = values[POSE], values[COVARIANCE]
-        error = (x - truth.x, y - truth.y, wrap_angle(yaw - truth.yaw))
-        self._position_errors.append(math.hypot(error[0], error[1]))
-        self._heading_errors.append(abs(error[2]))
-        self._consistency.append(_squared(error, covariance) / 3.0)
-
-    def result(self) -> Localisation | None:
-        """Error statistics of the run; None for a robot that does not localise."""
-        if not self._position_errors:
-            return None
-        return Localisation(
-            position_rms=_rms(self._position_errors),
-            position_max=max(self._position_errors),
-            heading_rms=_rms(self._heading_errors),
-            heading_max=max(self._heading_errors),
-            nees=sum(self._consistency) / len(self._consistency),
-        )
+    Args:
+        tracks: Tracks of the run, with the poses and these signals.
+        agent: Name of the agent.
+    """
+    covariances, estimates = (tracks.get(agent, "signal", name) for name in SIGNALS)
+    poses = tracks.get(agent, "pose")
+    if not (isinstance(covariances, Curve) and isinstance(estimates, Curve) and isinstance(poses, Curve)):
+        return None
+    distances, angles, consistency = list[float](), list[float](), list[float]()
+    for t, covariance in zip(covariances.t, covariances.rows().tolist(), strict=True):
+        estimate, truth = estimates.last(t), poses.last(t)
+        if estimate is not None and truth is not None:
+            (x, y, yaw), (true_x, true_y, true_yaw) = estimate[1], truth[1][:3]
+            error = (x - true_x, y - true_y, wrap_angle(yaw - true_yaw))
+            distances.append(math.hypot(error[0], error[1]))
+            angles.append(abs(error[2]))
+            consistency.append(_squared(error, covariance) / 3.0)
+    if not distances:
+        return None
+    return Localisation(
+        position_rms=_rms(distances),
+        position_max=max(distances),
+        heading_rms=_rms(angles),
+        heading_max=max(angles),
+        nees=sum(consistency) / len(consistency),
+    )
 
 
 def _rms(values: list[float]) -> float:

@@ -85,8 +85,7 @@ class RunRecord:
         self, header: RunHeader, recorder: Recorder | None, sinks: Sequence[EventSink] = (), *, batched: bool
     ) -> None:
         self._header = header
-        names = (agent.name for agent in header.agents)
-        self._metrics = Metrics(names, simulated=header.simulated, start=header.start)
+        self._metrics = Metrics(header)
         self._batch = EventBatch(*([] if recorder is None else [recorder]), self._metrics)
         first = [self._batch] if batched else self._batch.sinks
         self._listeners = [_Listener(sink) for sink in sinks]

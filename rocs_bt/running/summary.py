@@ -72,7 +72,7 @@ def summary_of(recording: Recording) -> Summary:
         RecordingError: The recording is damaged, or lacks an agent's signals.
     """
     header, end = recording.header, recording.header.start
-    metrics = Metrics((agent.name for agent in header.agents), simulated=header.simulated, start=header.start)
+    metrics = Metrics(header)
     requirements = RequirementWatch(header.requirements, header.agents)
     judged = False
     for event in recording.events():

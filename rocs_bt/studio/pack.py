@@ -25,7 +25,7 @@ _TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threa
 _LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values
 WIDE = 24  # values from which on only the minimum of a signal is shown, as of a scan
-HIDDEN = ("wheels",)  # topics that the page does not show
+HIDDEN = ("wheels", "solve")  # topics that the page does not show
 
 
 class Columns:

@@ -9,8 +9,7 @@ from rocs_bt.running.metrics import Metrics
 from rocs_bt.running.run_record import EventBatch
 
 R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
-
-R2 = AgentInfo(name="R2", robot="pioneer_p3dx", mission="go_to")
+HEADER = RunHeader(scenario="one", seed=1, agents=(R2,))
 
 
 class Batches(ListSink):
@@ -70,7 +69,7 @@ def test_it_hands_on_before_somebody_watches():
 def test_a_recording_and_its_metrics_are_the_same(tmp_path):
     recorded, counted = [], []
     for together in (1, 3, 7, 1000):
-        recorder, metrics = Recorder(tmp_path / f"{together}.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
+        recorder, metrics = Recorder(tmp_path / f"{together}.mcap", HEADER), Metrics(HEADER)
         batch, told = EventBatch(metrics, recorder), list(events())
         for k, event in enumerate(told, 1):
             batch.emit(event)
@@ -80,7 +79,7 @@ def test_a_recording_and_its_metrics_are_the_same(tmp_path):
         recorder.close()
         recorded.append((tmp_path / f"{together}.mcap").read_bytes())
         counted.append(metrics.of(R2, 9.0))
-    plain, metrics = Recorder(tmp_path / "plain.mcap", RunHeader(scenario="one", seed=1)), Metrics(["R2"])
+    plain, metrics = Recorder(tmp_path / "plain.mcap", HEADER), Metrics(HEADER)
     for event in events():
         plain.emit(event)
         metrics.emit(event)

@@ -22,11 +22,15 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.record import AgentInfo, AgentResult, Following, SolveTime, Summary, TrackingError
+from rocs_bt.record import AgentInfo, AgentResult, Following, RunHeader, SolveTime, Summary, TrackingError
 from rocs_bt.running import Metrics
 from rocs_bt.running.metrics import quantile
 
 R2, R3 = (AgentInfo(name=name, robot="pioneer_p3dx", mission="go_to") for name in ("R2", "R3"))
+
+
+def header(*agents: AgentInfo) -> RunHeader:
+    return RunHeader(scenario="one", seed=1, agents=agents)
 
 
 def command(t: float, route: str) -> ActuatorCommanded:
@@ -34,7 +38,7 @@ def command(t: float, route: str) -> ActuatorCommanded:
 
 
 def test_nothing_happened() -> None:
-    assert Metrics(["R2"]).of(R2, 9.0) == AgentResult(
+    assert Metrics(header(R2)).of(R2, 9.0) == AgentResult(
         robot="pioneer_p3dx",
         mission="go_to",
         rules=(),
@@ -57,7 +61,7 @@ def test_nothing_happened() -> None:
     ],
 )
 def test_the_owner_of_what_failed_decides_the_exit_code_and_its_name_does_not(block, owner, code, told) -> None:
-    metrics = Metrics(["R2"])
+    metrics = Metrics(header(R2))
     metrics.emit(BlockFailed(t=1.0, agent="R2", block=block, kind="raised", detail="no", owner=owner))
     found = metrics.of(R2, 2.0)
     assert (found.outcome, found.reason) == ("error", told)
@@ -67,7 +71,7 @@ def test_the_owner_of_what_failed_decides_the_exit_code_and_its_name_does_not(bl
 
 
 def test_everything_is_counted_for_its_own_agent() -> None:
-    metrics = Metrics(["R2", "R3"])
+    metrics = Metrics(header(R2, R3))
     for x in (0.0, 0.3, 0.0):
         metrics.emit(BodyMoved(t=x, agent="R2", body="R2", x=x, y=0.0, yaw=0.0))
     metrics.emit(BodyMoved(t=0.0, body="R1", x=9.0, y=0.0, yaw=0.0))
@@ -99,11 +103,11 @@ def test_everything_is_counted_for_its_own_agent() -> None:
     assert found.tracking_error == TrackingError(cross_rms=pytest.approx(math.sqrt(0.00125)), cross_max=0.04)
     assert found.solve_time == SolveTime(median=1e-4, p99=1e-4)
     assert (found.outcome, found.time_to_goal, found.fell) == ("success", 3.0, True)
-    assert metrics.of(R3, 9.0) == Metrics(["R3"]).of(R3, 9.0)
+    assert metrics.of(R3, 9.0) == Metrics(header(R3)).of(R3, 9.0)
 
 
 def test_time_goes_to_the_route_that_commands() -> None:
-    metrics = Metrics(["R2"])
+    metrics = Metrics(header(R2))
     routes = ["deliberative"] * 4 + ["reactive"] * 2 + ["idle"] + ["reactive"] + ["deliberative"]
     for i, route in enumerate(routes):
         metrics.emit(command(0.05 * i, route))
@@ -114,7 +118,7 @@ def test_time_goes_to_the_route_that_commands() -> None:
 
 
 def test_a_command_counts_no_longer_than_the_watchdog_lets_it() -> None:
-    metrics = Metrics(["R2"])
+    metrics = Metrics(header(R2))
     metrics.emit(command(0.0, "reactive"))
     metrics.emit(command(10.0, "reactive"))
     assert metrics.of(R2, 9.0).time_reactive == pytest.approx(0.2)
@@ -127,7 +131,7 @@ def test_quantiles_are_values_that_occurred() -> None:
 
 def followed(*rows: tuple[float, float, float], arrived: float | None = None, rim: float = 0.0) -> Any:
     """What is said of R3, which follows R2 at 1.4 m and not nearer than 0.8 m, along x: rows of t, x of R2, x of R3."""
-    metrics = Metrics(["R2", "R3"])
+    metrics = Metrics(header(R2, R3))
     parameters = {"leader": "R2", "distance": 1.4, "safety": 0.8}
     ticket = TicketChanged(
         t=0.0,
@@ -180,5 +184,5 @@ def test_a_follower_that_never_caught_up_has_no_error_but_is_told() -> None:
 def test_too_near_counts_while_it_drives_and_not_while_it_is_pushed(
     rim: float, least: float | None, safe: bool
 ) -> None:
-    found = followed((0.0, 3.0, 2.5), rim=rim)
+    found = followed((0.05, 3.0, 2.5), rim=rim)
     assert (found.least_driving, found.safe) == (least, safe)
