@@ -1,3 +1,4 @@
+// @ts-check
 // The one time, and the one selection. All panels listen to them, and the address of the page contains both.
 
 export class Cursor extends EventTarget {
@@ -6,7 +7,13 @@ export class Cursor extends EventTarget {
     const given = new URLSearchParams(location.hash.slice(1)), moment = run.moment();
     const address = given.get("select") ?? moment.address;
     const agent = given.get("agent") ?? address.split("|")[0];
-    Object.assign(this, { run, playing: false, pace: 1, selected: address, follows: Boolean(run.going) && !given.has("t") });
+    this.run = run;
+    this.playing = false;
+    this.pace = 1;
+    this.selected = address;
+    this.follows = run.going && !given.has("t");
+    /** @type {Set<string>} addresses of nodes and rules at whose failing or firing the page pauses */
+    this.stops = new Set();
     this.agent = run.agents.includes(agent) ? agent : run.agents[0];
     this.t = this.limited(Number(given.get("t") ?? moment.t));
     addEventListener("hashchange", () => {
@@ -28,8 +35,22 @@ export class Cursor extends EventTarget {
   }
 
   lead() {
+    const before = this.t, hit = this.stopped(before, this.run.end);
     this.t = this.run.end;
+    if (hit !== undefined) this.move(hit); else this.say("move");
+  }
+
+  /** Sets or removes a stop: playing, and following a run that goes on, ends when this node fails or this rule fires. */
+  stop(address) {
+    if (!this.stops.delete(address)) this.stops.add(address);
+    this.say("stops");
     this.say("move");
+  }
+
+  /** First time after `from` and until `to` at which something with a stop happens; undefined if nothing does. */
+  stopped(from, to) {
+    const times = [...this.stops].flatMap((address) => this.run.tracks.get(address)?.hits.find((t) => t > from + 1e-4 && t <= to + 1e-6) ?? []);
+    return times.length ? Math.min(...times) : undefined;
   }
 
   /** Goes to a time. @param {number} t */
@@ -72,9 +93,11 @@ export class Cursor extends EventTarget {
     let last = performance.now();
     const frame = (now) => {
       if (!this.playing) return;
-      this.move(this.t + (Math.max(0, now - last) / 1000) * this.pace);
+      const to = this.t + (Math.max(0, now - last) / 1000) * this.pace, hit = this.stopped(this.t, to);
+      this.move(hit ?? to);
       last = now;
-      if (this.t < this.run.end) requestAnimationFrame(frame); else this.play(false);
+      if (hit !== undefined) this.play(false);
+      else if (this.t < this.run.end) requestAnimationFrame(frame); else this.play(false);
     };
     requestAnimationFrame(frame);
   }

@@ -1,3 +1,4 @@
+// @ts-check
 // Elements, colours, and numbers as text. Names from content are always text, never markup.
 
 /**
@@ -73,6 +74,16 @@ export const prepare = (canvas, width, height) => {
   canvas.height = Math.round(height * ratio);
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
   return g;
+};
+
+/** Opens a dialog; it closes with its button, with escape, or with a click beside it. */
+export const dialog = (title, ...children) => {
+  const box = el("dialog", { "aria-label": title }, el("header", {}, el("h2", {}, title), el("button", { "aria-label": "close", onclick: () => box.close() }, "×")), ...children);
+  box.addEventListener("close", () => box.remove());
+  box.addEventListener("click", (event) => { if (event.target === box) box.close(); });
+  document.body.append(box);
+  box.showModal();
+  return box;
 };
 
 export const FONT = "system-ui, \"Segoe UI\", Roboto, \"DejaVu Sans\", sans-serif";

@@ -109,7 +109,7 @@ export class Inspector {
     const rows = [row("type", about?.type ?? "–"), row("status", state), row("why", why(run, agent, t))], note = run.get(agent, "note", path)?.at(t);
     if (note) rows.push(row("message", note));
     for (const [, port, given] of (about?.ports ?? "").matchAll(/([\w.]+)=("[^"]*"|[^,)]*)/g)) {
-      const [, key] = given.match(/^"?\{(.+)\}"?$/) ?? [], value = key && this.board(agent, path, key);
+      const [, key] = given.match(/^"?\{(.+)\}"?$/) ?? [], value = key && run.board(agent, path, key);
       const now = value?.at(t);
       rows.push(row(port, key ? `${given.replaceAll("\"", "")} = ${now ?? "no value"}` : given, value?.address));
     }
@@ -118,13 +118,6 @@ export class Inspector {
     }
     rows.push(...this.nearby(track, t, (status) => status ?? "removed"), row("path", path));
     return [short(path), ...rows];
-  }
-
-  /** Track of a key of the blackboard that a node sees: of the nearest subtree above it that has this key. */
-  board(agent, path, key) {
-    const boards = this.run.of(agent, "board").filter((b) => b.name.slice(b.name.indexOf("\n") + 1) === key);
-    const above = boards.filter((b) => `${path}/`.startsWith(`${b.name.slice(0, b.name.indexOf("\n"))}/`) || b.name.startsWith("\n"));
-    return above.sort((a, b) => b.name.length - a.name.length)[0];
   }
 
   ticket(agent, number, t, track) {

@@ -1,3 +1,4 @@
+// @ts-check
 // What held at any time of a run. Each thing that changes is a track, found by its address `agent|topic|name`.
 import { upto } from "./dom.js";
 
@@ -10,7 +11,11 @@ export class Track {
   constructor(address, t, v, width = 0, ray = 1) {
     [this.agent, this.topic] = address.split("|", 2);
     this.name = address.slice(this.agent.length + this.topic.length + 2);
-    Object.assign(this, { address, t, v, width, ray });
+    this.address = address;
+    this.t = t;
+    this.v = v;
+    this.width = width;
+    this.ray = ray;
   }
 
   row(i) { return this.width ? this.v.slice(i * this.width, (i + 1) * this.width) : this.v[i]; }
@@ -33,6 +38,13 @@ export class Track {
       const step = after[k] - value;
       return value + part * (angles.includes(k) ? Math.atan2(Math.sin(step), Math.cos(step)) : step);
     });
+  }
+
+  /** Times at which a node fails, a rule fires, or another thing changes. */
+  get hits() {
+    const { t, v, topic } = this;
+    const hit = { node: (i) => v[i] === "FAILURE", rule: (i) => v[i].fired > (v[i - 1]?.fired ?? 0), ticket: (i) => v[i].state === "FAILED" }[topic] ?? (() => true);
+    return Array.from(t).filter((_, i) => hit(i));
   }
 
   /** Intervals in which the value holds, of those that `keep` accepts. */
@@ -58,8 +70,21 @@ export class Track {
 
 export class Run {
   constructor({ header, end, log = [], tracks = [], texts = [], guards = {}, ...rest }, columns = (_) => []) {
-    Object.assign(this, { header, end, log, guards, ...rest, start: header.start ?? 0, agents: (header.agents ?? []).map((a) => a.name) });
+    const { complete = true, results = {}, inactive = {} } = rest;
+    this.header = header;
+    this.end = end;
+    this.log = log;
+    this.guards = guards;
+    this.complete = complete;
+    this.results = results;
+    this.inactive = inactive;
+    this.start = header.start ?? 0;
+    this.going = false;
+    /** @type {string[]} */
+    this.agents = (header.agents ?? []).map((a) => a.name);
+    /** @type {Map<string, Track>} */
     this.tracks = new Map();
+    /** @type {Map<string, Track[]>} */
     this.topics = new Map();
     for (const [address, kind, t, v, width, ray] of tracks) {
       if (kind === "text") this.add(new Track(address, columns(t), Array.from(columns(v), (i) => texts[i])));
@@ -162,6 +187,24 @@ export class Run {
     return this.get(agent, "outcome")?.v.at(-1) ?? (result ? { ...result, t: this.end } : null);
   }
 
+  /** Track of a key of the blackboard that a node sees: of the nearest subtree above it that has this key. */
+  board(agent, path, key) {
+    const boards = this.of(agent, "board").filter((b) => b.name.slice(b.name.indexOf("\n") + 1) === key);
+    const above = boards.filter((b) => `${path}/`.startsWith(`${b.name.slice(0, b.name.indexOf("\n"))}/`) || b.name.startsWith("\n"));
+    return above.sort((a, b) => b.name.length - a.name.length)[0];
+  }
+
+  /** Paths of the nodes from the root to the leaf that made the mission fail at a time; empty if it did not. */
+  failing(agent, t) {
+    const nodes = this.get(agent, "tree")?.at(t) ?? [], children = new Map(nodes.map((n) => [n.path, n.children ?? []])), found = [];
+    const failed = (path) => this.get(agent, "node", path)?.at(t) === "FAILURE", since = (path) => this.get(agent, "node", path)?.since(t) ?? -Infinity;
+    for (let path = nodes[0]?.path; path && failed(path);) {
+      found.push(path);
+      path = children.get(path).filter(failed).reduce((a, b) => (a !== undefined && since(a) > since(b) ? a : b), undefined);
+    }
+    return found;
+  }
+
   /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
   moment() {
     const failed = this.agents.find((a) => this.outcome(a) && this.outcome(a).outcome !== "success");
@@ -169,7 +212,7 @@ export class Run {
       const { t } = this.outcome(failed);
       const cause = this.log.findLast(([at, agent, level, , about]) => agent === failed && level >= 4 && at <= t && about);
       if (cause) return { t: cause[0], address: cause[4] };
-      const leaf = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((a, b) => b.name.length - a.name.length)[0];
+      const leaf = this.get(failed, "node", this.failing(failed, t).at(-1));
       return leaf ? { t: leaf.since(t), address: leaf.address } : { t, address: `${failed}|outcome|` };
     }
     for (const agent of this.agents) {

@@ -1,17 +1,33 @@
-// The mission's tree at the cursor: status, message and ports of each node; branches fold, the failing path is marked.
-import { color, el, prepare, put } from "./dom.js";
+// @ts-check
+// The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
+import { color, el, prepare, put, shown } from "./dom.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
 const TINTS = { RUNNING: "running", SUCCESS: "good", FAILURE: "bad" };
-const LARGE = 40, MAPPED = 24; // nodes from which on branches that never ran are folded, and a map is shown
+const LARGE = 40, MAPPED = 24; // nodes from which on only what runs is unfolded, and a map is shown
 const FRESH = 0.5; // [s] for which a change is marked
+const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
+
+/** Ports of a node of the header: name, given text, and the key of the blackboard if it is mapped to one. */
+export const portsOf = (text) => Array.from((text ?? "").matchAll(PORT), ([, name, given]) => {
+  const plain = given.replace(/^"|"$/g, "");
+  return { name, given: plain, key: plain.match(/^\{(.+)\}$/)?.[1] ?? "" };
+});
 
 export class MissionTree {
   constructor(run, cursor) {
-    Object.assign(this, { run, cursor, folded: new Set(), rows: [] });
+    this.run = run;
+    this.cursor = cursor;
+    this.rows = [];
+    /** @type {Map<string, boolean>} branches that a reader has opened or folded */
+    this.chosen = new Map();
+    this.open = new Set();
     this.map = el("canvas", { class: "map", title: "All nodes, a row for each level: click to go to one." });
+    this.find = el("input", { type: "search", placeholder: "search nodes (n)", "aria-label": "search nodes", oninput: () => this.fold() });
+    this.tools = el("div", { class: "tools" }, this.find);
     this.list = el("ol", { class: "tree", role: "tree", tabindex: 0, "aria-label": "mission tree" });
-    this.box = el("div", { class: "treebox" }, this.map, this.list);
+    this.board = new Blackboard(run, cursor);
+    this.box = el("div", { class: "treebox" }, this.tools, this.map, this.list, this.board.box);
     this.list.addEventListener("keydown", (event) => this.key(event));
     this.map.addEventListener("click", (event) => this.hit(event));
     cursor.addEventListener("move", () => this.update());
@@ -26,30 +42,42 @@ export class MissionTree {
     const { run, cursor: { agent, t } } = this, parents = new Map(), depths = new Map();
     this.nodes = run.get(agent, "tree")?.at(t) ?? run.get(agent, "tree")?.v[0] ?? [];
     for (const { path, children = [] } of this.nodes) for (const child of children) parents.set(child, path);
-    this.rows = this.nodes.map(({ path, type, children = [], ports = "" }) => {
-      const parent = parents.get(path) ?? "", depth = parent ? depths.get(parent) + 1 : 0;
-      depths.set(path, depth);
-      const name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
-      const fold = el("button", {
-        class: "fold", tabindex: -1, "aria-label": "fold", onclick: (event) => { event.stopPropagation(); this.toggle(path); },
-      });
-      const item = el(
-        "li", { role: "treeitem", onclick: () => this.cursor.select(this.address(path)) },
-        fold, sign, el("b", {}, name), el("small", { class: "kind" }, name.startsWith(type) ? "" : type),
-        el("small", { class: "ports" }, ports.replace(/^\(|\)$/g, "")), note,
-      );
-      item.style.paddingLeft = `${6 + 13 * depth}px`;
-      const track = run.get(agent, "node", path), notes = run.get(agent, "note", path);
-      return { path, parent, depth, children, item, sign, note, fold, track, notes, status: "" };
+    this.rows = this.nodes.map((node) => {
+      const parent = parents.get(node.path) ?? "", depth = parent ? depths.get(parent) + 1 : 0;
+      depths.set(node.path, depth);
+      return this.row(node, parent, depth);
     });
+    this.at = new Map(this.rows.map((row) => [row.path, row]));
     const empty = el("li", { class: "empty" }, "This mission has no tree: it is a planner in Python.");
     this.list.replaceChildren(...(this.rows.length ? this.rows.map((row) => row.item) : [empty]));
     this.map.hidden = this.rows.length < MAPPED;
+    this.tools.hidden = this.rows.length < MAPPED;
+    this.size = "";
+    this.chosen.clear();
     this.spread();
-    const ran = ({ track }) => track && track.v.some((status) => status in SIGNS);
-    this.folded = new Set(this.rows.length > LARGE ? this.rows.filter((row) => row.children.length && !ran(row)).map((row) => row.path) : []);
-    this.fold();
+    this.board.build();
     this.update();
+    this.fold();
+  }
+
+  row({ path, type, children = [], ports = "" }, parent, depth) {
+    const { run, cursor: { agent } } = this, name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
+    const fold = el("button", { class: "fold", tabindex: -1, "aria-label": "fold", onclick: (event) => { event.stopPropagation(); this.toggle(path); } });
+    const given = portsOf(ports).map((port) => {
+      const value = el("span", {}, port.key ? "" : port.given);
+      return { ...port, value, box: el("span", { class: port.key ? "port key" : "port" }, `${port.name} `, value) };
+    });
+    const kind = name.startsWith(type) ? null : el("small", { class: "kind" }, type);
+    const item = el(
+      "li", { role: "treeitem", onclick: () => this.cursor.select(this.address(path)) },
+      fold, sign, el("b", {}, name), kind, el("small", { class: "ports" }, ...given.map((port) => port.box)), note,
+    );
+    item.style.paddingLeft = `${4 + 12 * depth}px`;
+    const text = `${path} ${type} ${ports}`.toLowerCase();
+    return {
+      path, parent, depth, children, item, sign, note, fold, text, ports: given.filter((port) => port.key), status: "",
+      track: run.get(agent, "node", path), notes: run.get(agent, "note", path), from: 0, wide: 0,
+    };
   }
 
   /** Horizontal extent of each node on the map, of 1. */
@@ -67,40 +95,69 @@ export class MissionTree {
   }
 
   toggle(path) {
-    if (!this.folded.delete(path)) this.folded.add(path);
+    this.chosen.set(path, !this.opened(path));
     this.fold();
   }
 
+  /** Whether a branch is unfolded: as chosen; of a large tree only if it is on the way to what runs, failed or is selected. */
+  opened(path) { return this.chosen.get(path) ?? (this.rows.length <= LARGE || this.open.has(path)); }
+
   fold() {
-    const hidden = new Set();
-    for (const { path, parent, item, fold, children } of this.rows) {
-      if (hidden.has(parent) || this.folded.has(parent)) hidden.add(path);
+    const hidden = new Set(), word = this.find.value.trim().toLowerCase(), found = new Set();
+    if (word) {
+      for (const row of this.rows) {
+        if (row.text.includes(word)) for (let above = row; above && !found.has(above.path); above = this.at.get(above.parent)) found.add(above.path);
+      }
+    }
+    for (const { path, parent, item, fold, children, text } of this.rows) {
+      const open = word ? true : this.opened(path);
+      if (word ? !found.has(path) : parent && (hidden.has(parent) || !this.opened(parent))) hidden.add(path);
       item.hidden = hidden.has(path);
-      put(fold, children.length ? (this.folded.has(path) ? "▸" : "▾") : "");
-      if (children.length) item.setAttribute("aria-expanded", String(!this.folded.has(path)));
+      item.classList.toggle("found", Boolean(word) && text.includes(word));
+      put(fold, children.length ? (open ? "▾" : "▸") : "");
+      if (children.length) item.setAttribute("aria-expanded", String(open));
+    }
+    this.values();
+  }
+
+  /** Values of the ports of visible nodes. */
+  values() {
+    const { run, cursor: { t, agent } } = this;
+    for (const { path, item, ports } of this.rows) {
+      if (item.hidden) continue;
+      for (const port of ports) {
+        port.track ??= run.board(agent, path, port.key);
+        const value = port.track?.at(t) ?? null;
+        put(port.value, value === null ? `{${port.key}}` : value);
+        port.box.classList.toggle("unset", value === null);
+      }
     }
   }
 
   update() {
     const { cursor: { t, agent, selected, playing } } = this, tree = this.run.get(agent, "tree")?.at(t);
-    if (tree && tree !== this.nodes) return this.build();
-    const failed = new Set();
+    if (tree && tree !== this.nodes) { this.build(); return; }
+    const path = new Set(this.run.failing(agent, t)), large = this.rows.length > LARGE, open = playing ? new Set(this.open) : new Set();
     for (const row of this.rows) {
       row.status = row.track?.at(t) ?? "";
-      // The failing path goes from the root down: nodes that failed, below a parent on the path.
-      if (row.status === "FAILURE" && (row.depth === 0 || failed.has(row.parent))) failed.add(row.path);
-      const fresh = row.track && t - row.track.since(t) < FRESH;
+      const fresh = row.track && t - row.track.since(t) < FRESH, here = selected === this.address(row.path);
+      if (large && (here || (row.status === "RUNNING" && row.track) || path.has(row.path))) {
+        for (let above = row.parent; above && !open.has(above); above = this.at.get(above)?.parent) open.add(above);
+      }
       const names = [
-        row.status.toLowerCase() || "unticked", failed.has(row.path) && "path", fresh && "fresh",
-        selected === this.address(row.path) && "selected",
+        row.status.toLowerCase() || "unticked", path.has(row.path) && "path", fresh && "fresh", here && "selected",
+        row.item.classList.contains("found") && "found", this.cursor.stops.has(this.address(row.path)) && "stop",
       ].filter(Boolean).join(" ");
       if (row.item.className !== names) {
         row.item.className = names;
         put(row.sign, SIGNS[row.status] ?? "·");
         row.sign.title = row.status || "not ticked";
       }
-      put(row.note, row.notes?.at(t) ?? "");
+      const note = row.notes?.at(t) ?? "";
+      if (row.note.textContent !== note) { put(row.note, note); row.note.title = note; }
     }
+    if (large && (open.size !== this.open.size || [...open].some((each) => !this.open.has(each)))) { this.open = open; this.fold(); } else this.values();
+    this.board.update();
     this.draw();
     if (playing) this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item.scrollIntoView({ block: "nearest" });
   }
@@ -129,23 +186,56 @@ export class MissionTree {
     if (row) this.cursor.select(this.address(row.path));
   }
 
-  /** Unfolds the branches above the selected node and scrolls to it. */
+  /** Scrolls to the selected node; what a reader folded above it is unfolded. */
   mark() {
-    const rows = new Map(this.rows.map((row) => [row.path, row]));
     const row = this.rows.find(({ path }) => this.address(path) === this.cursor.selected);
-    for (let above = row && rows.get(row.parent); above; above = rows.get(above.parent)) this.folded.delete(above.path);
-    this.fold();
+    for (let above = row && this.at.get(row.parent); above; above = this.at.get(above.parent)) if (this.chosen.get(above.path) === false) this.chosen.delete(above.path);
     this.update();
+    this.fold();
     row?.item.scrollIntoView({ block: "nearest" });
   }
 
   key(event) {
-    const open = this.rows.filter((row) => !row.item.hidden), at = open.findIndex((row) => row.item.classList.contains("selected"));
+    const open = this.rows.filter((row) => !row.item.hidden), at = open.findIndex((row) => row.item.classList.contains("selected")), row = open[at];
     const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: open.length - 1 }[event.key];
-    if (to === undefined && event.key !== "Enter") return;
+    const folds = row?.children.length && (event.key === "Enter" || (event.key === "ArrowRight" && !this.opened(row.path)) || (event.key === "ArrowLeft" && this.opened(row.path)));
+    if (to === undefined && !folds) return;
     event.preventDefault();
     event.stopPropagation();
-    if (event.key === "Enter" && open[at]) this.toggle(open[at].path);
+    if (folds) this.toggle(row.path);
     else if (open[to]) this.cursor.select(this.address(open[to].path));
+  }
+}
+
+/** Keys of all blackboards of a mission with their values at the cursor. */
+class Blackboard {
+  constructor(run, cursor) {
+    this.run = run;
+    this.cursor = cursor;
+    this.list = el("dl", { class: "keys" });
+    this.box = el("details", { class: "board", open: true }, el("summary", {}, "blackboard"), this.list);
+  }
+
+  build() {
+    const { run, cursor } = this;
+    this.rows = run.of(cursor.agent, "board").map((track) => {
+      const [subtree, key] = track.name.split("\n"), value = el("dd"), go = () => cursor.select(track.address);
+      const label = el("dt", { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go }, subtree && subtree.includes("/") ? el("small", {}, `${subtree.slice(subtree.lastIndexOf("/") + 1)} `) : null, key);
+      value.addEventListener("click", go);
+      return { track, value, label };
+    });
+    this.box.hidden = !this.rows.length;
+    this.list.replaceChildren(...this.rows.flatMap(({ label, value }) => [label, value]));
+  }
+
+  update() {
+    const { t, selected } = this.cursor;
+    for (const { track, value, label } of this.rows) {
+      const now = track.at(t) ?? null, since = track.since(t);
+      put(value, now === null ? "–" : shown(now));
+      value.title = value.textContent;
+      value.classList.toggle("fresh", since !== undefined && t - since < FRESH && since > this.run.start + 0.1);
+      label.classList.toggle("selected", selected === track.address);
+    }
   }
 }
