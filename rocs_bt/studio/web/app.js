@@ -1,26 +1,30 @@
+// @ts-check
 // The page: its panels around one cursor.
 import { Arena } from "./arena.js";
 import { Cursor } from "./cursor.js";
-import { dark, el, put } from "./dom.js";
+import { dark, el, put, short } from "./dom.js";
+import { Fleet } from "./fleet.js";
 import { Inspector } from "./inspector.js";
 import { About, Knowledge, Log, Signals } from "./panels.js";
 import { Run } from "./run.js";
+import { join } from "./second.js";
 import { Space } from "./space.js";
 import { Timeline } from "./timeline.js";
+import { chosen, compared, csv, help, report } from "./tools.js";
 import { Transport } from "./transport.js";
 import { MissionTree } from "./tree.js";
 
 const SMALL = 8; // nodes up to which the tree gets less room
+const MANY = 8; // robots above which the page opens with their table
 
 /** Outcome of a run of one robot, or of how many of several robots succeeded; a click goes there. */
 const verdict = (run, cursor) => {
-  const outcomes = run.agents.map((agent) => run.outcome(agent)?.outcome ?? "unknown"), good = outcomes.filter((o) => o === "success").length;
-  if (run.agents.length === 1) {
-    const go = () => cursor.select(`${run.agents[0]}|outcome|`, run.outcome(run.agents[0])?.t);
-    return el("button", { class: `badge ${outcomes[0]}`, onclick: go }, outcomes[0]);
-  }
-  const tone = good === outcomes.length ? "success" : outcomes.every((o) => o === "unknown") ? "unknown" : "failed";
-  return el("span", { class: `badge ${tone}` }, `${good} of ${outcomes.length} success`);
+  const outcomes = run.agents.map((agent) => run.outcome(agent)?.outcome), good = outcomes.filter((o) => o === "success").length;
+  const worst = ["bad", "muted", "good"].find((tone) => outcomes.some((o) => run.tone(o) === tone)) ?? "muted";
+  const first = run.agents.find((agent) => run.tone(run.outcome(agent)?.outcome) === worst);
+  const go = () => cursor.select(`${first}|outcome|`, run.outcome(first)?.t);
+  const text = run.agents.length === 1 ? outcomes[0] ?? "unknown" : `${good} of ${outcomes.length} success`;
+  return el("button", { class: `badge ${worst}`, onclick: go }, text);
 };
 
 /** Button between the arena from above and in space; robots that fly or walk begin in space. */
@@ -43,7 +47,7 @@ const staged = (run, arena, space) => {
 };
 
 /** Tabs of panels: one is visible. */
-const tabbed = (panels, cursor) => {
+const tabbed = (panels, cursor, kind) => {
   const bar = el("nav", { class: "tabs", role: "tablist" }), buttons = {};
   const choose = (name) => {
     for (const [key, { box }] of Object.entries(panels)) {
@@ -53,15 +57,26 @@ const tabbed = (panels, cursor) => {
     cursor.say("shown");
   };
   for (const name of Object.keys(panels)) buttons[name] = bar.appendChild(el("button", { role: "tab", onclick: () => choose(name) }, name));
-  return { box: el("section", { class: "side" }, bar, ...Object.values(panels).map(({ box }) => box)), choose };
+  bar.hidden = Object.keys(panels).length < 2;
+  return { box: el("section", { class: kind }, bar, ...Object.values(panels).map(({ box }) => box)), choose };
 };
 
+/** List of what pauses the page, each with a button that removes it. */
+const stops = (cursor) => {
+  const box = el("span", { class: "stops" });
+  const show = () => box.replaceChildren(...[...cursor.stops].map((address) => el("button", { title: "do not pause there any more (b)", onclick: () => cursor.stop(address) }, `pauses at ${short(address)} ×`)));
+  cursor.addEventListener("stops", show);
+  return box;
+};
+
+/** Shows a run; returns what takes its changes if it goes on. */
 const open = (run) => {
-  const cursor = new Cursor(run), app = document.getElementById("app");
+  const cursor = new Cursor(run), app = document.getElementById("app"), { scenario, bodies = [] } = run.header;
   const arena = new Arena(run, cursor), tree = new MissionTree(run, cursor), timeline = new Timeline(run, cursor);
   const transport = new Transport(run, cursor), inspector = new Inspector(run, cursor);
   const panels = { log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor) };
-  const tabs = tabbed(panels, cursor), { scenario } = run.header;
+  const tabs = tabbed(panels, cursor, "side"), fleet = run.agents.length > 1 ? { robots: new Fleet(run, cursor) } : {};
+  const mission = tabbed({ tree, ...fleet }, cursor, "mission");
   const picker = el(
     "select", { "aria-label": "robot", onchange: () => cursor.show(picker.value) },
     ...run.agents.map((a) => el("option", { value: a }, `${a}: ${run.outcome(a)?.outcome ?? "unknown"}`)),
@@ -69,25 +84,29 @@ const open = (run) => {
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
   const what = el("span", { class: "muted time" }, duration(run));
   const cut = run.complete === false ? el("span", { class: "cut" }, "The run was killed: its recording ends here.") : null;
-  const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, transport.box);
   const space = new Space(run, cursor, arena.box), flip = staged(run, arena, space);
+  const table = keys(run, cursor, { tabs, panels, flip: flip.act, timeline, tree, mission, inspector });
+  const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, transport.box, stops(cursor), menu(run, table));
   const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, flip.button);
   app.replaceChildren(
-    header, stage, el("section", { class: "mission" }, tree.box), el("section", { class: "inspect" }, inspector.box),
+    header, stage, mission.box, el("section", { class: "inspect" }, inspector.box),
     el("section", { class: "time" }, timeline.box), tabs.box,
   );
-  app.classList.toggle("small", tree.rows.length < SMALL);
+  app.classList.toggle("small", tree.rows.length < SMALL && run.agents.length <= MANY);
+  app.classList.toggle("flat", !bodies.length);
   timeline.onwindow = (from, to) => transport.fit([from, to]);
   const fit = () => { arena.fit(); timeline.fit(); transport.fit(); tree.update(); };
-  new ResizeObserver(fit).observe(app);
-  new ResizeObserver(() => { arena.fit(); space.draw(); }).observe(stage);
+  const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.draw(); })];
+  watch[0].observe(app);
+  watch[1].observe(stage);
   dark.addEventListener("change", () => setTimeout(fit));
-  tabs.choose("log");
+  tabs.choose(bodies.length || run.log.length ? "log" : "knowledge");
+  mission.choose(run.agents.length > MANY ? "robots" : "tree");
   fit();
   picker.value = cursor.agent;
   cursor.say("select");
   cursor.move(cursor.t);
-  keys(run, cursor, tabs, panels, flip.act);
+  if (run.other) compared(run, cursor);
   if (run.going) return live(run, cursor, { arena, tree, timeline, transport, header, panels });
   return () => {};
 };
@@ -117,37 +136,76 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels })
 
 const duration = (run) => `seed ${run.header.seed}, ${(run.end - run.start).toFixed(1)} s`;
 
-const keys = (run, cursor, tabs, panels, flip) => {
-  const period = 1 / (run.header.rates?.control ?? 20);
-  const acts = {
-    " ": () => cursor.play(),
-    ".": () => cursor.step(1),
-    ",": () => cursor.step(-1),
-    "/": () => { tabs.choose("signals"); panels.signals.find.focus(); },
-    ArrowRight: (wide) => cursor.move(cursor.t + (wide ? 1 : period)),
-    ArrowLeft: (wide) => cursor.move(cursor.t - (wide ? 1 : period)),
-    Home: () => cursor.move(run.start),
-    End: () => cursor.move(run.end),
-    Escape: () => cursor.select(""),
-    3: flip,
-    f: () => { const { t, address } = run.moment(); cursor.select(address, t); },
-  };
-  addEventListener("keydown", (event) => {
-    const { tagName } = /** @type {HTMLElement} */ (event.target), act = acts[event.key];
-    if (!act || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(tagName)) return;
-    if (event.key === " " && tagName === "BUTTON") return; // presses the button
-    event.preventDefault();
-    act(event.shiftKey);
-  });
+/** Buttons of what has a key and no other place. */
+const menu = (run, table) => {
+  const box = el("details", { class: "menu" }, el("summary", { title: "more" }, "⋯"));
+  const items = table.filter(({ item }) => item).map(({ key, item, act }) => el("button", { onclick: () => { box.open = false; act(false); } }, el("span", {}, item), el("kbd", {}, key)));
+  box.append(el("div", {}, ...items));
+  box.addEventListener("focusout", (event) => { if (!box.contains(event.relatedTarget)) box.open = false; });
+  return box;
 };
+
+/** Keys with their texts for the help; those with `item` are in the menu too. */
+const keys = (run, cursor, { tabs, panels, flip, timeline, tree, mission, inspector }) => {
+  const period = 1 / (run.header.rates?.control ?? 20), find = (tab, { find: input }) => { tabs.choose(tab); input.focus(); };
+  const by = (sign) => (wide) => cursor.move(cursor.t + sign * (wide ? 1 : period));
+  const next = () => cursor.show(run.agents[(run.agents.indexOf(cursor.agent) + 1) % run.agents.length]);
+  /** @type {{key: string, keys: string[], text: string, act: (shift: boolean) => void, item?: string}[]} */
+  const table = [
+    { key: "space", keys: [" "], text: "play or pause", act: () => cursor.play() },
+    { key: "→", keys: ["ArrowRight"], text: "one control period on; with shift one second", act: by(1) },
+    { key: "←", keys: ["ArrowLeft"], text: "one control period back; with shift one second", act: by(-1) },
+    { key: ".", keys: ["."], text: "next event", act: () => cursor.step(1) },
+    { key: ",", keys: [","], text: "previous event", act: () => cursor.step(-1) },
+    { key: "home, end", keys: ["Home"], text: "start and end", act: () => cursor.move(run.start) },
+    { key: "", keys: ["End"], text: "", act: () => cursor.move(run.end) },
+    { key: "f", keys: ["f"], text: "decisive moment: the failure, else the first reflex", act: () => { const { t, address } = run.moment(); cursor.select(address, t); } },
+    { key: "b", keys: ["b"], text: "pause when the selected node fails or the selected rule fires", item: "pause at the selected thing", act: () => { if (cursor.selected) cursor.stop(cursor.selected); } },
+    { key: "+, −", keys: ["+", "="], text: "zoom the time axis; with ctrl and the wheel too, shift and drag moves it", act: () => timeline.zoom(0.5) },
+    { key: "", keys: ["-"], text: "", act: () => timeline.zoom(2) },
+    { key: "w", keys: ["w"], text: "30 seconds around the cursor", act: () => timeline.recent() },
+    { key: "0", keys: ["0"], text: "the whole run", act: () => timeline.window(run.start, run.end) },
+    { key: "/", keys: ["/"], text: "search signals", act: () => find("signals", panels.signals) },
+    { key: "n", keys: ["n"], text: "search nodes of the tree", act: () => { mission.choose("tree"); tree.tools.hidden = false; tree.find.focus(); } },
+    { key: "l", keys: ["l"], text: "search the log", act: () => find("log", panels.log) },
+    { key: "k", keys: ["k"], text: "search the knowledge", act: () => find("knowledge", panels.knowledge) },
+    { key: "r", keys: ["r"], text: "next robot", act: next },
+    { key: "3", keys: ["3"], text: "from above or in space", act: flip },
+    { key: "esc", keys: ["Escape"], text: "select the robot", act: () => cursor.select("") },
+    { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await Run.from(document.getElementById("data").textContent); join(first, other); location.hash = ""; open(first); }) },
+    { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) compared(run, cursor); } },
+    { key: "s", keys: ["s"], text: "save the shown signals as CSV", item: "save shown signals as CSV", act: () => csv(run, timeline) },
+    { key: "c", keys: ["c"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
+    { key: "?", keys: ["?"], text: "this list", item: "keys", act: () => help(table.filter(({ text }) => text)) },
+  ];
+  onkeydown = (event) => {
+    const { tagName } = /** @type {HTMLElement} */ (event.target), found = table.find((each) => each.keys.includes(event.key));
+    if (event.key === "Escape" && /^(INPUT|SELECT)$/.test(tagName)) /** @type {HTMLElement} */ (event.target).blur();
+    if (!found || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(tagName) || document.querySelector("dialog[open]")) return;
+    if (event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName)) return; // presses the button
+    event.preventDefault();
+    found.act(event.shiftKey);
+  };
+  return table;
+};
+
+addEventListener("keyup", ({ key, target }) => { // what is a button by its role is pressed by enter
+  if (key === "Enter" && target instanceof HTMLElement && target.getAttribute("role") === "button") target.click();
+});
 
 const fail = (error) => {
   document.getElementById("app").replaceChildren(el("p", { class: "empty" }, `This page cannot show its run: ${error.message}`));
   throw error;
 };
 
-const data = document.getElementById("data");
-if (data) Run.from(data.textContent).then(open).catch(fail);
+const data = document.getElementById("data"), second = document.getElementById("second");
+/** The run of a report, with the second one over it if there is one. */
+const reported = async () => {
+  const run = await Run.from(data.textContent);
+  if (second) join(run, await Run.from(second.textContent));
+  return run;
+};
+if (data) reported().then(open).catch(fail);
 else {
   let take = (_) => {};
   Run.open((fresh) => take(fresh)).then((run) => { take = open(run); }).catch(fail);

@@ -1,3 +1,4 @@
+// @ts-check
 // The selected thing in words: its state at the cursor, why it is so, and what led to it.
 import { el, put, seconds, short, shown, upto } from "./dom.js";
 import { why, whyNot } from "./why.js";
@@ -11,7 +12,9 @@ const row = (label, text, address, t) => ({ label, text, address, t });
 
 export class Inspector {
   constructor(run, cursor) {
-    Object.assign(this, { run, cursor });
+    this.run = run;
+    this.cursor = cursor;
+    this.last = "";
     this.box = el("aside", { class: "inspector", "aria-live": "off" });
     for (const name of ["select", "agent", "move"]) cursor.addEventListener(name, () => this.update());
   }

@@ -1,18 +1,26 @@
+// @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
 import { el, put, shown, upto } from "./dom.js";
+import { isSecond } from "./second.js";
+import { raw } from "./tools.js";
 
 const LEVELS = ["", "debug", "", "warn", "error", "error"];
 const MOST = 3000; // lines of the log on the page
-const FRESH = 0.5; // [s] for which a change is marked
+const FRESH = 1; // [s] for which a change is marked
 
 /** A panel that updates while it is visible. */
 class Panel {
   constructor(run, cursor, ...children) {
-    Object.assign(this, { run, cursor });
+    this.run = run;
+    this.cursor = cursor;
     this.box = el("div", { class: "panel", role: "tabpanel" }, ...children);
     for (const name of ["move", "shown"]) cursor.addEventListener(name, () => { if (!this.box.hidden) this.update(); });
     cursor.addEventListener("agent", () => this.build());
   }
+
+  build() { /* rows of the shown robot */ }
+
+  update() { /* values at the cursor */ }
 }
 
 export class Log extends Panel {
@@ -21,21 +29,24 @@ export class Log extends Panel {
     const find = el("input", { type: "search", placeholder: "filter the log", "aria-label": "filter the log", oninput: () => this.build() });
     const least = el(
       "select", { "aria-label": "least level", onchange: () => this.build() },
-      ...[["all", 1], ["info", 2], ["warnings", 3], ["errors", 4]].map(([name, level]) => el("option", { value: level, selected: level === 2 }, name)),
+      ...[["all", 1], ["info", 2], ["warnings", 3], ["errors", 4]].map(([name, level]) => el("option", { value: level, selected: level === 2 }, String(name))),
     );
     super(run, cursor, el("div", { class: "tools" }, find, least), list);
-    Object.assign(this, { list, find, least });
+    this.list = list;
+    this.find = find;
+    this.least = least;
     this.build();
   }
 
   build() {
     const word = this.find.value.toLowerCase(), least = Number(this.least.value), { agent } = this.cursor;
-    const lines = this.run.log.filter(([, who, level, text]) => level >= least && (!who || who === agent) && text.toLowerCase().includes(word));
+    const lines = this.run.log.filter(([, who, level, text]) => level >= least && (!who || who === agent || who === `${agent}′`) && text.toLowerCase().includes(word));
     const shownLines = lines.slice(-MOST);
     this.times = shownLines.map(([t]) => t);
-    this.items = shownLines.map(([t, , level, text, about]) => el(
-      "li", { class: LEVELS[level], tabindex: 0, onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
+    this.items = shownLines.map(([t, agentOf, level, text, about]) => el(
+      "li", { class: `${LEVELS[level]} ${isSecond(agentOf) ? "second" : ""}`, tabindex: 0, role: "button", onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
       el("time", {}, t.toFixed(2)), el("span", {}, text),
+      el("button", { class: "raw", title: "the whole event", "aria-label": "the whole event", onclick: (event) => { event.stopPropagation(); raw(this.run, [t, agentOf, level, text, about]); } }, "{ }"),
     ));
     const more = lines.length > MOST ? `${lines.length - MOST} earlier lines are not shown; filter the log.` : "";
     const none = this.items.length ? more : word ? "No line has this text." : "Nothing was logged at this level.";
@@ -64,8 +75,11 @@ export class Knowledge extends Panel {
   constructor(run, cursor) {
     const list = el("div", { class: "knowledge" });
     const find = el("input", { type: "search", placeholder: "search the knowledge", "aria-label": "search the knowledge", oninput: () => this.build() });
-    super(run, cursor, el("div", { class: "tools" }, find), list);
-    Object.assign(this, { list, find });
+    const all = el("input", { type: "checkbox", onchange: () => this.build() });
+    super(run, cursor, el("div", { class: "tools" }, find, el("label", {}, all, "only what changes")), list);
+    this.list = list;
+    this.find = find;
+    this.all = all;
     this.build();
   }
 
@@ -78,7 +92,7 @@ export class Knowledge extends Panel {
       else things.get(node).facts.push({ track, name: target === undefined ? name : `${name} → ${target}`, edge: target !== undefined });
     }
     const changes = ({ facts, kind }) => [...facts.map((f) => f.track), kind].some((track) => track && (track.t.length > 1 || track.t[0] > run.start + 0.5));
-    const wanted = [...things.values()].filter(({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word));
+    const wanted = [...things.values()].filter(({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word)).filter((thing) => !this.all.checked || changes(thing));
     this.things = wanted.sort((a, b) => Number(changes(b)) - Number(changes(a))).map((thing) => {
       const facts = thing.facts.map((fact) => {
         const value = el("span");
@@ -88,24 +102,33 @@ export class Knowledge extends Panel {
       const tag = el("small");
       return { ...thing, facts, tag, card: el("section", { class: "thing" }, el("h4", {}, thing.node, tag), ...facts.map((f) => f.row)) };
     });
-    const none = el("p", { class: "empty" }, word ? "Nothing has this name." : "This robot knows nothing.");
+    const none = el("p", { class: "empty" }, word ? "Nothing has this name." : this.all.checked ? "Nothing changes in this run." : "This robot knows nothing.");
     this.list.replaceChildren(...(this.things.length ? this.things.map((thing) => thing.card) : [none]));
     this.update();
   }
 
   update() {
-    const { t } = this.cursor, { start } = this.run;
+    const { t, selected } = this.cursor;
     for (const { kind, tag, card, facts } of this.things) {
       const now = kind?.at(t), gone = Boolean(kind) && (now ?? null) === null;
-      card.classList.toggle("gone", gone);
+      const name = ["thing", gone && "gone", this.change(kind, t)].filter(Boolean).join(" ");
+      if (card.className !== name) card.className = name;
       put(tag, gone ? "not known at this time" : now ?? "");
       for (const { track, value, row, edge } of facts) {
-        const fact = track.at(t) ?? null;
-        row.hidden = fact === null || gone;
-        row.classList.toggle("fresh", t - track.since(t) < FRESH && track.since(t) > start + 0.1);
-        put(value, edge && !Object.keys(fact ?? {}).length ? "" : shown(fact));
+        const fact = track.at(t) ?? null, change = this.change(track, t);
+        row.hidden = change !== "removed" && (fact === null || gone);
+        row.className = ["fact", change, selected === track.address && "selected"].filter(Boolean).join(" ");
+        put(value, fact === null ? "removed" : edge && !Object.keys(fact).length ? "" : shown(fact));
       }
     }
+  }
+
+  /** How a fact has just changed: new, changed or removed; nothing if it has not. */
+  change(track, t) {
+    const i = track ? upto(track.t, t) - 1 : -1;
+    if (i < 0 || t - track.t[i] >= FRESH || track.t[i] <= this.run.start + 0.1) return "";
+    if ((track.v[i] ?? null) === null) return "removed";
+    return (track.v[i - 1] ?? null) === null ? "new" : "changed";
   }
 }
 
@@ -114,14 +137,17 @@ export class Signals extends Panel {
     const list = el("div", { class: "signals" });
     const find = el("input", { type: "search", placeholder: "search signals and commands (/)", "aria-label": "search signals", oninput: () => this.build() });
     super(run, cursor, el("div", { class: "tools" }, find), list);
-    Object.assign(this, { list, find, timeline });
+    this.list = list;
+    this.find = find;
+    this.timeline = timeline;
     this.build();
   }
 
   build() {
     const word = this.find.value.toLowerCase(), { agent } = this.cursor, topics = ["signal", "command", "truth", "follower"];
     const tracks = topics.flatMap((topic) => this.run.of(agent, topic)).filter(({ name }) => name.toLowerCase().includes(word));
-    this.rows = tracks.map((track) => {
+    const pinned = (track) => this.timeline.pinned.has(track.address);
+    this.rows = tracks.sort((a, b) => Number(pinned(b)) - Number(pinned(a))).map((track) => {
       const value = el("span"), unit = track.topic === "signal" ? this.run.unit(agent, track.name) : "";
       const box = el("input", { type: "checkbox", onchange: () => this.timeline.pin(track.address, box.checked) });
       box.checked = this.timeline.pinned.has(track.address);

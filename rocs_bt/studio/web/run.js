@@ -9,7 +9,9 @@ const NAN = -(2 ** 31), INFINITE = 2 ** 31 - 1;
 export class Track {
   /** @param {string} address @param {number[]} t @param {any} v @param {number} width @param {number} ray */
   constructor(address, t, v, width = 0, ray = 1) {
-    [this.agent, this.topic] = address.split("|", 2);
+    const [agent, topic] = address.split("|", 2);
+    this.agent = agent;
+    this.topic = topic;
     this.name = address.slice(this.agent.length + this.topic.length + 2);
     this.address = address;
     this.t = t;
@@ -80,6 +82,8 @@ export class Run {
     this.inactive = inactive;
     this.start = header.start ?? 0;
     this.going = false;
+    this.other = null; // the second run, whose robots have a prime
+    this.differences = [];
     /** @type {string[]} */
     this.agents = (header.agents ?? []).map((a) => a.name);
     /** @type {Map<string, Track>} */
@@ -193,6 +197,9 @@ export class Run {
     const above = boards.filter((b) => `${path}/`.startsWith(`${b.name.slice(0, b.name.indexOf("\n"))}/`) || b.name.startsWith("\n"));
     return above.sort((a, b) => b.name.length - a.name.length)[0];
   }
+
+  /** Colour of an outcome: red for failures only. */
+  tone(outcome) { return outcome === "success" ? "good" : ["timeout", "interrupted", "unknown", undefined].includes(outcome) ? "muted" : "bad"; }
 
   /** Paths of the nodes from the root to the leaf that made the mission fail at a time; empty if it did not. */
   failing(agent, t) {

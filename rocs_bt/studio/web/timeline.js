@@ -1,27 +1,50 @@
-// Rows over one axis of time: rules with how near each comparison of their guard is, actions, and pinned signals.
+// @ts-check
+// Rows over one axis of time: events, rules with how near each comparison of their guard is, actions, and signals.
 import { FONT, color, el, prepare, put, short, shown, upto } from "./dom.js";
+import { isSecond, twin } from "./second.js";
 
-const AXIS = 18, BAR = 18, RIBBON = 26, CURVE = 44, GAP = 2; // [px] heights
+const AXIS = 18, BAR = 18, RIBBON = 26, CURVE = 44, GAP = 2, MARKS = 16; // [px] heights
 const FIRST = ["battery", "goal_distance", "speed", "min_clearance"]; // signals shown while none is pinned
 const LINES = 24; // values of a signal that are drawn at most
-const LEAST = 0.2, RECENT = 30; // [s] shortest interval that is shown; interval of a run that goes on
+const LEAST = 0.2, RECENT = 30, LONG = 180; // [s] shortest interval; interval of a run that goes on; run that begins with a part
 
 export class Timeline {
   constructor(run, cursor) {
-    Object.assign(this, { run, cursor, from: run.start, to: Math.max(run.end, run.start + LEAST), pinned: new Set(), rows: [], onwindow: () => {} });
+    this.run = run;
+    this.cursor = cursor;
+    this.from = run.start;
+    this.to = Math.max(run.end, run.start + LEAST);
+    this.pinned = new Set();
+    this.rows = [];
+    this.opened = ""; // rule whose comparisons are shown
+    this.onwindow = (_from, _to) => {};
     this.canvas = el("canvas");
     this.line = el("div", { class: "now" });
+    this.hover = el("div", { class: "hover", hidden: true });
+    this.reading = el("output", { class: "reading", hidden: true });
     this.labels = el("div", { class: "labels" });
-    this.plot = el("div", { class: "plot" }, this.canvas, this.line);
+    this.plot = el("div", { class: "plot" }, this.canvas, this.line, this.hover, this.reading);
     this.box = el("div", { class: "timeline", tabindex: 0, "aria-label": "rules, actions and signals over time" }, this.labels, this.plot);
-    this.plot.addEventListener("pointerdown", (event) => { this.plot.setPointerCapture(event.pointerId); this.point(event, true); });
-    this.plot.addEventListener("pointermove", (event) => { if (event.buttons === 1) this.point(event, false); });
+    this.plot.addEventListener("pointerdown", (event) => { this.plot.setPointerCapture(event.pointerId); this.drag = event.shiftKey || event.button === 1; this.point(event, !this.drag); });
+    this.plot.addEventListener("pointermove", (event) => { if (event.buttons) this.point(event, false); else this.read(event); });
+    this.plot.addEventListener("pointerleave", () => { this.hover.hidden = this.reading.hidden = true; });
     this.plot.addEventListener("dblclick", () => this.window(run.start, run.end));
     this.plot.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    this.box.addEventListener("keydown", (event) => this.key(event));
     cursor.addEventListener("move", () => this.place());
     cursor.addEventListener("agent", () => this.build());
     cursor.addEventListener("select", () => this.pick());
+    if (run.end - run.start > LONG && !run.going) this.recent();
     this.build();
+  }
+
+  /** Shows the seconds around the cursor. */
+  recent() { this.window(this.cursor.t - RECENT * 0.6, this.cursor.t + RECENT * 0.4); }
+
+  /** Zooms in or out around the cursor. @param {number} factor of the interval */
+  zoom(factor) {
+    const { t } = this.cursor;
+    this.window(t - (t - this.from) * factor, t + (this.to - t) * factor);
   }
 
   /** Pins a signal as a row, or removes it. */
@@ -32,21 +55,27 @@ export class Timeline {
 
   build() {
     const { agent } = this.cursor;
-    this.rows = [...this.rules(agent), ...this.actions(agent), ...this.curves(agent)];
+    this.rows = [this.events(agent), ...this.rules(agent), ...this.actions(agent), ...this.curves(agent)];
     let y = AXIS;
     for (const row of this.rows) { row.y = y; y += row.high + GAP; }
     this.high = y + 4;
-    this.labels.replaceChildren(el("div", { class: "axisname" }, "time [s]"), ...this.rows.map((row) => this.label(row)));
+    const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
+    const zooms = [
+      button("−", "zoom out (-)", () => this.zoom(2)), button("+", "zoom in (+)", () => this.zoom(0.5)),
+      button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()), button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
+    ];
+    this.labels.replaceChildren(el("div", { class: "axisname" }, ...zooms, el("span", {}, "s")), ...this.rows.map((row) => this.label(row)));
     this.fit();
+    this.mark();
   }
 
   /** Takes what is new in a run that goes on; the last seconds stay in view while the cursor follows. */
   grow(fresh) {
     const { run, cursor } = this, span = this.to - this.from;
     if (fresh) this.build();
-    for (const row of [...this.rules(cursor.agent), ...this.actions(cursor.agent)]) {
+    for (const row of [this.events(cursor.agent), ...this.rules(cursor.agent), ...this.actions(cursor.agent)]) {
       const known = this.rows.find((each) => each.address === row.address);
-      if (known) known.bars = row.bars;
+      if (known) { known.bars = row.bars; known.marks = row.marks; }
     }
     if (cursor.follows) this.window(Math.max(run.start, run.end - Math.max(span, RECENT)), Math.max(run.end, run.start + RECENT));
     else this.fit();
@@ -54,8 +83,9 @@ export class Timeline {
 
   label(row) {
     row.value = el("output");
+    row.text = "";
     row.node = el(
-      "div", { class: "label", title: row.title ?? row.label, onclick: () => this.cursor.select(row.address) },
+      "div", { class: `label ${row.kind ?? ""}`, title: row.title ?? row.label, onclick: () => { if (row.address) this.cursor.select(row.address); } },
       el("span", {}, row.label), row.value,
       row.pinned ? el("button", {
         class: "pin", title: "remove", "aria-label": `remove ${row.label}`,
@@ -66,25 +96,46 @@ export class Timeline {
     return row.node;
   }
 
+  /** Row of what happened: faults, reflexes that fired, outcomes. */
+  events(agent) {
+    const marks = this.run.log.filter(([, who, level]) => level > 2 && (!who || who === agent)).map(([t, , level, text, address]) => ({ t, text, address, fill: level > 3 ? "bad" : "note" }));
+    const outcome = this.run.outcome(agent);
+    if (outcome) marks.push({ t: outcome.t, text: outcome.outcome, address: `${agent}|outcome|`, fill: this.run.tone(outcome.outcome) });
+    for (const { kind, t, track } of this.run.differences) marks.push({ t, text: `first difference of ${kind}: ${track.agent} ${track.name}`, address: track.address, fill: "twin" });
+    return { address: "", label: "events", high: MARKS, marks };
+  }
+
   rules(agent) {
     const { run } = this, names = new Set([...Object.keys(run.guards[agent] ?? {}), ...run.of(agent, "rule").map((r) => r.name)]);
-    return [...names].map((name) => {
-      const track = run.get(agent, "rule", name), near = run.get(agent, "near", name);
-      const bars = track?.spans(run.end, (s) => s.latched || s.active).map(({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" }));
-      return { address: `${agent}|rule|${name}`, label: short(name), title: name, high: near ? RIBBON : BAR, bars: bars ?? [], near };
+    return [...names].flatMap((name) => {
+      const track = run.get(agent, "rule", name), near = run.get(agent, "near", name), address = `${agent}|rule|${name}`;
+      const bars = (each) => each?.spans(run.end, (s) => s.latched || s.active).map(({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" })) ?? [];
+      const row = { address, label: short(name), title: name, high: near ? RIBBON : BAR, bars: bars(track), second: bars(twin(run, address)), near, rule: name };
+      return this.opened === address ? [row, ...this.comparisons(agent, name)] : [row];
+    });
+  }
+
+  /** Both sides of each comparison of a guard, as rows below the rule that is selected. */
+  comparisons(agent, rule) {
+    return (this.run.guards[agent]?.[rule]?.comparisons ?? []).flatMap(({ name, text, unit }) => {
+      const track = this.run.get(agent, "compare", name);
+      return track ? [{ address: track.address, label: text, kind: "inner", high: CURVE, curve: track, sides: true, unit }] : [];
     });
   }
 
   actions(agent) {
     const rows = new Map(), { run } = this;
-    for (const ticket of run.of(agent, "ticket")) {
-      const last = ticket.v.at(-1), i = ticket.v.findIndex((v) => v.state === "RUNNING");
-      const row = rows.get(last.action) ?? { address: ticket.address, label: last.action, high: BAR, bars: [] };
-      rows.set(last.action, row);
-      if (i < 0) continue;
-      const fill = last.state === "FAILED" ? "bad" : last.priority === "HIGH" ? "reactive" : "deliberative";
-      row.bars.push({ from: ticket.t[i], to: ticket.t[i + 1] ?? run.end, fill, address: ticket.address });
+    for (const [who, into] of [[agent, "bars"], ...(run.other && !isSecond(agent) ? [[`${agent}′`, "second"]] : [])]) {
+      for (const ticket of run.of(who, "ticket")) {
+        const last = ticket.v.at(-1), i = ticket.v.findIndex((v) => v.state === "RUNNING");
+        const row = rows.get(last.action) ?? { address: `${agent}|action|${last.action}`, label: last.action, high: BAR, bars: [], second: [] };
+        rows.set(last.action, row);
+        if (i < 0) continue;
+        const fill = last.state === "FAILED" ? "bad" : last.priority === "HIGH" ? "reactive" : "deliberative";
+        row[into].push({ from: ticket.t[i], to: ticket.t[i + 1] ?? run.end, fill, address: ticket.address, text: `${last.action} #${ticket.name}: ${last.state}` });
+      }
     }
+    for (const row of rows.values()) row.address = (row.bars[0] ?? row.second[0])?.address ?? row.address;
     return [...rows.values()];
   }
 
@@ -92,8 +143,8 @@ export class Timeline {
     const { run } = this, first = FIRST.map((name) => run.get(agent, "signal", name) ?? run.get(agent, "truth", name)).filter(Boolean).slice(0, 3);
     const tracks = this.pinned.size ? [...this.pinned].map((address) => run.tracks.get(address)).filter(Boolean) : first;
     return tracks.map((track) => ({
-      address: track.address, label: track.name || track.topic, high: CURVE, curve: track,
-      unit: track.topic === "signal" ? run.unit(agent, track.name) : track.topic === "truth" ? "m" : "", pinned: this.pinned.has(track.address),
+      address: track.address, label: track.name || track.topic, high: CURVE, curve: track, pinned: this.pinned.has(track.address),
+      unit: track.topic === "signal" ? run.unit(agent, track.name) : track.topic === "truth" ? "m" : "", second: twin(run, track.address),
     }));
   }
 
@@ -101,7 +152,8 @@ export class Timeline {
     const wide = this.plot.clientWidth;
     if (!wide) return;
     this.wide = wide;
-    this.canvas.style.height = this.line.style.height = `${this.high}px`;
+    this.canvas.style.height = `${this.high}px`;
+    this.line.style.height = this.hover.style.height = `${this.high}px`;
     this.draw(prepare(this.canvas, wide, this.high));
     this.place();
   }
@@ -119,12 +171,34 @@ export class Timeline {
     this.onwindow(this.from, this.to);
   }
 
-  /** Moves the cursor to the pointer; a press selects the row too. */
-  point(event, press) {
+  under(event) {
     const x = event.clientX - this.plot.getBoundingClientRect().left, y = event.clientY - this.canvas.getBoundingClientRect().top;
-    const t = this.time(x), row = press && this.rows.find((r) => y >= r.y && y < r.y + r.high + GAP);
-    if (row) this.cursor.select(row.bars?.find((b) => b.from <= t && t < b.to && b.address)?.address ?? row.address, t);
+    const t = this.time(x), row = this.rows.find((r) => y >= r.y && y < r.y + r.high + GAP), near = (5 / this.wide) * (this.to - this.from);
+    const bar = row?.bars?.find((b) => b.from <= t && t < b.to && b.address) ?? row?.marks?.find((m) => Math.abs(m.t - t) < near);
+    return { x, y, t: bar?.t ?? t, row, bar };
+  }
+
+  /** Moves the cursor to the pointer; a press selects the row too. With shift, the axis moves. */
+  point(event, press) {
+    if (this.drag) {
+      const by = (-event.movementX / this.wide) * (this.to - this.from);
+      this.window(this.from + by, this.to + by);
+      return;
+    }
+    const { t, row, bar } = this.under(event), address = bar?.address ?? row?.address;
+    if (press && address) this.cursor.select(address, t);
     else this.cursor.move(t);
+  }
+
+  /** Shows time and value under the pointer. */
+  read(event) {
+    const { x, y, t, row, bar } = this.under(event);
+    const value = bar?.text ?? (row?.curve ? this.valued(row, t) : row?.rule ? this.nearest(row, t) : "");
+    this.hover.hidden = this.reading.hidden = false;
+    this.hover.style.transform = `translateX(${x}px)`;
+    put(this.reading, `${t.toFixed(2)} s${value ? `  ${value}` : ""}`);
+    const left = Math.max(2, x > this.wide / 2 ? x - this.reading.offsetWidth - 8 : x + 8);
+    this.reading.style.transform = `translate(${left}px, ${y + 12}px)`;
   }
 
   wheel(event) {
@@ -140,6 +214,17 @@ export class Timeline {
     this.window(at - (at - this.from) * factor, at + (this.to - at) * factor);
   }
 
+  /** Arrows up and down select the next row. */
+  key(event) {
+    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+    if (!step) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const at = this.rows.findIndex((row) => row.node.classList.contains("selected")), rows = this.rows.filter((row) => row.address);
+    const next = rows[Math.min(rows.length - 1, Math.max(0, rows.indexOf(this.rows[at]) + step))];
+    if (next) { this.cursor.select(next.address); next.node.scrollIntoView({ block: "nearest" }); }
+  }
+
   draw(g) {
     const span = this.to - this.from, raw = span / (this.wide / 80), base = 10 ** Math.floor(Math.log10(raw));
     const tick = [1, 2, 5, 10].map((m) => m * base).find((step) => step >= raw);
@@ -148,20 +233,39 @@ export class Timeline {
       g.fillStyle = color("line");
       g.fillRect(Math.round(this.x(t)), AXIS - 4, 1, this.high);
       g.fillStyle = color("muted");
-      g.fillText(String(Number(t.toFixed(6))), Math.round(this.x(t)) + 3, 11);
+      g.fillText(String(Number(t.toFixed(6))), Math.round(this.x(t)) + 3, 12);
     }
-    for (const row of this.rows) if (row.curve) this.curve(g, row); else this.bars(g, row);
+    for (const row of this.rows) {
+      if (row.marks) this.points(g, row);
+      else if (row.sides) this.sides(g, row);
+      else if (row.curve) this.curve(g, row);
+      else this.bars(g, row);
+    }
   }
 
-  bars(g, { y, high, bars, near }) {
+  points(g, { y, high, marks }) {
+    g.fillStyle = color("track");
+    g.fillRect(0, y, this.wide, high);
+    for (const { t, fill } of marks) {
+      if (t < this.from || t > this.to) continue;
+      const x = this.x(t), middle = y + high / 2;
+      g.fillStyle = color(fill);
+      g.beginPath();
+      for (const [dx, dy] of [[0, -6], [4, 0], [0, 6], [-4, 0]]) g.lineTo(x + dx, middle + dy);
+      g.fill();
+    }
+  }
+
+  bars(g, { y, high, bars, near, second = [] }) {
     g.fillStyle = color("track");
     g.fillRect(0, y, this.wide, high);
     if (near) this.ribbon(g, near, y, high);
     const low = near ? y + high - 8 : y + 2, tall = near ? 8 : high - 4;
-    for (const { from, to, fill } of bars) {
+    const all = [...bars.map((b) => ({ ...b, top: low, tall: second.length ? tall - 4 : tall })), ...second.map((b) => ({ ...b, fill: "twin", top: low + tall - 3, tall: 3 }))];
+    for (const { from, to, fill, top, tall: each } of all) {
       if (to < this.from || from > this.to) continue;
       g.fillStyle = color(fill);
-      g.fillRect(this.x(from), low, Math.max(1.5, this.x(to) - this.x(from)), tall);
+      g.fillRect(this.x(from), top, Math.max(1.5, this.x(to) - this.x(from)), each);
     }
   }
 
@@ -190,24 +294,50 @@ export class Timeline {
     }
   }
 
-  curve(g, { curve: track, y, high, unit }) {
-    const lines = Math.min(track.width || 1, LINES), ks = Array.from({ length: lines }, (_, k) => k);
+  /** Vertical scale over some columns of tracks; null if they have no finite value. */
+  scale(parts, { y, high }) {
     let low = Infinity, top = -Infinity;
-    for (const k of ks) this.columns(track, k, ({ least, most }) => { low = Math.min(low, least); top = Math.max(top, most); });
-    if (!Number.isFinite(low)) return;
-    const [a, b] = top - low < 1e-9 ? [low - 0.5, top + 0.5] : [low, top], at = (v) => y + 3 + ((b - v) / (b - a)) * (high - 6);
-    g.strokeStyle = color("curve");
-    g.lineWidth = 1.3;
-    g.globalAlpha = lines > 1 ? 0.6 : 1;
-    for (const k of ks) this.trace(g, track, k, at);
-    g.globalAlpha = 1;
-    g.fillStyle = color("muted");
-    g.fillText(`${shown(top)} ${unit}`, 3, y + 11);
-    g.fillText(shown(low), 3, y + high - 2);
+    for (const [track, k] of parts) this.columns(track, k, ({ least, most }) => { low = Math.min(low, least); top = Math.max(top, most); });
+    if (!Number.isFinite(low)) return null;
+    const [a, b] = top - low < 1e-9 ? [low - 0.5, top + 0.5] : [low, top];
+    return { low, top, at: (v) => y + 4 + ((b - v) / (b - a)) * (high - 8) };
   }
 
-  trace(g, track, k, at) {
+  extremes(g, { low, top }, { y, high, unit }) {
+    g.lineWidth = 3;
+    g.strokeStyle = color("paper");
+    g.fillStyle = color("muted");
+    for (const [text, at] of [[`${shown(top)} ${unit}`, y + 11], [shown(low), y + high - 2]]) { g.strokeText(text, 3, at); g.fillText(text, 3, at); }
+  }
+
+  curve(g, row) {
+    const { curve: track, second } = row, lines = Math.min(track.width || 1, LINES), ks = Array.from({ length: lines }, (_, k) => k);
+    const scale = this.scale([...ks.map((k) => [track, k]), ...(second ? ks.map((k) => [second, k]) : [])], row);
+    if (!scale) return;
+    g.lineWidth = 1.4;
+    g.globalAlpha = lines > 1 ? 0.6 : 1;
+    if (second) for (const k of ks) this.trace(g, second, k, scale.at, "twin", [5, 3]);
+    for (const k of ks) this.trace(g, track, k, scale.at, "curve");
+    g.globalAlpha = 1;
+    this.extremes(g, scale, row);
+  }
+
+  /** Left side of a comparison as a line, right side dashed; the background shows when it holds. */
+  sides(g, row) {
+    const { curve: track, y, high } = row, scale = this.scale([[track, 0], [track, 1]], row);
+    g.fillStyle = color("hold");
+    this.columns(track, 2, ({ x, most, next }) => { if (most > 0) g.fillRect(x, y, Math.max(1, next - x), high); });
+    if (!scale) return;
+    g.lineWidth = 1.4;
+    this.trace(g, track, 1, scale.at, "reactive", [4, 3]);
+    this.trace(g, track, 0, scale.at, "curve");
+    this.extremes(g, scale, row);
+  }
+
+  trace(g, track, k, at, tint, dashes = []) {
     let drawn = false;
+    g.strokeStyle = color(tint);
+    g.setLineDash(dashes);
     g.beginPath();
     this.columns(track, k, ({ x, least, most, value, next }) => {
       if (!Number.isFinite(least)) { drawn = false; return; }
@@ -217,6 +347,24 @@ export class Timeline {
       if (drawn) { g.lineTo(x, at(value)); g.lineTo(next, at(value)); }
     });
     g.stroke();
+    g.setLineDash([]);
+  }
+
+  /** What keeps a rule from firing: the comparison of its guard that is farthest from holding, and by how much. */
+  nearest({ rule }, t) {
+    const { agent } = this.cursor, all = this.run.guards[agent]?.[rule]?.comparisons ?? [];
+    const open = all.filter((side) => side.when !== false).map(({ name, unit, text }) => ({ unit, text, row: this.run.get(agent, "compare", name)?.at(t) })).filter(({ row }) => row);
+    const missing = open.filter(({ row }) => row[2] === 0).map(({ row, ...rest }) => ({ ...rest, gap: Math.abs(row[0] - row[1]), part: Math.abs(row[0] - row[1]) / Math.max(Math.abs(row[0]), Math.abs(row[1])) }));
+    if (!open.length) return "";
+    if (!missing.length) return open.every(({ row }) => row[2] === 1) ? "holds" : "not decided";
+    const far = missing.reduce((a, b) => (!(a.part >= b.part) ? b : a));
+    return Number.isFinite(far.gap) ? `${shown(far.gap)} ${far.unit} off` : "far off";
+  }
+
+  valued({ curve, unit, sides, second }, t) {
+    if (!sides) return `${shown(curve.at(t))} ${unit}${second ? ` / ${shown(second.at(t))}` : ""}`;
+    const [left, right] = curve.at(t) ?? [NaN, NaN];
+    return `${shown(left)} | ${shown(right)} ${unit}`;
   }
 
   place() {
@@ -227,15 +375,27 @@ export class Timeline {
       return;
     }
     this.line.style.transform = `translateX(${this.x(t)}px)`;
-    for (const row of this.rows) put(row.value, row.curve ? `${shown(row.curve.at(t))} ${row.unit}` : "");
+    for (const row of this.rows) {
+      const text = row.curve ? this.valued(row, t) : row.near ? this.nearest(row, t) : "";
+      if (text !== row.text) { row.text = text; put(row.value, text); }
+    }
   }
 
-  /** Marks the row of the selected thing; a selected signal without a row is pinned. */
+  /** Marks the row of the selected thing; a selected signal without a row is pinned, a selected rule shows its comparisons. */
   pick() {
-    const { selected } = this.cursor, track = this.run.tracks.get(selected);
-    if (track?.width && track.topic !== "scan" && track.topic !== "pose" && !this.rows.some((row) => row.address === selected)) this.pin(selected, true);
+    const { selected, agent } = this.cursor, track = this.run.tracks.get(selected), [, topic, name = ""] = selected.split("|", 3);
+    const opened = topic === "rule" ? selected : topic === "compare" ? `${agent}|rule|${name.split("\n")[0]}` : this.opened;
+    if (opened !== this.opened) { this.opened = opened; this.build(); }
+    const free = track?.width && !["scan", "pose", "compare", "near"].includes(track.topic);
+    if (free && !this.rows.some((row) => row.address === selected)) this.pin(selected, true);
+    this.mark();
+  }
+
+  mark() {
+    const { selected, stops } = this.cursor;
     for (const row of this.rows) {
-      row.node.classList.toggle("selected", row.address === selected || Boolean(row.bars?.some((bar) => bar.address === selected)));
+      row.node.classList.toggle("selected", Boolean(row.address) && (row.address === selected || Boolean(row.bars?.some((bar) => bar.address === selected))));
+      row.node.classList.toggle("stop", stops.has(row.address));
     }
   }
 }

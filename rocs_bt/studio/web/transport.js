@@ -1,3 +1,4 @@
+// @ts-check
 // Play, steps, speed and clock, and the whole run as one bar with its marks.
 import { color, el, prepare, put, seconds } from "./dom.js";
 
@@ -6,7 +7,11 @@ const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 export class Transport {
   constructor(run, cursor) {
     const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
-    Object.assign(this, { run, cursor, window: null });
+    this.run = run;
+    this.cursor = cursor;
+    /** @type {number[] | null} */
+    this.window = null;
+    this.wide = 0;
     this.clock = el("output", { class: "clock" });
     this.play = button("▶", "play or pause (space)", () => cursor.play());
     this.pace = el(
@@ -33,6 +38,7 @@ export class Transport {
       this.play,
       button("›", "next event (.)", () => cursor.step(1)),
       button("⇥", "to the end (end)", () => cursor.move(run.end)),
+      button("⚑", "the decisive moment (f)", () => { const { t, address } = run.moment(); cursor.select(address, t); }),
       this.pace, this.clock, this.bar,
     );
     cursor.addEventListener("move", () => this.place());
@@ -53,9 +59,9 @@ export class Transport {
       g.fillStyle = color(value);
       g.fillRect(x(from), 9, Math.max(1, x(to) - x(from)), 12);
     }
-    g.fillStyle = color("bad");
-    for (const [t, , level] of run.log) {
-      if (level < 4) continue;
+    for (const [t, agent, level] of run.log) {
+      if (level < 3 || (agent && agent !== cursor.agent)) continue;
+      g.fillStyle = color(level < 4 ? "note" : "bad");
       g.beginPath();
       g.moveTo(x(t) - 4, 0);
       g.lineTo(x(t) + 4, 0);
@@ -65,7 +71,7 @@ export class Transport {
     for (const agent of run.agents) {
       const outcome = run.outcome(agent);
       if (!outcome) continue;
-      g.fillStyle = color(outcome.outcome === "success" ? "good" : "bad");
+      g.fillStyle = color(run.tone(outcome.outcome));
       g.fillRect(Math.min(wide - 3, x(outcome.t)), 4, 3, 22);
     }
     if (window && window[1] - window[0] < span - 1e-6) {

@@ -140,7 +140,7 @@ export class MissionTree {
     const path = new Set(this.run.failing(agent, t)), large = this.rows.length > LARGE, open = playing ? new Set(this.open) : new Set();
     for (const row of this.rows) {
       row.status = row.track?.at(t) ?? "";
-      const fresh = row.track && t - row.track.since(t) < FRESH, here = selected === this.address(row.path);
+      const since = row.track?.since(t), fresh = t - since < FRESH && since > this.run.start + 0.1, here = selected === this.address(row.path);
       if (large && (here || (row.status === "RUNNING" && row.track) || path.has(row.path))) {
         for (let above = row.parent; above && !open.has(above); above = this.at.get(above)?.parent) open.add(above);
       }

@@ -1,0 +1,68 @@
+// @ts-check
+// Two runs in one page: the robots of the second have a prime, and the first differences are marked.
+import { el, seconds, shown, upto } from "./dom.js";
+import { Track } from "./run.js";
+
+const MARK = "′";
+const KINDS = { decisions: ["node", "rule", "ticket", "outcome"], knowledge: ["fact", "board"], commands: ["command"], motion: ["pose"] };
+const CLOSE = 0.01; // [m, rad, SI] from which numbers differ; recorded ones are rounded
+
+export const isSecond = (agent) => agent.endsWith(MARK);
+
+/** Adds the tracks, robots and log of a second run to a run. */
+export const join = (run, other) => {
+  const mark = (name) => (name ? name + MARK : name), renamed = (list = []) => list.map((each) => ({ ...each, name: mark(each.name) }));
+  for (const { agent, topic, name, t, v, width, ray } of other.tracks.values()) run.add(new Track(`${mark(agent)}|${topic}|${name}`, t, v, width, ray));
+  run.header = { ...run.header, agents: [...run.header.agents, ...renamed(other.header.agents)], bodies: [...run.header.bodies, ...renamed(other.header.bodies)] };
+  run.agents.push(...other.agents.map(mark));
+  for (const key of ["guards", "results", "inactive"]) for (const [agent, value] of Object.entries(other[key])) run[key][mark(agent)] = value;
+  const lines = other.log.map(([t, agent, level, text, about]) => [t, mark(agent), level, text, about.replace("|", `${MARK}|`)]);
+  run.log = [...run.log, ...lines].sort((a, b) => a[0] - b[0]);
+  run.end = Math.max(run.end, other.end);
+  run.other = other;
+  run.differences = differences(run);
+};
+
+/** Track of the second run for one of the first. */
+export const twin = (run, address) => (run.other ? run.tracks.get(address.replace("|", `${MARK}|`)) : undefined);
+
+/** First difference of each kind, earliest first. */
+const differences = (run) => {
+  const found = [];
+  for (const [kind, topics] of Object.entries(KINDS)) {
+    let first = null;
+    for (const track of run.tracks.values()) {
+      if (isSecond(track.agent) || !topics.includes(track.topic)) continue;
+      const t = differs(track, twin(run, track.address), first?.t ?? Infinity);
+      if (t !== undefined) first = { kind, t, track };
+    }
+    if (first) found.push(first);
+  }
+  return found.sort((a, b) => a.t - b.t);
+};
+
+/** First time before `limit` at which two tracks differ; undefined if they do not. */
+const differs = (a, b, limit) => {
+  if (!b) return a.t[0] < limit ? a.t[0] : undefined;
+  const times = [...a.t, ...b.t].filter((t) => t < limit).sort((x, y) => x - y);
+  return times.find((t) => !alike(a.row(upto(a.t, t) - 1), b.row(upto(b.t, t) - 1), a.width));
+};
+
+const alike = (a, b, width) => {
+  if (!width) return JSON.stringify(a ?? null) === JSON.stringify(b ?? null);
+  for (let k = 0; k < width; k++) if (!(Math.abs(a[k] - b[k]) < CLOSE) && !(Object.is(a[k], b[k]))) return false;
+  return true;
+};
+
+const worded = (value) => shown(value?.state ?? value?.outcome ?? (value?.fired === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
+
+/** The first differences as a list; a click goes there. */
+export const listed = (run, cursor) => el(
+  "ol", { class: "log differences" },
+  ...run.differences.map(({ kind, t, track }) => el(
+    "li", { tabindex: 0, role: "button", onclick: () => cursor.select(track.address, t) },
+    el("time", {}, seconds(t)),
+    el("span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: ${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`),
+  )),
+  run.differences.length ? null : el("li", { class: "empty" }, "The two runs are the same."),
+);
