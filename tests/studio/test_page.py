@@ -3,6 +3,8 @@
 import json
 import math
 import re
+import shutil
+import subprocess
 
 import numpy as np
 import pytest
@@ -65,8 +67,42 @@ def test_a_report_is_one_file_that_refers_to_nothing_outside_and_the_same_each_t
     assert "$" not in re.search(r"<title>(.*)</title>", page)[1]
 
 
-def test_no_text_is_smaller_than_11_pixels():
-    assert min(map(int, re.findall(r"font(?:-size)?: (\d+)px", (WEB / "studio.css").read_text()))) >= 11
+STYLE = (WEB / "studio.css").read_text("utf-8")
+TEXTS = ("ink", "muted", "good", "bad", "running", "reactive", "deliberative", "note", "place", "belief", "twin")
+GROUNDS = ("paper", "raised", "select", "fresh")
+
+
+def luminance(tint):
+    digits = tint.lstrip("#")
+    parts = [int(digits[i : i + n], 16) / (16**n - 1) for n in [len(digits) // 3] for i in range(0, 3 * n, n)]
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in parts]
+    return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
+
+
+@pytest.mark.parametrize("theme", [0, 1], ids=["light", "dark"])
+def test_every_text_has_enough_contrast_on_every_ground(theme):
+    tints = dict(re.findall(r"--([a-z]+): (#[0-9a-f]+)", STYLE.split(":root {")[1 + theme].split("}")[0]))
+    assert len(tints) > 20
+    for text, ground in [(t, g) for t in TEXTS for g in GROUNDS]:
+        low, high = sorted((luminance(tints[text]), luminance(tints[ground])))
+        least = 4.5 if ground in ("paper", "raised") or text in ("ink", "muted", "bad") else 4.0
+        assert (high + 0.05) / (low + 0.05) >= least, f"{text} on {ground}"
+
+
+def test_text_has_sizes_of_the_scale_only_and_none_below_11_pixels():
+    scale = re.findall(r"--(?:small|text|large): (\d+)px", STYLE)
+    assert sorted(map(int, scale)) == [11, 13, 15]
+    assert all(size.startswith(("var(--", "inherit")) for size in re.findall(r"\bfont(?:-size)?: ([^;}]*)", STYLE))
+    for module in WEB.glob("*.js"):
+        assert all(int(size) >= 11 for size in re.findall(r"(\d+)px \$\{FONT\}", module.read_text("utf-8")))
+
+
+def test_modules_have_the_types_that_they_declare():
+    tsc = shutil.which("tsc")
+    if tsc is None:
+        pytest.skip("the compiler of TypeScript (tsc) is not installed")
+    found = subprocess.run([tsc, "-p", WEB / "jsconfig.json"], capture_output=True, text=True, timeout=120)
+    assert found.stdout == ""
 
 
 @pytest.fixture

@@ -219,7 +219,8 @@ export class Run {
       const { t } = this.outcome(failed);
       const cause = this.log.findLast(([at, agent, level, , about]) => agent === failed && level >= 4 && at <= t && about);
       if (cause) return { t: cause[0], address: cause[4] };
-      const leaf = this.get(failed, "node", this.failing(failed, t).at(-1));
+      const last = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((x, y) => y.name.length - x.name.length)[0];
+      const leaf = this.get(failed, "node", this.failing(failed, t).at(-1) ?? last?.name);
       return leaf ? { t: leaf.since(t), address: leaf.address } : { t, address: `${failed}|outcome|` };
     }
     for (const agent of this.agents) {
