@@ -5,6 +5,7 @@ import { why, whyNot } from "./why.js";
 
 const MOVES = { reactive: "a reflex", deliberative: "its mission", idle: "nothing" };
 const SIGNALS = ["speed", "turn_rate", "goal_distance", "battery"];
+const FELT = ["collision", "stuck", "fell"]; // outcomes that a reflex is to prevent
 const LED = 2; // [s] before an outcome, of which warnings are listed
 
 /** @typedef {{label: string, text: string, address?: string, t?: number}} Row */
@@ -73,6 +74,10 @@ export class Inspector {
     const { outcome, reason, time_to_goal: reached, t: at } = found;
     const rows = [row("reason", reason || "–"), row("at", seconds(at), `${agent}|outcome|`, at)];
     if (reached !== null) rows.push(row("time to goal", seconds(reached)));
+    if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
+      const { because } = whyNot(run, agent, rule, at);
+      rows.push(row(short(rule), run.get(agent, "rule", rule)?.at(at)?.active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
+    }
     for (const [when, , , text, about] of run.log.filter((l) => l[1] === agent && l[0] > at - LED && l[0] <= at && l[2] >= 3)) {
       rows.push(row(seconds(when), text, about || undefined, when));
     }

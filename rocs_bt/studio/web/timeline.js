@@ -2,6 +2,7 @@
 // Rows over one axis of time: events, rules with how near each comparison of their guard is, actions, and signals.
 import { FONT, color, el, prepare, put, short, shown, upto } from "./dom.js";
 import { isSecond, twin } from "./second.js";
+import { whyNot } from "./why.js";
 
 const AXIS = 18, BAR = 18, RIBBON = 26, CURVE = 44, GAP = 2, MARKS = 16; // [px] heights
 const FIRST = ["battery", "goal_distance", "speed", "min_clearance"]; // signals shown while none is pinned
@@ -350,15 +351,14 @@ export class Timeline {
     g.setLineDash([]);
   }
 
-  /** What keeps a rule from firing: the comparison of its guard that is farthest from holding, and by how much. */
-  nearest({ rule }, t) {
-    const { agent } = this.cursor, all = this.run.guards[agent]?.[rule]?.comparisons ?? [];
-    const open = all.filter((side) => side.when !== false).map(({ name, unit, text }) => ({ unit, text, row: this.run.get(agent, "compare", name)?.at(t) })).filter(({ row }) => row);
-    const missing = open.filter(({ row }) => row[2] === 0).map(({ row, ...rest }) => ({ ...rest, gap: Math.abs(row[0] - row[1]), part: Math.abs(row[0] - row[1]) / Math.max(Math.abs(row[0]), Math.abs(row[1])) }));
-    if (!open.length) return "";
-    if (!missing.length) return open.every(({ row }) => row[2] === 1) ? "holds" : "not decided";
-    const far = missing.reduce((a, b) => (!(a.part >= b.part) ? b : a));
-    return Number.isFinite(far.gap) ? `${shown(far.gap)} ${far.unit} off` : "far off";
+  /** What keeps a rule from firing: by how much the farthest comparison of its guard does not hold. */
+  nearest({ rule, address }, t) {
+    const { held } = whyNot(this.run, this.cursor.agent, rule, t), state = this.run.tracks.get(address)?.at(t);
+    if (state?.active || state?.waits) return state.active ? "active" : "waits";
+    const gaps = held.map(({ left, right, unit }) => ({ gap: Math.abs(left - right), unit }));
+    if (!gaps.length) return "holds";
+    const [first] = gaps;
+    return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit} off` : "far off";
   }
 
   valued({ curve, unit, sides, second }, t) {

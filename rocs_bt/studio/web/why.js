@@ -1,3 +1,4 @@
+// @ts-check
 // Why an agent did what it did at a time, and why a rule did not fire: as `rocs-bt replay --why` (record/why.py).
 
 const SLACK = 5e-4, PUSHED = 1, COASTING = 3; // [s]
@@ -38,7 +39,9 @@ const last = (name) => name.slice(name.lastIndexOf("/") + 1);
 /** Statuses of the nodes of an agent's mission at a time. */
 class Mission {
   constructor(run, agent, now) {
-    Object.assign(this, { run, agent, now });
+    this.run = run;
+    this.agent = agent;
+    this.now = now;
     this.nodes = new Map((run.get(agent, "tree")?.at(now) ?? []).map((node) => [node.path, node]));
     const [root = ""] = this.nodes.keys();
     this.root = this.status(root) ? root : "";
