@@ -14,8 +14,9 @@ from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
 from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import dialect_in, mission_nodes, recognised, shipped_nodes, tags_of
-from ..record.page import render_page
-from ..trees.draw import Picture, picture_of, svg, text
+from ..record.header import TreeNode
+from ..record.pages import page_maker
+from ..trees.draw import Card, Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
@@ -92,11 +93,40 @@ def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -
     if form == "xml":
         own = document is not None and picture.title not in document.trees
         return write_tree(tree.root, main="" if own else picture.title, document=document)
-    return {"text": text, "svg": svg, "html": _page}[form](picture)
+    return _page(picture) if form == "html" else {"text": text, "svg": svg}[form](picture)
 
 
 def _page(picture: Picture) -> str:
-    return render_page("tree.html", picture=picture, drawing=svg(picture), stubs=sum(c.stub for c in picture.cards))
+    parameters = ", ".join(f"{name} = {value}" for name, value in picture.parameters.items())
+    doc = f"{picture.doc} ({parameters})" if parameters else picture.doc
+    page: str = page_maker("tree")(picture.title, doc, _nodes(picture), picture.faults)
+    return page
+
+
+def _nodes(picture: Picture) -> list[TreeNode]:
+    """Nodes of the page; the cards are in the order of the tree, parents before children."""
+    paths = dict[int, str]()
+
+    def name(card: Card, parent: str, taken: set[str]) -> None:
+        given = f"{parent}/{card.title}" if parent else card.title
+        path, number = given, 1
+        while path in taken:
+            path, number = f"{given}#{number + 1}", number + 1
+        taken.add(path)
+        paths[id(card)] = path
+        for child in card.children:
+            name(child, path, taken)
+
+    name(picture.cards[0], "", set())
+    return [
+        TreeNode(
+            path=paths[id(card)],
+            type=card.tag or card.title,
+            children=tuple(paths[id(child)] for child in card.children),
+            ports="({})".format(", ".join(f'{line.name}="{line.value}"' for line in card.lines)),
+        )
+        for card in picture.cards
+    ]
 
 
 def _any_value(parameter: Parameter) -> Any:

@@ -61,11 +61,12 @@ def show(run: Path, agent: str | None, run_number: int | None, t: float | None, 
     RUN is a run's folder, its run.mcap, a file written by `run --knowledge`, or an export. The page shows the whole
     run; the other formats show one time.
     """
-    from ..record.knowledge import draw, render_knowledge
+    from ..record.knowledge import draw
+    from ..record.pages import page_maker
 
     log = open_log(run, agent, run_number)
     if form == "html":
-        text = render_knowledge(log)
+        text = page_maker("knowledge")(log)
     else:
         state = state_of(log, t)
         text = draw(state, log.agent) if form == "svg" else _listed(state)
@@ -162,8 +163,6 @@ def _exported(file: Path, schema: Schema) -> State:
 
 def _listed(state: State) -> str:
     """List a state, one node or edge per line."""
-    from ..record.knowledge import value_text
-
     lines = []
     for name in state.nodes():
         known = ", ".join(f"{a} {value_text(v)}" for a, v in state.attributes(name).items())
@@ -172,6 +171,15 @@ def _listed(state: State) -> str:
         known = ", ".join(f"{a} {value_text(v)}" for a, v in (state.edge(source, relation, target) or {}).items())
         lines.append(f"{source} {relation} {target}{': ' if known else ''}{known}")
     return "\n".join(lines) + "\n"
+
+
+def value_text(value: Any) -> str:
+    """Format a value of a fact in human-readable form."""
+    if isinstance(value, bool) or value is None:
+        return {True: "yes", False: "no", None: "unknown"}[value]
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    return "(" + ", ".join(map(value_text, value)) + ")" if isinstance(value, (list, tuple)) else str(value)
 
 
 def _beside(run: Path) -> Path:

@@ -14,10 +14,18 @@ from .terminal import echo
 @click.argument("other", required=False, type=click.Path(path_type=Path))
 @click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default in the run's folder.")
 def command(run: Path, other: Path | None, out: Path | None) -> None:
-    """Draw the figures of RUN, a run's folder or its run.mcap; with OTHER, overlay both runs."""
+    """Draw the figures of RUN, a run's folder or its run.mcap.
+
+    With OTHER, both runs are drawn over each other, and both.html is the page of both with their first differences.
+    """
     from ..record import Recording, write_figures
+    from ..record.pages import write_report
 
     recordings = [Recording.open(path) for path in (run, other) if path is not None]
     folder = out or (run if run.is_dir() else run.parent) / ("figures" if other is None else "overlay")
     for path in write_figures(recordings, folder):
         echo(str(path))
+    if other is not None:
+        page = folder / "both.html"
+        write_report(recordings[0], recordings[0].summary, page, recordings[1])
+        echo(str(page))

@@ -12,7 +12,10 @@ from .summary import Summary
 
 
 def page_maker(name: str) -> Any:
-    """What is registered under a name: `report` writes a report, `live` is the class of live pages.
+    """What is registered under a name.
+
+    `report` writes a report, `live` is the class of live pages, `knowledge` and `tree` render the knowledge of an agent
+    and the tree of a mission.
 
     Raises:
         InputError: Nothing is registered, because rocs_bt is not installed.
@@ -23,11 +26,11 @@ def page_maker(name: str) -> Any:
     raise InputError(Fault(f"no package makes the page '{name}'.", hint=hint))
 
 
-def write_report(recording: Recording, summary: Summary | None, path: Path) -> None:
-    """Write report.html of a run, with the registered writer.
+def write_report(recording: Recording, summary: Summary | None, path: Path, second: Recording | None = None) -> None:
+    """Write report.html of a run, with the registered writer; a second recording is shown over the first.
 
     Raises:
         InputError: No writer is registered.
         RecordingError: The file cannot be written, or the recording cannot be read.
     """
-    page_maker("report")(recording, summary, path)
+    page_maker("report")(recording, summary, path, second)

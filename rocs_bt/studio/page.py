@@ -16,20 +16,26 @@ _IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(.+?)";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?:const|class) (\w+)", re.MULTILINE)
 
 
-def render_page(title: str, data: bytes) -> str:
+def render_page(title: str, data: bytes, second: bytes = b"") -> str:
     """The page of a run that is over; it works offline, from a file, and loads nothing.
 
     Args:
         title: Title of the page.
         data: Packed run.
+        second: Packed run that is shown over the first; empty for none.
     """
     script, style = "\n" + bundle("app.js"), read_text(WEB / "studio.css")
     policy = (
         f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
+    runs = {"data": data, "second": second} if second else {"data": data}
+    elements = (
+        f'<script type="application/octet-stream" id="{name}">{base64.b64encode(run).decode()}</script>'
+        for name, run in runs.items()
+    )
     return Template(read_text(WEB / "page.html")).substitute(
-        csp=policy, title=html.escape(title), style=style, script=script, data=base64.b64encode(data).decode()
+        csp=policy, title=html.escape(title), style=style, script=script, runs="\n".join(elements)
     )
 
 

@@ -1,41 +1,75 @@
-"""report.html: the page of a run that is over, made from its recording."""
+"""The page as a file: of a recorded run, of two runs, of the knowledge of an agent, and of the tree of a mission."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..errors import RecordingError
+from ..errors import Fault, RecordingError
+from ..event import Level
 from ..files import write_whole
-from ..record import AgentResult, Recording, Summary
+from ..knowledge.history import ChangeLog
+from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
 from ..record.comparisons import Comparisons
-from ..record.tracks import Tracks
+from ..record.header import TreeNode
+from ..record.tracks import LogLine, Tracks
 from ..words import inactive_rule
 from .numbers import numbers, requirement
 from .pack import pack
 from .page import render_page
 
 
-def write_report(recording: Recording, summary: Summary | None, path: Path) -> None:
+def write_report(recording: Recording, summary: Summary | None, path: Path, second: Recording | None = None) -> None:
     """Write the report of a run; the file is replaced only when it is complete.
 
     Args:
         recording: Recording of the run.
         summary: Summary of the run; None if there is none.
         path: HTML file to write.
+        second: Recording of another run, which is shown over the first.
 
     Raises:
         RecordingError: The file cannot be written, or the recording cannot be read.
     """
-    text = render_report(recording, summary)
+    text = render_report(recording, summary, second)
     try:
         write_whole(path, text)
     except OSError as error:
         raise RecordingError(f"the report '{path}' cannot be written: {error.strerror}.") from error
 
 
-def render_report(recording: Recording, summary: Summary | None) -> str:
+def render_report(recording: Recording, summary: Summary | None, second: Recording | None = None) -> str:
     """Render the report as HTML."""
+    other = b"" if second is None else _packed(second, second.summary)
+    title = recording.header.label if second is None else f"{recording.header.label} and {second.header.label}"
+    return render_page(title, _packed(recording, summary), other)
+
+
+def render_knowledge(log: ChangeLog) -> str:
+    """Render the knowledge of an agent over time as HTML."""
+    title, agent = f"Knowledge of {log.agent}", AgentInfo(name=log.agent, robot="", mission="")
+    tracks = Tracks(RunHeader(scenario=title, seed=0, command=log.label, start=log.begin, agents=(agent,)))
+    tracks.take(log.all_changes())
+    tracks.end = max(tracks.end, log.end)
+    for later, (first, last) in zip(log.stretches[1:], log.gaps, strict=True):
+        text = f"the changes of revisions {first} to {last} are missing"
+        tracks.log.append(LogLine(later.begin, log.agent, Level.WARNING, text, None))
+    return render_page(title, pack(tracks, {}))
+
+
+def render_tree(title: str, doc: str, nodes: Sequence[TreeNode], faults: Iterable[Fault]) -> str:
+    """Render the tree of a mission as HTML, with the faults that a check found."""
+    agent = AgentInfo(name=title, robot="", mission=doc, nodes=tuple(nodes))
+    tracks = Tracks(RunHeader(scenario=title, seed=0, agents=(agent,)))
+    for fault in faults:
+        level = Level.WARNING if fault.warning else Level.ERROR
+        tracks.log.append(LogLine(0.0, title, level, str(fault), None))
+    return render_page(title, pack(tracks, {}))
+
+
+def _packed(recording: Recording, summary: Summary | None) -> bytes:
+    """Data of a recorded run."""
     tracks = Tracks(recording.header)
     tracks.take(recording.events())
     comparisons = Comparisons(tracks)
@@ -50,7 +84,7 @@ def render_report(recording: Recording, summary: Summary | None) -> str:
             for agent in recording.header.agents
         },
     }
-    return render_page(recording.header.label, pack(tracks, about))
+    return pack(tracks, about)
 
 
 def _result(result: AgentResult) -> dict[str, Any]:

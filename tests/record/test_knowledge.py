@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import re
 import sqlite3
 import xml.etree.ElementTree as ET
 
@@ -11,17 +9,18 @@ import pytest
 
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError, RecordingError
-from rocs_bt.event import BodyMoved, KnowledgeChanged, NullSink
+from rocs_bt.event import BodyMoved, NullSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal, State, log_of
-from rocs_bt.record.knowledge import draw, learnt, recorded_log, render_knowledge
+from rocs_bt.record.knowledge import draw, recorded_log
 from rocs_bt.record.knowledge.drawing import CROWD, layout, picture
-from rocs_bt.record.knowledge.page import thinned
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
+from rocs_bt.studio.report import render_knowledge
 
 from .. import synthetic
+from ..pages import log_of as page_log
 
 EVIL = "</script><b>&'\""
 
@@ -103,7 +102,7 @@ def test_a_gap_in_a_journal_is_told_and_the_state_after_it_is_right(tmp_path):
     for change in history.all_changes():
         after.apply(change)
     assert everything(after) == everything(graph)
-    assert "are missing" in render_knowledge(history)
+    assert "are missing" in page_log(render_knowledge(history))[0]
 
 
 def test_who_is_meant_must_be_said_and_exist(recording, tmp_path):
@@ -119,19 +118,6 @@ def test_a_state_alone_is_a_log_too(told):
     _, graph = told
     log = log_of(State.of(graph), "export")
     assert everything(log.as_of()) == everything(graph)
-    assert learnt(log.all_changes(), log.begin) == []
-
-
-def test_what_was_learnt_is_told_once_with_its_beginning_and_its_end(logs):
-    rows = {(r.subject, r.what): r for r in learnt(logs[0].all_changes(), 0.0)}
-    assert ("origin", "pose") not in rows
-    assert ("R2", "pursues origin") not in rows
-    box = rows["box", "object"]
-    assert (box.first, box.last, box.count, box.begin, box.end) == ("exists", "exists", 3, 0.5, 1.5)
-    near = rows["R2", "near box"]
-    assert (near.first, near.last, near.count) == ("distance 1", "no", 2)
-    distance = rows["box", "distance"]
-    assert (distance.first, distance.last, distance.count) == ("1.5", "4", 6)
 
 
 def test_every_node_stands_apart_from_every_other():
@@ -155,57 +141,3 @@ def test_the_picture_is_well_formed_and_has_everything(told):
     many = {f"n{i}": "object" for i in range(CROWD + 1)}
     loop = [("n1", "near", "n1"), ("n1", "near", "n2"), ("n2", "near", "n1")]
     assert "crowd" in ET.fromstring(picture(many, loop, "nobody")).get("class", "")
-
-
-def test_the_page_is_one_file_and_no_text_breaks_out_of_it(logs):
-    page = render_knowledge(logs[1])
-    assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=\"(?!data:)", page)
-    assert "</script><b>" not in page
-    data = json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.DOTALL)[1])
-    assert [name for name, _ in data["nodes"]] == ["R2", "origin", "box", EVIL]
-    assert data["units"]["object"]["distance"] == "m"
-
-
-def test_thinning_leaves_out_only_what_was_overwritten_soon():
-    changes = [
-        KnowledgeChanged(t=i * 1e-3, agent="R2", what="attribute", subject="box", name="radius", value=i, revision=i)
-        for i in range(20_000)
-    ]
-    node = KnowledgeChanged(t=5.0, agent="R2", what="node added", subject="x", name="object", revision=5001)
-    few = thinned([*changes[:5000], node, *changes[5000:]], 1000)
-    assert 400 < len(few) < 1000
-    assert node in few
-    assert few[-1] == changes[-1]
-    assert [c.revision for c in few if c is not node] == sorted(c.revision for c in few if c is not node)
-    assert thinned(changes, 20_000) == changes
-
-
-@pytest.mark.browser
-def test_in_a_browser_one_searches_and_moves_in_time(browser, logs, tmp_path):
-    page = tmp_path / "knowledge.html"
-    page.write_text(render_knowledge(logs[1]), encoding="utf-8")
-    browser.open(page.as_uri())
-    shown = "[...document.querySelectorAll('.node:not(.gone) title')].map((t) => t.textContent.split(',')[0])"
-    assert browser.evaluate(shown)[:3] == ["R2", "origin", "box"]
-
-    def at(t: float) -> None:
-        browser.evaluate(f"window.slider.value = {t}; window.slider.dispatchEvent(new Event('input'))")
-
-    at(0.3)
-    assert browser.evaluate(shown) == ["R2", "origin"]
-    assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 1
-    at(0.6)
-    assert browser.evaluate(shown) == ["R2", "origin", "box"]
-    assert browser.evaluate("document.querySelectorAll('.edge:not(.gone)').length") == 2
-    browser.evaluate("window.search.value = 'radius 0.2'; window.search.dispatchEvent(new Event('input'))")
-    assert browser.evaluate("document.querySelectorAll('.node.hit').length") == 1
-    browser.evaluate("document.querySelector('#hits button').click()")
-    card = browser.evaluate("document.getElementById('card').textContent")
-    assert card.startswith("boxobjectradius0.2 m0.50 s")
-    assert "near R2 (distance 1)" in card
-    at(2.0)
-    assert "radius" not in browser.evaluate("document.getElementById('card').textContent")
-    browser.evaluate("document.querySelector('[data-kind=goal]').click()")
-    assert "origin" not in browser.evaluate(shown)
-    assert browser.errors == []
-    assert [r for r in browser.requests if not r.startswith(("file:", "data:"))] == []

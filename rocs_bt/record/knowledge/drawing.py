@@ -75,15 +75,13 @@ COLORS = ("robot-1", "reactive", "place", "robot-2", "robot-3", "deliberative", 
 """CSS colours of the kinds, in order of appearance."""
 CROWD = 250
 """Number of nodes above which names are hidden, since they would overlap."""
-_STYLE = """
+STYLE = """
 .knowledge { --ink: #1d2733; --muted: #66717f; --wall: #c3cad3; --paper: #ffffff; --robot-1: #7b3fb5;
   --reactive: #1c62c4; --place: #1d8a4e; --robot-2: #c26a00; --robot-3: #0f7a72; --deliberative: #c9302c;
   --worst: #a8610a; --good: #1d8a4e; --idle: #98a2ae; }
 @media (prefers-color-scheme: dark) { .knowledge { --ink: #e4e9ef; --muted: #93a0af; --wall: #45505d;
   --paper: #12161b; --robot-1: #c79bf2; --reactive: #6ea8ff; --place: #4cc38a; --robot-2: #f0a94a;
   --robot-3: #4fc9bf; --deliberative: #ff6b63; --worst: #f0a94a; --good: #4cc38a; --idle: #7c8896; } }
-"""
-LOOK = """
 .knowledge { font: 13px system-ui, -apple-system, "Segoe UI", Roboto, "Helvetica Neue", "DejaVu Sans", sans-serif; }
 .knowledge .node circle { fill: var(--c); stroke: var(--paper); stroke-width: 2; }
 .knowledge .node text { fill: var(--ink); paint-order: stroke; stroke: var(--paper); stroke-width: 3.5px; }
@@ -105,29 +103,21 @@ def draw(graph: Readable, root: str) -> str:
         graph: Graph to draw.
         root: Node in the middle.
     """
-    kinds = {name: graph.kind(name) for name in graph.nodes()}
-    return picture(kinds, graph.edges(), root, style=_STYLE + LOOK)
+    return picture({name: graph.kind(name) for name in graph.nodes()}, graph.edges(), root)
 
 
-def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str, style: str = "") -> str:
-    """Draw nodes and edges as SVG. The attributes `data-n` and `data-e` of elements are indices of nodes and edges.
-
-    Args:
-        kinds: Kind by node.
-        edges: Source, relation and target of each edge.
-        root: Node in the middle.
-        style: CSS of the drawing.
-    """
+def picture(kinds: Mapping[str, str], edges: Sequence[Edge], root: str) -> str:
+    """Draw nodes with their kinds, and edges (source, relation, target) as SVG."""
     positions = layout(kinds, [(source, target) for source, _, target in edges], root)
-    colors = colors_of(kinds.values())
+    colors = {kind: COLORS[i % len(COLORS)] for i, kind in enumerate(dict.fromkeys(kinds.values()))}
     left, top, width, height = _frame(positions)
-    lines = "".join(_edge(i, edge, positions, bend) for i, (edge, bend) in enumerate(_bends(edges)))
-    dots = "".join(_node(i, name, kind, positions[name], colors[kind]) for i, (name, kind) in enumerate(kinds.items()))
+    lines = "".join(_edge(edge, positions, bend) for edge, bend in _bends(edges))
+    dots = "".join(_node(name, kind, positions[name], colors[kind]) for name, kind in kinds.items())
     crowd = " crowd" if len(kinds) > CROWD else ""
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" class="knowledge{crowd}" role="img" '
         f'aria-label="Knowledge of {_text(root)}" viewBox="{left:.0f} {top:.0f} {width:.0f} {height:.0f}">'
-        f"<style>{style}</style>"
+        f"<style>{STYLE}</style>"
         '<defs><marker id="arrow" viewBox="0 0 8 8" refX="7" refY="4" markerWidth="7" markerHeight="7" '
         'orient="auto-start-reverse"><path d="M0 0L8 4L0 8z"/></marker></defs>'
         f'<g class="edges">{lines}</g><g class="nodes">{dots}</g></svg>\n'
@@ -143,11 +133,6 @@ def _frame(positions: Mapping[str, Point]) -> tuple[float, float, float, float]:
     return left, min(ys) - _MARGIN, right - left, max(ys) - min(ys) + 2.0 * _MARGIN
 
 
-def colors_of(kinds: Iterable[str]) -> dict[str, str]:
-    """Colour by kind, in order of appearance."""
-    return {kind: COLORS[i % len(COLORS)] for i, kind in enumerate(dict.fromkeys(kinds))}
-
-
 def _bends(edges: Sequence[Edge]) -> Iterable[tuple[Edge, float]]:
     """Edges with their sideways bend [px], which separates several edges between the same nodes."""
     count: dict[frozenset[str], int] = {}
@@ -157,7 +142,7 @@ def _bends(edges: Sequence[Edge]) -> Iterable[tuple[Edge, float]]:
         yield edge, 14.0 * number
 
 
-def _edge(number: int, edge: Edge, positions: Mapping[str, Point], bend: float) -> str:
+def _edge(edge: Edge, positions: Mapping[str, Point], bend: float) -> str:
     source, relation, target = edge
     (x0, y0), (x1, y1) = positions[source], positions[target]
     length = math.hypot(x1 - x0, y1 - y0)
@@ -173,17 +158,17 @@ def _edge(number: int, edge: Edge, positions: Mapping[str, Point], bend: float) 
         )
     title = f"<title>{_text(source)} {_text(relation)} {_text(target)}</title>"
     return (
-        f'<g class="edge" data-e="{number}"><path d="{path}" marker-end="url(#arrow)"/>'
+        f'<g class="edge"><path d="{path}" marker-end="url(#arrow)"/>'
         f'<text x="{x:.1f}" y="{y + 3.0:.1f}">{_text(relation)}</text>{title}</g>'
     )
 
 
-def _node(number: int, name: str, kind: str, position: Point, color: str) -> str:
+def _node(name: str, kind: str, position: Point, color: str) -> str:
     x, y = position
     shown = name if len(name) <= _LONGEST else name[: _LONGEST - 1] + "…"
     beside = 'x="-11" text-anchor="end"' if x < -1.0 else 'x="11"'  # away from the middle and its edges
     return (
-        f'<g class="node" data-n="{number}" style="--c: var(--{color})" transform="translate({x:.1f} {y:.1f})">'
+        f'<g class="node" style="--c: var(--{color})" transform="translate({x:.1f} {y:.1f})">'
         f'<title>{_text(name)}, {_text(kind)}</title><circle r="{_DOT:g}"/>'
         f'<text {beside} y="4.5">{_text(shown)}</text></g>'
     )

@@ -64,7 +64,7 @@ const tabbed = (panels, cursor, kind) => {
 /** List of what pauses the page, each with a button that removes it. */
 const stops = (cursor) => {
   const box = el("span", { class: "stops" });
-  const show = () => box.replaceChildren(...[...cursor.stops].map((address) => el("button", { title: "do not pause there any more (b)", onclick: () => cursor.stop(address) }, `pauses at ${short(address)} ×`)));
+  const show = () => box.replaceChildren(...[...cursor.stops].map((address) => el("button", { title: "do not pause there any more (b)", onclick: () => cursor.stop(address) }, `pauses at ${short(address.slice(address.lastIndexOf("|") + 1))} ×`)));
   cursor.addEventListener("stops", show);
   return box;
 };
@@ -93,14 +93,18 @@ const open = (run) => {
     el("section", { class: "time" }, timeline.box), tabs.box,
   );
   app.classList.toggle("small", tree.rows.length < SMALL && run.agents.length <= MANY);
+  const treeless = !tree.rows.length && run.agents.length < 2;
   app.classList.toggle("flat", !bodies.length);
+  app.classList.toggle("bare", !bodies.length && treeless);
+  app.classList.toggle("still", !bodies.length && run.end <= run.start);
   timeline.onwindow = (from, to) => transport.fit([from, to]);
   const fit = () => { arena.fit(); timeline.fit(); transport.fit(); tree.update(); };
   const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.draw(); })];
   watch[0].observe(app);
   watch[1].observe(stage);
   dark.addEventListener("change", () => setTimeout(fit));
-  tabs.choose(bodies.length || run.log.length ? "log" : "knowledge");
+  tabs.choose(bodies.length || !treeless ? "log" : "knowledge");
+  if (!bodies.length && treeless) panels.knowledge.show(true);
   mission.choose(run.agents.length > MANY ? "robots" : "tree");
   fit();
   picker.value = cursor.agent;
@@ -134,7 +138,7 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels })
   };
 };
 
-const duration = (run) => `seed ${run.header.seed}, ${(run.end - run.start).toFixed(1)} s`;
+const duration = (run) => (!run.header.bodies?.length ? "" : `seed ${run.header.seed}${run.other ? ` and ${run.other.header.scenario}′ seed ${run.other.header.seed}` : ""}, ${(run.end - run.start).toFixed(1)} s`);
 
 /** Buttons of what has a key and no other place. */
 const menu = (run, table) => {

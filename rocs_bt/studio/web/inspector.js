@@ -38,6 +38,7 @@ export class Inspector {
   }
 
   robot(agent, _, t) {
+    if (!this.run.header.bodies?.length) return [agent, ...[["of", this.run.header.command], ["about", this.run.info(agent)?.mission]].filter(([, text]) => text).map(([label, text]) => row(label, text))];
     const { run } = this, rows = [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–")], pose = run.pose(agent, t);
     for (const hold of run.of(agent, "hold")) if (hold.at(t)) rows.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
     rows.unshift(row("why", why(run, agent, t)));

@@ -1,6 +1,7 @@
 // @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
 import { el, put, shown, upto } from "./dom.js";
+import { Graph } from "./graph.js";
 import { isSecond } from "./second.js";
 import { raw } from "./tools.js";
 
@@ -76,7 +77,11 @@ export class Knowledge extends Panel {
     const list = el("div", { class: "knowledge" });
     const find = el("input", { type: "search", placeholder: "search the knowledge", "aria-label": "search the knowledge", oninput: () => this.build() });
     const all = el("input", { type: "checkbox", onchange: () => this.build() });
-    super(run, cursor, el("div", { class: "tools" }, find, el("label", {}, all, "only what changes")), list);
+    const graph = new Graph(run, cursor), drawn = el("input", { type: "checkbox", onchange: () => this.show(drawn.checked) });
+    graph.canvas.hidden = true;
+    super(run, cursor, el("div", { class: "tools" }, find, el("label", {}, all, "only what changes"), el("label", {}, drawn, "graph")), graph.canvas, list);
+    this.graph = graph;
+    this.drawn = drawn;
     this.list = list;
     this.find = find;
     this.all = all;
@@ -102,6 +107,7 @@ export class Knowledge extends Panel {
       const tag = el("small");
       return { ...thing, facts, tag, card: el("section", { class: "thing" }, el("h4", {}, thing.node, tag), ...facts.map((f) => f.row)) };
     });
+    this.graph.build();
     const none = el("p", { class: "empty" }, word ? "Nothing has this name." : this.all.checked ? "Nothing changes in this run." : "This robot knows nothing.");
     this.list.replaceChildren(...(this.things.length ? this.things.map((thing) => thing.card) : [none]));
     this.update();
@@ -109,6 +115,7 @@ export class Knowledge extends Panel {
 
   update() {
     const { t, selected } = this.cursor;
+    if (!this.graph.canvas.hidden) this.graph.draw();
     for (const { kind, tag, card, facts } of this.things) {
       const now = kind?.at(t), gone = Boolean(kind) && (now ?? null) === null;
       const name = ["thing", gone && "gone", this.change(kind, t)].filter(Boolean).join(" ");
@@ -121,6 +128,13 @@ export class Knowledge extends Panel {
         put(value, fact === null ? "removed" : edge && !Object.keys(fact).length ? "" : shown(fact));
       }
     }
+  }
+
+  /** Shows the graph above the list, or the list alone. */
+  show(on) {
+    this.drawn.checked = on;
+    this.graph.canvas.hidden = !on;
+    this.update();
   }
 
   /** How a fact has just changed: new, changed or removed; nothing if it has not. */

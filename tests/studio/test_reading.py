@@ -1,0 +1,288 @@
+"""Reading a run in the page: a planted fault, a large mission, many robots, two runs, and pages without a run."""
+
+import contextlib
+import json
+import textwrap
+
+import pytest
+
+import rocs_bt
+from rocs_bt.errors import Fault
+from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided
+from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader, TreeNode
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+from rocs_bt.studio.report import render_knowledge, render_tree, write_report
+
+from .test_page import click, faults, go, press, show, text, until
+
+pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("screen")]
+
+LATE = """
+    format = "reflex/1"
+    doc = "Turns away, too late."
+
+    [rule.TurnAway]
+    doc = "Turn away from what is ahead."
+    when = "min(front) < 0.12 m and speed > 0.6 m/s"
+    until = "min(front) > 0.3 m"
+    trigger = "edge"
+    priority = 50
+
+    [rule.TurnAway.action]
+    name = "AvoidCollision"
+    turn = "60 deg"
+    speed = "0.3 m/s"
+    duration = "1.5 s"
+    rate = "2.5 rad/s"
+"""
+TOUCH = """
+    format = "scenario/2"
+    base = "exp1"
+    end_on_collision = true
+
+    [[agent]]
+    name = "R2"
+    rules = ["late"]
+"""
+
+
+def resize(browser, width=1366, height=768, scale=1):
+    screen = {"width": width, "height": height, "deviceScaleFactor": scale, "mobile": False}
+    browser.call("Emulation.setDeviceMetricsOverride", **screen)
+
+
+@pytest.fixture
+def screen(browser):
+    resize(browser)
+    yield
+    browser.call("Emulation.clearDeviceMetricsOverride")
+
+
+@pytest.fixture(scope="module")
+def touched(tmp_path_factory):
+    """Report of EXP1 with a rule that fires too late, so that the robot touches the box."""
+    project = tmp_path_factory.mktemp("project")
+    for name, content in (("rules/late.toml", LATE), ("scenarios/touch.toml", TOUCH)):
+        (project / name).parent.mkdir()
+        (project / name).write_text(textwrap.dedent(content))
+    with contextlib.chdir(project):
+        result = rocs_bt.run("touch", out=project / "out")
+    assert result.summary.agents["R2"].outcome == "collision"
+    return project / "out/report.html"
+
+
+def explained(browser):
+    """Whether the page says which comparison kept the rule from firing, in its unit."""
+    return "'speed > 0.6 m/s' does not hold by 0.1 m/s" in text(browser, ".inspector")
+
+
+def each(browser, selector, expression="e.innerText"):
+    """Value of an expression of each element `e`."""
+    return browser.evaluate(f"[...document.querySelectorAll({json.dumps(selector)})].map((e) => {expression})")
+
+
+class TestPlantedFault:
+    def test_it_is_explained_where_the_page_opens_and_in_two_clicks_in_full(self, browser, touched):
+        show(browser, touched)
+        assert text(browser, ".inspector h3") == "R2: collision"
+        assert explained(browser)
+        click(browser, ".row.link", "TurnAway")
+        assert text(browser, ".inspector h3") == "TurnAway"
+        assert explained(browser)
+        lanes = each(browser, ".label.inner")
+        assert any("speed > 0.6 m/s" in lane and "0.5 | 0.6 m/s" in lane for lane in lanes)
+        assert "0.1 m/s off" in browser.evaluate("document.querySelector('.label.selected').innerText")
+        assert faults(browser) == []
+
+    def test_the_keyboard_alone_finds_it(self, browser, touched):
+        show(browser, touched)
+        press(browser, "Home")
+        press(browser, "f")
+        each(browser, ".row.link", "e.innerText.includes('TurnAway') && e.focus()")
+        browser.call("Input.dispatchKeyEvent", type="keyDown", key="Enter")
+        assert text(browser, ".inspector h3") == "TurnAway"
+        assert explained(browser)
+        press(browser, "?")
+        assert "decisive moment" in text(browser, "dialog")
+        browser.evaluate("document.querySelector('dialog').close()")
+        assert faults(browser) == []
+
+    @pytest.mark.parametrize(("width", "height", "scale"), [(390, 844, 2), (683, 384, 2), (1920, 1080, 1)])
+    def test_nothing_overflows_on_any_screen(self, browser, touched, width, height, scale):
+        """Of a screen of 1366 by 768 pixels, 683 by 384 are seen at 200 % zoom."""
+        resize(browser, width, height, scale)
+        show(browser, touched)
+        assert explained(browser)
+        assert browser.evaluate("document.documentElement.scrollWidth") <= width
+        right = "e.getClientRects().length ? e.getBoundingClientRect().right : 0"
+        assert max(each(browser, "header *, .tabs, .tools, .row, .label, .inspector h3", right)) <= width + 1
+        assert min(each(browser, "#app *", "parseFloat(getComputedStyle(e).fontSize)")) >= 11
+        assert faults(browser) == []
+
+    def test_what_a_reader_takes_along(self, browser, touched):
+        show(browser, touched)
+        browser.evaluate("URL.createObjectURL = (blob) => { window.saved = blob; return 'data:,'; }; true")
+        press(browser, "s")
+        lines = browser.evaluate("window.saved.text()").splitlines()
+        assert lines[0].startswith('"t [s]","R2 goal_distance","R2 speed"')
+        assert len(lines) > 20
+        press(browser, "c")
+        copied = browser.evaluate("document.querySelector('dialog textarea').value")
+        for part in ("rocs-bt run", "R2 collision: it ran into box", "does not hold by 0.1 m/s", "collision with box"):
+            assert part in copied
+        browser.evaluate("document.querySelector('dialog').close()")
+        browser.evaluate("document.querySelector('.log .error .raw').click()")
+        assert (
+            json.loads(browser.evaluate("document.querySelector('dialog textarea').value"))["text"]
+            == "collision with box"
+        )
+
+
+@pytest.fixture
+def recorded(tmp_path):
+    """Function that records events as a report."""
+
+    def report(header, events):
+        recorder = Recorder(tmp_path / "run.mcap", header)
+        for event in events:
+            recorder.emit(event)
+        recorder.close()
+        write_report(Recording.open(recorder.path), None, tmp_path / "report.html")
+        return tmp_path / "report.html"
+
+    return report
+
+
+def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(browser, recorded):
+    groups = [f"root/g{i}" for i in range(20)]
+    nodes = [TreeNode(path="root", type="Sequence", children=tuple(groups))]
+    for group in groups:
+        leaves = tuple(f"{group}/leaf{k}" for k in range(5))
+        nodes.append(TreeNode(path=group, type="Fallback", children=leaves))
+        nodes += [TreeNode(path=leaf, type="GoTo", ports='(goal="{place}")') for leaf in leaves]
+    agent = AgentInfo(name="R", robot="pioneer_p3dx", mission="big", nodes=tuple(nodes))
+    ticks = [
+        (0.0, "root", "RUNNING"), (0.0, "root/g3", "RUNNING"), (0.0, "root/g3/leaf1", "RUNNING"),
+        (1.0, "root/g3/leaf1", "SUCCESS"), (1.0, "root/g3", "SUCCESS"),
+        (2.0, "root/g7/leaf4", "FAILURE"), (2.0, "root/g7", "FAILURE"), (2.0, "root", "FAILURE"),
+    ]  # fmt: skip
+    events = [NodeTicked(t=t, agent="R", node=node, status=status) for t, node, status in ticks]
+    events += [
+        BlackboardChanged(t=0.0, agent="R", subtree="", key="place", value="kitchen"),
+        BlackboardChanged(t=1.5, agent="R", subtree="", key="place", value="garden"),
+        OutcomeDecided(t=2.0, agent="R", outcome="failed", reason="the mission failed"),
+    ]
+    header = RunHeader(scenario="big", seed=1, agents=(agent,), bodies=(BodyInfo(name="R", hull=()),))
+    show(browser, recorded(header, sorted(events, key=lambda e: e.t)))
+    shown = ".tree li:not([hidden]) b"
+    groups = [f"g{i}" for i in range(20)]
+    assert each(browser, shown) == ["root", *groups[:8], *(f"leaf{k}" for k in range(5)), *groups[8:]]
+    assert text(browser, ".inspector h3") == "leaf4"
+    assert each(browser, ".tree .path b") == ["root", "g7", "leaf4"]
+    assert "goal garden" in text(browser, ".tree .selected")
+    assert "garden" in text(browser, ".board")
+    go(browser, 0.5)
+    assert each(browser, shown)[4:6] == ["g3", "leaf0"]
+    each(browser, ".mission input", "(e.value = 'g19/leaf2', e.dispatchEvent(new Event('input')))")
+    assert each(browser, shown) == ["root", "g19", "leaf2"]
+    assert "goal kitchen" in text(browser, ".tree .found")
+    assert faults(browser) == []
+
+
+def test_above_8_robots_the_page_opens_with_a_table_of_them(browser, recorded):
+    names = [f"P{i}" for i in range(9)]
+    agents = tuple(AgentInfo(name=n, robot="pioneer_p3dx", mission="go_to") for n in names)
+    header = RunHeader(scenario="many", seed=1, agents=agents, bodies=tuple(BodyInfo(name=n, hull=()) for n in names))
+    ends = [
+        OutcomeDecided(t=1.0, agent=n, outcome="collision" if n == "P5" else "success", reason="", time_to_goal=None)
+        for n in names
+    ]
+    show(browser, recorded(header, ends))
+    rows = each(browser, ".fleet tbody tr")
+    assert len(rows) == 9
+    assert rows[0].startswith("P5\tcollision")
+    assert text(browser, ".badge") == "8 of 9 success"
+    browser.evaluate("document.querySelectorAll('.fleet tbody tr')[3].click()")
+    assert text(browser, ".inspector h3").startswith("P2")
+    assert faults(browser) == []
+
+
+def test_playing_pauses_when_a_node_with_a_stop_fails(browser, recorded):
+    agent = AgentInfo(name="R", robot="r", mission="m", nodes=(TreeNode(path="go", type="GoTo"),))
+    header = RunHeader(scenario="s", seed=1, agents=(agent,), bodies=(BodyInfo(name="R", hull=()),))
+    states = [(0.0, "RUNNING"), (0.4, "FAILURE"), (0.6, "RUNNING"), (9.0, "SUCCESS")]
+    show(browser, recorded(header, [NodeTicked(t=t, agent="R", node="go", status=s) for t, s in states]))
+    browser.evaluate("document.querySelector('.tree li').click()")
+    press(browser, "Home")
+    press(browser, "b")
+    assert "pauses at go" in text(browser, ".stops")
+    press(browser, " ")
+    until(browser, "document.querySelector('[title^=play]').textContent === '▶'")
+    assert text(browser, ".clock") == "0.40 s"
+    assert faults(browser) == []
+
+
+def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser, recording, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", recording.header)
+    for event in recording.events():
+        if not isinstance(event, NodeTicked) or event.t < 3.0:
+            recorder.emit(event)
+    recorder.emit(NodeTicked(t=19.9, agent="R2", node="go to", status="FAILURE"))
+    recorder.close()
+    write_report(recording, recording.summary, tmp_path / "both.html", Recording.open(recorder.path))
+    show(browser, tmp_path / "both.html")
+    assert "decisions" in text(browser, "dialog")
+    browser.evaluate("document.querySelector('dialog li').click()")
+    assert browser.evaluate("document.querySelector('dialog')") is None
+    assert "R2′" in text(browser, "select[aria-label=robot]")
+    one = (tmp_path / "both.html").read_text("utf-8")
+    write_report(recording, recording.summary, tmp_path / "report.html")
+    show(browser, tmp_path / "report.html")
+    assert browser.evaluate("document.querySelector('select[aria-label=robot]')") is None
+    browser.evaluate(
+        "HTMLInputElement.prototype.click = function () { const files = new DataTransfer(); "
+        f"files.items.add(new File([{json.dumps(one)}], 'b.html')); this.files = files.files; "
+        "this.dispatchEvent(new Event('change')); }; true"
+    )
+    press(browser, "o")
+    until(browser, "document.querySelector('select[aria-label=robot]')")
+    assert "same" in text(browser, "dialog")
+    assert faults(browser) == []
+
+
+def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, tmp_path):
+    from rocs_bt.knowledge import SCHEMA
+    from rocs_bt.knowledge.history import ChangeLog, State, Stretch
+
+    changes = [
+        KnowledgeChanged(t=t, agent="R", what=what, subject="box", name=name, value=value, revision=i)
+        for i, (t, what, name, value) in enumerate(
+            [(1.0, "node added", "object", None), (2.0, "attribute", "radius", 0.2), (4.0, "attribute", "radius", 0.3),
+             (6.0, "node removed", "object", None)], 1)
+    ]  # fmt: skip
+    log = ChangeLog("R", "run", SCHEMA, (Stretch(State("R", SCHEMA), changes),), 0.0, 8.0)
+    page = tmp_path / "knowledge.html"
+    page.write_text(render_knowledge(log), encoding="utf-8")
+    show(browser, page)
+    assert browser.evaluate("document.querySelector('.graph').hidden") is False
+    found = []
+    for t in (2.1, 3.5, 4.2, 6.1, 7.9):
+        go(browser, t)
+        facts = each(browser, ".fact:not([hidden])", "`${e.className} ${e.innerText.replaceAll('\\n', ' ')}`")
+        found.append(facts)
+    marked = ["fact new radius 0.2", "fact radius 0.2", "fact changed radius 0.3", "fact removed radius removed"]
+    assert found == [*([one] for one in marked), []]
+    assert faults(browser) == []
+
+
+def test_the_tree_of_a_mission_without_a_run(browser, tmp_path):
+    nodes = [TreeNode(path="a", type="Sequence", children=("a/<b>x",)), TreeNode(path="a/<b>x", type="GoTo")]
+    page = tmp_path / "tree.html"
+    fault = Fault("no port 'gaol'", tmp_path / "a.xml", 3)
+    page.write_text(render_tree("tour", "Visit all.", nodes, [fault]), encoding="utf-8")
+    show(browser, page)
+    assert each(browser, ".tree b") == ["a", "<b>x"]
+    assert "no port 'gaol'" in text(browser, ".log")
+    assert "Visit all." in text(browser, ".inspector")
+    assert faults(browser) == []
