@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..action import Parameter
@@ -10,13 +11,13 @@ from ..actions import action_table
 from ..agent import Controller
 from ..catalog import TREES, Catalog, Entry
 from ..errors import Fault, InputError
+from ..event import TreeNode
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
 from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import dialect_in, mission_nodes, recognised, shipped_nodes, tags_of
-from ..record.header import TreeNode
 from ..record.pages import page_maker
-from ..trees.draw import Card, Picture, picture_of, svg, text
+from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
 from ..units import NONE
@@ -99,34 +100,23 @@ def _drawn(picture: Picture, tree: Tree, form: str, document: Document | None) -
 def _page(picture: Picture) -> str:
     parameters = ", ".join(f"{name} = {value}" for name, value in picture.parameters.items())
     doc = f"{picture.doc} ({parameters})" if parameters else picture.doc
-    page: str = page_maker("tree")(picture.title, doc, _nodes(picture), picture.faults)
+    page: str = page_maker("tree")(picture.title, doc, tuple(_nodes(picture)), picture.faults)
     return page
 
 
-def _nodes(picture: Picture) -> list[TreeNode]:
-    """Nodes of the page; the cards are in the order of the tree, parents before children."""
-    paths = dict[int, str]()
-
-    def name(card: Card, parent: str, taken: set[str]) -> None:
-        given = f"{parent}/{card.title}" if parent else card.title
-        path, number = given, 1
-        while path in taken:
-            path, number = f"{given}#{number + 1}", number + 1
-        taken.add(path)
-        paths[id(card)] = path
+def _nodes(picture: Picture) -> Iterator[TreeNode]:
+    """Nodes for the page; of siblings with the same name, the second ends in `#2`."""
+    waiting = [(picture.root, picture.root.title)]
+    while waiting:
+        card, path = waiting.pop()
+        names, below = Counter[str](), []
         for child in card.children:
-            name(child, path, taken)
-
-    name(picture.cards[0], "", set())
-    return [
-        TreeNode(
-            path=paths[id(card)],
-            type=card.tag or card.title,
-            children=tuple(paths[id(child)] for child in card.children),
-            ports="({})".format(", ".join(f'{line.name}="{line.value}"' for line in card.lines)),
-        )
-        for card in picture.cards
-    ]
+            names[child.title] += 1
+            number = f"#{names[child.title]}" if names[child.title] > 1 else ""
+            below.append((child, f"{path}/{child.title}{number}"))
+        ports = ", ".join(f'{line.name}="{line.value}"' for line in card.lines)
+        yield TreeNode(path=path, type=card.tag or card.title, children=tuple(p for _, p in below), ports=f"({ports})")
+        waiting += reversed(below)
 
 
 def _any_value(parameter: Parameter) -> Any:

@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import Fault, RecordingError
-from ..event import Level
+from ..event import Level, TreeNode
 from ..files import write_whole
 from ..knowledge.history import ChangeLog
 from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
 from ..record.comparisons import Comparisons
-from ..record.header import TreeNode
 from ..record.tracks import LogLine, Tracks
 from ..words import inactive_rule
 from .numbers import numbers, requirement

@@ -8,8 +8,8 @@ import pytest
 
 import rocs_bt
 from rocs_bt.errors import Fault
-from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided
-from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader, TreeNode
+from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, TreeNode
+from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.studio.report import render_knowledge, render_tree, write_report
@@ -104,8 +104,8 @@ class TestPlantedFault:
         assert text(browser, ".inspector h3") == "TurnAway"
         assert explained(browser)
         press(browser, "?")
-        assert "decisive moment" in text(browser, "dialog")
-        browser.evaluate("document.querySelector('dialog').close()")
+        assert "decisive moment" in text(browser, "dialog[open]")
+        browser.evaluate("document.querySelector('dialog[open]').close()")
         assert faults(browser) == []
 
     @pytest.mark.parametrize(("width", "height", "scale"), [(390, 844, 2), (683, 384, 2), (1920, 1080, 1)])
@@ -128,13 +128,13 @@ class TestPlantedFault:
         assert lines[0].startswith('"t [s]","R2 goal_distance","R2 speed"')
         assert len(lines) > 20
         press(browser, "c")
-        copied = browser.evaluate("document.querySelector('dialog textarea').value")
+        copied = browser.evaluate("document.querySelector('dialog[open] textarea').value")
         for part in ("rocs-bt run", "R2 collision: it ran into box", "does not hold by 0.1 m/s", "collision with box"):
             assert part in copied
-        browser.evaluate("document.querySelector('dialog').close()")
+        browser.evaluate("document.querySelector('dialog[open]').close()")
         browser.evaluate("document.querySelector('.log .error .raw').click()")
         assert (
-            json.loads(browser.evaluate("document.querySelector('dialog textarea').value"))["text"]
+            json.loads(browser.evaluate("document.querySelector('dialog[open] textarea').value"))["text"]
             == "collision with box"
         )
 
@@ -160,7 +160,9 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
     for group in groups:
         leaves = tuple(f"{group}/leaf{k}" for k in range(5))
         nodes.append(TreeNode(path=group, type="Fallback", children=leaves))
-        nodes += [TreeNode(path=leaf, type="GoTo", ports='(goal="{place}")') for leaf in leaves]
+        nodes += [
+            TreeNode(path=leaf, type="GoTo", ports='(goal="{place}")', keys={"goal": "\nplace"}) for leaf in leaves
+        ]
     agent = AgentInfo(name="R", robot="pioneer_p3dx", mission="big", nodes=tuple(nodes))
     ticks = [
         (0.0, "root", "RUNNING"), (0.0, "root/g3", "RUNNING"), (0.0, "root/g3/leaf1", "RUNNING"),
@@ -232,9 +234,9 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     recorder.close()
     write_report(recording, recording.summary, tmp_path / "both.html", Recording.open(recorder.path))
     show(browser, tmp_path / "both.html")
-    assert "decisions" in text(browser, "dialog")
-    browser.evaluate("document.querySelector('dialog li').click()")
-    assert browser.evaluate("document.querySelector('dialog')") is None
+    assert "decisions" in text(browser, "dialog[open]")
+    browser.evaluate("document.querySelector('dialog[open] li').click()")
+    assert browser.evaluate("document.querySelector('dialog[open]')") is None
     assert "R2′" in text(browser, "select[aria-label=robot]")
     one = (tmp_path / "both.html").read_text("utf-8")
     write_report(recording, recording.summary, tmp_path / "report.html")
@@ -247,7 +249,7 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     )
     press(browser, "o")
     until(browser, "document.querySelector('select[aria-label=robot]')")
-    assert "same" in text(browser, "dialog")
+    assert "same" in text(browser, "dialog[open]")
     assert faults(browser) == []
 
 

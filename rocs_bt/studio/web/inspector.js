@@ -1,6 +1,7 @@
 // @ts-check
 // The selected thing in words: its state at the cursor, why it is so, and what led to it.
 import { el, put, seconds, short, shown, upto } from "./dom.js";
+import { portsOf } from "./run.js";
 import { why, whyNot } from "./why.js";
 
 const MOVES = { reactive: "a reflex", deliberative: "its mission", idle: "nothing" };
@@ -117,10 +118,9 @@ export class Inspector {
     const state = track?.at(t) ? `${track.at(t)} for ${seconds(t - track.since(t))}` : track ? "not ticked yet" : "never ticked";
     const rows = [row("type", about?.type ?? "–"), row("status", state), row("why", why(run, agent, t))], note = run.get(agent, "note", path)?.at(t);
     if (note) rows.push(row("message", note));
-    for (const [, port, given] of (about?.ports ?? "").matchAll(/([\w.]+)=("[^"]*"|[^,)]*)/g)) {
-      const [, key] = given.match(/^"?\{(.+)\}"?$/) ?? [], value = key && run.board(agent, path, key);
-      const now = value?.at(t);
-      rows.push(row(port, key ? `${given.replaceAll("\"", "")} = ${now ?? "no value"}` : given, value?.address));
+    for (const { name, given, entry } of about ? portsOf(about) : []) {
+      const value = entry && run.get(agent, "board", entry);
+      rows.push(row(name, entry ? `${given} = ${value?.at(t) ?? "no value"}` : given, value?.address));
     }
     for (const ticket of run.of(agent, "ticket").filter((k) => k.v[0].by === path && k.t[0] <= t).slice(-3)) {
       rows.push(row("sent", `${ticket.v[0].action} #${ticket.name}: ${ticket.at(t).state}`, ticket.address));

@@ -70,6 +70,15 @@ export class Track {
   }
 }
 
+const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
+
+/** Ports of a node: name, text as given, and the name of the track of the blackboard's entry that it refers to. */
+export const portsOf = ({ ports = "", keys = {} }) => {
+  const given = new Map(Array.from(ports.matchAll(PORT), ([, name, text]) => [name, text.replace(/^"|"$/g, "")]));
+  for (const [name, entry] of Object.entries(keys)) if (!given.has(name)) given.set(name, `{${entry.split("\n")[1]}}`);
+  return Array.from(given, ([name, text]) => ({ name, given: text, entry: keys[name] }));
+};
+
 export class Run {
   constructor({ header, end, log = [], tracks = [], texts = [], guards = {}, ...rest }, columns = (_) => []) {
     const { complete = true, results = {}, inactive = {} } = rest;
@@ -189,13 +198,6 @@ export class Run {
   outcome(agent) {
     const result = this.results?.[agent];
     return this.get(agent, "outcome")?.v.at(-1) ?? (result ? { ...result, t: this.end } : null);
-  }
-
-  /** Track of a key of the blackboard that a node sees: of the nearest subtree above it that has this key. */
-  board(agent, path, key) {
-    const boards = this.of(agent, "board").filter((b) => b.name.slice(b.name.indexOf("\n") + 1) === key);
-    const above = boards.filter((b) => `${path}/`.startsWith(`${b.name.slice(0, b.name.indexOf("\n"))}/`) || b.name.startsWith("\n"));
-    return above.sort((a, b) => b.name.length - a.name.length)[0];
   }
 
   /** Colour of an outcome: red for failures only. */

@@ -1,18 +1,12 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
 import { color, el, prepare, put, shown } from "./dom.js";
+import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
 const TINTS = { RUNNING: "running", SUCCESS: "good", FAILURE: "bad" };
 const LARGE = 40, MAPPED = 24; // nodes from which on only what runs is unfolded, and a map is shown
 const FRESH = 0.5; // [s] for which a change is marked
-const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
-
-/** Ports of a node of the header: name, given text, and the key of the blackboard if it is mapped to one. */
-export const portsOf = (text) => Array.from((text ?? "").matchAll(PORT), ([, name, given]) => {
-  const plain = given.replace(/^"|"$/g, "");
-  return { name, given: plain, key: plain.match(/^\{(.+)\}$/)?.[1] ?? "" };
-});
 
 export class MissionTree {
   constructor(run, cursor) {
@@ -60,12 +54,12 @@ export class MissionTree {
     this.fold();
   }
 
-  row({ path, type, children = [], ports = "" }, parent, depth) {
-    const { run, cursor: { agent } } = this, name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
+  row(node, parent, depth) {
+    const { run, cursor: { agent } } = this, { path, type, children = [], ports = "" } = node, name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
     const fold = el("button", { class: "fold", tabindex: -1, "aria-label": "fold", onclick: (event) => { event.stopPropagation(); this.toggle(path); } });
-    const given = portsOf(ports).map((port) => {
-      const value = el("span", {}, port.key ? "" : port.given);
-      return { ...port, value, box: el("span", { class: port.key ? "port key" : "port" }, `${port.name} `, value) };
+    const given = portsOf(node).map((port) => {
+      const value = el("span", {}, port.given);
+      return { ...port, value, box: el("span", { class: port.entry ? "port key" : "port", title: `${port.name} = ${port.given}` }, `${port.name} `, value) };
     });
     const kind = name.startsWith(type) ? null : el("small", { class: "kind" }, type);
     const item = el(
@@ -75,7 +69,7 @@ export class MissionTree {
     item.style.paddingLeft = `${4 + 12 * depth}px`;
     const text = `${path} ${type} ${ports}`.toLowerCase();
     return {
-      path, parent, depth, children, item, sign, note, fold, text, ports: given.filter((port) => port.key), status: "",
+      path, parent, depth, children, item, sign, note, fold, text, ports: given.filter((port) => port.entry), status: "",
       track: run.get(agent, "node", path), notes: run.get(agent, "note", path), from: 0, wide: 0,
     };
   }
@@ -123,12 +117,12 @@ export class MissionTree {
   /** Values of the ports of visible nodes. */
   values() {
     const { run, cursor: { t, agent } } = this;
-    for (const { path, item, ports } of this.rows) {
+    for (const { item, ports } of this.rows) {
       if (item.hidden) continue;
       for (const port of ports) {
-        port.track ??= run.board(agent, path, port.key);
+        port.track ??= run.get(agent, "board", port.entry);
         const value = port.track?.at(t) ?? null;
-        put(port.value, value === null ? `{${port.key}}` : value);
+        put(port.value, value === null ? port.given : value);
         port.box.classList.toggle("unset", value === null);
       }
     }
