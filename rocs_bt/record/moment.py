@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import Fault, InputError, unknown
-from ..event import TicketChanged
-from .header import AgentInfo, TreeNode
+from ..event import TicketChanged, TreeNode
+from .header import AgentInfo
 from .states import RuleState
 from .track import Steps
 from .tracks import Tracks
