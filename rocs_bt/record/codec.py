@@ -11,7 +11,7 @@ import math
 import operator
 import struct
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache, reduce
+from functools import reduce
 from typing import Any, cast
 
 import msgspec
@@ -21,6 +21,7 @@ from .. import event as ev
 from ..errors import RecordingError
 from ..event import Event
 from ..nesting import check_nesting
+from .wire import FORMS, Command, Reading, Signals
 
 #: Kinds of events that can be decoded.
 KINDS: tuple[type[Event], ...] = tuple(
@@ -61,12 +62,26 @@ def topic_of(kind: type[Event], agent: str) -> str:
     return f"/{agent or 'world'}/{TOPICS.get(kind, kind.__name__)}"
 
 
-@cache
-def schema_of(kind: type[Event]) -> bytes:
-    """JSON schema of a kind of event, with an object at its root, as viewers require."""
+def schema_of(event: Event | FORMS, signals: Iterable[tuple[str, int]] = ()) -> bytes:
+    """JSON schema of the messages of a topic, with an object at its root, as viewers require.
+
+    Args:
+        event: First message of the topic.
+        signals: Names and sizes of all signals of the agent, for Signals.
+    """
+    kind = type(event)
     (schema,), components = msgspec.json.schema_components([kind], ref_template="#/$defs/{name}")
     schema = components.pop(kind.__name__)
     schema["properties"]["non_finite"] = {"type": "array", "items": {"type": "array"}}
+    number = {"type": "number"}
+    if isinstance(event, Command):
+        schema["properties"]["values"] = {"type": "object", "properties": dict.fromkeys(event.values, number)}
+    elif isinstance(event, Signals):
+        sizes = {name: 2 if isinstance(value, list) else 1 for name, value in event.values.items()} | dict(signals)
+        shapes = {name: number if size == 1 else {"type": "array", "items": number} for name, size in sizes.items()}
+        schema["properties"]["values"] = {"type": "object", "properties": shapes}
+    elif isinstance(event, Reading):
+        schema["properties"]["values"] = {"type": "array", "items": number}
     return msgspec.json.encode({**schema, "$defs": components} if components else schema)
 
 
@@ -81,12 +96,12 @@ def plain(value: Any) -> Any:
 
 _ENCODER = msgspec.json.Encoder(enc_hook=plain)
 _ENCODE, _LINES = _ENCODER.encode, _ENCODER.encode_lines
-_ANY: Any = reduce(operator.or_, KINDS)
+_ANY: Any = reduce(operator.or_, KINDS) | FORMS
 _DECODE = msgspec.json.Decoder(_ANY).decode
 
 
-def encode(event: Event) -> bytes:
-    """Encode an event as JSON.
+def encode(event: Event | FORMS) -> bytes:
+    """Encode an event, or the form of one, as JSON.
 
     Raises:
         TypeError: The event contains an object that is not plain data.
@@ -94,10 +109,10 @@ def encode(event: Event) -> bytes:
     """
     data = _ENCODE(event)
     # Most nulls are None; only for non-finite numbers are the bits added.
-    return _exact(event) if b"null" in data and not _all_finite(event) else data
+    return data if isinstance(event, FORMS) or b"null" not in data or _all_finite(event) else _exact(event)
 
 
-def encode_all(events: Sequence[Event]) -> list[bytes | None]:
+def encode_all(events: Sequence[Event | FORMS]) -> list[bytes | None]:
     """Encode many events at once, which is faster; None for each event that must be encoded by `encode`."""
     try:
         lines = _LINES(events).split(b"\n")
@@ -105,12 +120,13 @@ def encode_all(events: Sequence[Event]) -> list[bytes | None]:
         return [None] * len(events)
     lines.pop()  # empty text after the last line break
     return [
-        None if b"null" in line and not _all_finite(event) else line for line, event in zip(lines, events, strict=True)
+        line if isinstance(event, FORMS) or b"null" not in line or _all_finite(event) else None
+        for line, event in zip(lines, events, strict=True)
     ]
 
 
-def decode(data: bytes) -> Event:
-    """Decode an event encoded by `encode`.
+def decode(data: bytes) -> Event | FORMS:
+    """Decode what `encode` has encoded.
 
     Args:
         data: The message.
@@ -121,16 +137,16 @@ def decode(data: bytes) -> Event:
     try:
         check_nesting(data)
         if b'"non_finite"' not in data:
-            return cast(Event, _DECODE(data))
+            return cast(Event | FORMS, _DECODE(data))
         fields = msgspec.json.decode(data)
         for *where, last, bits in fields.pop("non_finite", ()):
             reduce(lambda at, key: at[key], where, fields)[last] = _DOUBLE.unpack(bytes.fromhex(bits))[0]
-        return cast(Event, msgspec.convert(fields, _ANY))
+        return cast(Event | FORMS, msgspec.convert(fields, _ANY))
     except (msgspec.DecodeError, msgspec.ValidationError, LookupError, TypeError, ValueError, struct.error) as error:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
 
 
-def _all_finite(event: Event) -> bool:
+def _all_finite(event: Event | FORMS) -> bool:
     """Whether an event has only finite numbers, so that each null in its JSON is a None."""
     return _finite(getattr(event, name) for name in event.__struct_fields__)
 
@@ -153,7 +169,7 @@ def _finite(values: Iterable[Any]) -> bool:
     return True
 
 
-def _exact(event: Event) -> bytes:
+def _exact(event: Event | FORMS) -> bytes:
     fields = msgspec.to_builtins(event, enc_hook=plain)
     found = list(_non_finite(fields, ()))
     return msgspec.json.encode({**fields, "non_finite": found} if found else fields)

@@ -276,7 +276,11 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
             if not abs(value) <= (MOST if isinstance(value, int) else LARGEST):
                 raise ValueError(f"it has the number {value:g}")
         for agent in self.agents:
+            if bare := [guard.rule for guard in agent.guards if not 1 <= len(guard.sources) <= 2]:
+                raise ValueError(f"the guard of '{bare[0]}' has no condition")
             for declared in agent.signals:
+                if not declared.name:
+                    raise ValueError(f"a signal of '{agent.name}' has no name")
                 low, high = declared.signal().bounds
                 if low > high:
                     raise ValueError(f"signal '{declared.name}' has the bounds {low:g} and {high:g}")

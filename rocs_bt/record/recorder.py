@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -17,6 +18,7 @@ from . import codec, foxglove
 from .header import RunHeader
 from .summary import Summary
 from .viewer import Draw, Message, Viewer
+from .wire import FORMS, Outgoing
 
 FORMAT = "1"
 HEADER, SUMMARY = "header.json", "summary.json"
@@ -43,10 +45,12 @@ class Recorder:
         self.path = path
         self._lock = threading.Lock()
         self._viewer = Viewer(header)
-        self._channels: dict[tuple[type[Event], str], tuple[int, Draw | None]] = {}
+        self._channels: dict[tuple[type, str, str], tuple[int, Draw | None]] = {}
         self._drawn: dict[str, int] = {}
         self._schemas: dict[str, int] = {}
         self._waiting: deque[Event] = deque()
+        self._outgoing = Outgoing({agent.name: agent.axes for agent in header.agents})
+        self._signals = {agent.name: [(s.name, s.size) for s in agent.signals] for agent in header.agents}
         self._sequence = 0
         self._last = self._flush_at = round(header.start * 1e9)  # [ns]
         self._disk = ""
@@ -123,9 +127,9 @@ class Recorder:
         waiting = [self._waiting.popleft() for _ in range(len(self._waiting))]
         if self._closed or self._disk or not waiting:
             return
-        for event, data in zip(waiting, codec.encode_all(waiting), strict=True):
+        for event, form, data in self._encoded(waiting):
             try:
-                self._write(event, data or codec.encode(event))
+                self._write(event, form, data or codec.encode(form))
                 # Checked after each event, so that chunks do not depend on the size of batches.
                 if self._last >= self._flush_at:
                     self._flush_at = self._last + _FLUSH_EVERY
@@ -136,11 +140,24 @@ class Recorder:
                 self._give_up(error)
                 return
 
-    def _write(self, event: Event, data: bytes) -> None:
+    def _encoded(self, events: list[Event]) -> Iterator[tuple[Event, Event | FORMS, bytes | None]]:
+        """Events, their forms, and the encoded forms; None for each that must be encoded alone."""
+        try:
+            forms = [self._outgoing.form(event) for event in events]
+        except codec.UNFIT:  # an event with unsupported values, which is found when it is encoded
+            forms = [*events]
+        lines = codec.encode_all(forms)
+        if not any(lines):  # some event is unfit, and may be the reading that others repeat
+            self._outgoing.forget()
+            forms = [*events]
+        return zip(events, forms, lines, strict=True)
+
+    def _write(self, event: Event, form: Event | FORMS, data: bytes) -> None:
         time = int(event.t * 1e9 + 0.5)
         if not 0 <= time <= _LATEST:
             raise ValueError(f"its time, {time * 1e-9:g} s, is out of range")
-        channel, draw = self._channels.get((type(event), event.agent)) or self._open(event)
+        part = form.part if isinstance(form, FORMS) else ""
+        channel, draw = self._channels.get((type(form), event.agent, part)) or self._open(event, form, part)
         self._writer.add_message(channel, time, data, time, self._sequence)
         self._sequence += 1
         self._last = max(self._last, time)
@@ -163,12 +180,15 @@ class Recorder:
         self._disk = error.strerror or str(error)
         self._file.raw.close()  # drops the buffer, for which there is no space
 
-    def _open(self, event: Event) -> tuple[int, Draw | None]:
+    def _open(self, event: Event, form: Event | FORMS, part: str) -> tuple[int, Draw | None]:
         kind = type(event)
         name = codec.SCHEMA_PREFIX + kind.__name__
-        channel = self._channel(codec.topic_of(kind, event.agent), name, lambda: codec.schema_of(kind))
-        self._channels[kind, event.agent] = channel, self._viewer.converter(kind)
-        return self._channels[kind, event.agent]
+        if isinstance(form, FORMS):
+            name += f".{event.agent}" + (f".{part}" if part else "")
+        described = partial(codec.schema_of, form, self._signals.get(event.agent, ()))
+        channel = self._channel(codec.topic_of(kind, event.agent) + (f"/{part}" if part else ""), name, described)
+        found = self._channels[type(form), event.agent, part] = channel, self._viewer.converter(kind)
+        return found
 
     def _show(self, message: Message, time: int) -> None:
         topic, schema, data = message

@@ -19,13 +19,14 @@ from mcap.records import Attachment, Channel, Chunk, Metadata, Schema
 from mcap.writer import MCAP0_MAGIC
 
 from ..errors import InputError, KnowledgeError, RecordingError, unknown
-from ..event import Event
+from ..event import Event, SensorRead, SignalsWritten
 from ..files import read_bytes
 from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
 from .recorder import FORMAT, HEADER, SUMMARY
 from .summary import Summary
+from .wire import Incoming
 
 R = TypeVar("R")
 
@@ -117,23 +118,31 @@ class Recording:
         Raises:
             RecordingError: A message is damaged.
         """
-        wanted = set[int]()
+        wanted, incoming = set[int](), Incoming()
         schemas: dict[int, str] = {}
-        names = {kind.__name__ for kind in only} or {kind.__name__ for kind in codec.KINDS}
-        known = {codec.SCHEMA_PREFIX + name for name in names}
+        kinds = frozenset(only or codec.KINDS)
+        read = kinds | {SensorRead} if SignalsWritten in kinds else kinds  # signals repeat readings
+        known = tuple(codec.SCHEMA_PREFIX + kind.__name__ for kind in read)
         for chunk in self._chunks:
             for opcode, body in _records(_content(chunk)):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # Others are messages for viewers, and events of kinds that a user added.
                     if _MESSAGE.unpack_from(body)[0] in wanted:
-                        yield codec.decode(body[_MESSAGE.size :])
+                        event = incoming.event(codec.decode(body[_MESSAGE.size :]))
+                        if type(event) in kinds:
+                            yield event
                 elif opcode == Opcode.SCHEMA:
                     schema = _parsed(Schema, body, self.path)
                     schemas[schema.id] = schema.name
                 elif opcode == Opcode.CHANNEL:
                     channel = _parsed(Channel, body, self.path)
-                    if schemas.get(channel.schema_id) in known:
+                    if _kind(schemas.get(channel.schema_id, "")) in known:
                         wanted.add(channel.id)
+
+
+def _kind(schema: str) -> str:
+    """Name of a schema without the agent and the device for which it names the numbers."""
+    return ".".join(schema.split(".")[:2])
 
 
 def _walk(data: bytes, file: Path) -> _Contents:
