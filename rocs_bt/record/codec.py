@@ -98,6 +98,7 @@ _ENCODER = msgspec.json.Encoder(enc_hook=plain)
 _ENCODE, _LINES = _ENCODER.encode, _ENCODER.encode_lines
 _ANY: Any = reduce(operator.or_, KINDS) | FORMS
 _DECODE = msgspec.json.Decoder(_ANY).decode
+_NAMED = tuple(f'{{"event":"{form.__name__}"'.encode() for form in (Signals, Reading, Command))  # see wire.Incoming
 
 
 def encode(event: Event | FORMS) -> bytes:
@@ -136,7 +137,7 @@ def decode(data: bytes) -> Event | FORMS:
     """
     try:
         check_nesting(data)
-        if b'"non_finite"' not in data:
+        if b'"non_finite"' not in data or data.startswith(_NAMED):
             return cast(Event | FORMS, _DECODE(data))
         fields = msgspec.json.decode(data)
         for *where, last, bits in fields.pop("non_finite", ()):

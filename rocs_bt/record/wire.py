@@ -189,6 +189,8 @@ class Incoming:
         Raises:
             RecordingError: The message, of a damaged recording, repeats what was not read.
         """
+        if isinstance(message, FORMS) and message.non_finite:
+            _restore(message)
         if isinstance(message, Signals):
             return self._signals(message)
         if isinstance(message, Reading):
@@ -231,6 +233,18 @@ class Incoming:
                 )
             return part
         return _pack(value if isinstance(value, list) else (value,))
+
+
+def _restore(message: FORMS) -> None:
+    """Put back the values that are not finite."""
+    try:
+        for where, *inner, bits in message.non_finite:
+            values: Any = message.values if where == "values" else None
+            for key in inner[:-1]:
+                values = values[key]
+            values[inner[-1]] = _DOUBLE.unpack(bytes.fromhex(str(bits)))[0]
+    except (LookupError, TypeError, ValueError, struct.error) as error:
+        raise RecordingError(f"a message at t = {message.t:g} s cannot be read back: {error!r}.") from error
 
 
 def _pack(values: Iterable[Number]) -> bytes:
