@@ -24,7 +24,7 @@ from .header import (
 from .pages import page_maker, write_report
 from .recorder import Recorder
 from .recording import Recording
-from .snapshots import TRUTH, Sample, Snapshots, environment_of, samples_of
+from .samples import TRUTH, environment_of, samples
 from .summary import (
     AgentResult,
     Finding,
@@ -61,9 +61,7 @@ __all__ = [
     "Remembered",
     "RequirementInfo",
     "RunHeader",
-    "Sample",
     "SignalInfo",
-    "Snapshots",
     "SolveTime",
     "SubtreeSwap",
     "Summary",
@@ -75,7 +73,7 @@ __all__ = [
     "event_table",
     "explain",
     "page_maker",
-    "samples_of",
+    "samples",
     "signal_table",
     "write_figures",
     "write_report",

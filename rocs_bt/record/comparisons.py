@@ -3,21 +3,16 @@
 from __future__ import annotations
 
 import math
-from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import InputError
 from ..expression import Expression, Node, compile_node, parse
 from .header import AgentInfo, GuardInfo
-from .snapshots import environment_of
-from .track import Curve
+from .samples import Numbers, environment_of, samples
 from .tracks import Tracks
-
-Numbers = NDArray[np.float64]
 
 _LESS = ("<", "<=")
 _SIGNS = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal}
@@ -55,39 +50,6 @@ class Comparisons:
     def texts(self) -> dict[str, dict[str, Any]]:
         """Texts of the guards by agent and rule; see `Guard`."""
         return {agent: {guard.info.rule: guard.texts for guard in guards} for agent, guards in self._guards.items()}
-
-
-def samples(
-    tracks: Tracks, agent: AgentInfo, after: float = -math.inf, before: float = math.inf
-) -> tuple[list[float], Numbers]:
-    """Times of an agent's control periods, and all of its signals then, shape (n, size); NaN for what is invalid.
-
-    Args:
-        tracks: Tracks of the run.
-        agent: The agent.
-        after: Time after which the samples begin [s].
-        before: Time before which they end [s].
-    """
-    curves = {n: track for n, track in tracks.of(agent.name, "signal").items() if isinstance(track, Curve)}
-    new = (curve.t[bisect_right(curve.t, after) : bisect_left(curve.t, before)] for curve in curves.values())
-    times = sorted({t for part in new for t in part})
-    columns = [_column(curves.get(s.name), times, s.size, late=s.late) for s in agent.signals] if times else []
-    return times, np.hstack(columns) if columns else np.empty((len(times), 0))
-
-
-def _column(curve: Curve | None, times: Sequence[float], size: int, *, late: bool) -> Numbers:
-    """Values of a signal at times, shape (n, size)."""
-    unknown = np.full((len(times), size), np.nan)
-    if curve is None or curve.width != size:
-        return unknown
-    first = max(0, bisect_left(curve.t, times[0]) - 1)
-    t, rows = np.array(curve.t[first:]), curve.rows(first)
-    if not len(t):
-        return unknown
-    # What an analyser writes is read from the next period on.
-    at = np.searchsorted(t, times, side="left" if late else "right") - 1
-    known = (at >= 0) & (np.array(times) - t[at] <= curve.max_age + 1e-6)
-    return np.where(known[:, None], rows[at], np.nan)
 
 
 def guards_of(agent: AgentInfo) -> list[Guard]:

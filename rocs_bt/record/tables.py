@@ -14,7 +14,8 @@ from ..event import Event, unpack
 from . import codec
 from .header import AgentInfo, SignalInfo
 from .recording import Recording
-from .snapshots import samples_of
+from .samples import TOPICS, environment_of, samples
+from .tracks import Tracks
 
 Table = NDArray[np.void]
 
@@ -92,9 +93,9 @@ def signal_table(recording: Recording, agent: str, names: Sequence[str] = ()) ->
     for name in names:
         if name not in slices:
             raise InputError(unknown("signal", name, slices, f"The agent '{agent}'"))
-    samples = list(samples_of(recording, info))
-    values = np.array([sample.x[:at] for sample in samples], np.float64).reshape(len(samples), at)
-    columns, units = {"time": np.array([sample.t for sample in samples], np.float64)}, {"time": "s"}
+    environment_of(info)
+    times, values = samples(Tracks.of_recording(recording, TOPICS), info)
+    columns, units = {"time": np.array(times, np.float64)}, {"time": "s"}
     for name in names or slices:
         first, signal = slices[name]
         part = values[:, first : first + signal.size]

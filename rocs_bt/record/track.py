@@ -81,24 +81,35 @@ class Curve:
         width: Number of values of a sample.
         data: Samples one after the other, SI units.
         max_age: Time after which a sample is no longer valid [s].
+        stamps: Times to which the samples refer [s]; None if they equal `t`.
     """
 
     def __init__(self, width: int, max_age: float = math.inf) -> None:
         self.t: list[float] = []
+        self.stamps: list[float] | None = None
         self.width = width
         self.data = array("d")
         self.max_age = max_age
 
-    def add(self, t: float, sample: bytes | memoryview) -> None:
-        """Append a sample, packed as float64; one of another width is dropped."""
-        if len(sample) == 8 * self.width:
-            self.t.append(t)
-            self.data.frombytes(sample)
+    def add(self, t: float, sample: bytes | memoryview, stamp: float | None = None) -> None:
+        """Append a sample, packed as float64; one of another width is dropped. `stamp` is the time it refers to [s]."""
+        if len(sample) != 8 * self.width:
+            return
+        if stamp is not None and self.stamps is None:
+            self.stamps = self.t[:]
+        if self.stamps is not None:
+            self.stamps.append(t if stamp is None else stamp)
+        self.t.append(t)
+        self.data.frombytes(sample)
+
+    def stamp(self, i: int) -> float:
+        """Time to which a sample refers [s]."""
+        return self.t[i] if self.stamps is None else self.stamps[i]
 
     def at(self, t: float) -> Sequence[float]:
         """Sample at a time [s]; NaN before the first, and when the last is too old."""
         i = bisect_right(self.t, t + _SLACK) - 1
-        if i < 0 or t - self.t[i] > self.max_age + _SLACK:
+        if i < 0 or t - self.stamp(i) > self.max_age + _SLACK:
             return [math.nan] * self.width
         return self.data[i * self.width : (i + 1) * self.width].tolist()
 
@@ -134,7 +145,7 @@ class Scans(Curve):
         self.every = 1
         self._count = 0
 
-    def add(self, t: float, sample: bytes | memoryview) -> None:
+    def add(self, t: float, sample: bytes | memoryview, stamp: float | None = None) -> None:
         """Append a reading, packed as float64; one with another number of rays is dropped."""
         if len(sample) != 8 * self._rays:
             return

@@ -21,6 +21,7 @@ from ..event import (
     BlackboardChanged,
     BlockFailed,
     BodyMoved,
+    ContactBegan,
     ContentRaised,
     Event,
     FollowerStepped,
@@ -218,7 +219,7 @@ def _signal(tracks: Tracks, event: SignalsWritten) -> None:
     wanted = tracks.signals
     for name, part in event.parts():
         if not wanted or name in wanted:
-            tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part)
+            tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part, event.stamp)
 
 
 def _scan(tracks: Tracks, event: SensorRead) -> None:
@@ -309,6 +310,11 @@ def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
     tracks.steps(event.agent, "truth", "min_clearance").put(event.t, event.distance)
 
 
+def _contact(tracks: Tracks, event: ContactBegan) -> None:
+    track = tracks.steps(event.agent, "truth", event.kind)
+    track.put(event.t, (track.v[-1] if track.v else 0) + 1)
+
+
 def _node(tracks: Tracks, event: NodeTicked) -> None:
     tracks.steps(event.agent, "node", event.node).put(event.t, event.status)
     tracks.steps(event.agent, "note", event.node).put(event.t, event.feedback)
@@ -372,7 +378,8 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},
     "motion": {SignalsWritten: _motion, BodyMoved: _tilt},
-    "command": {ActuatorCommanded: _command, AgentStopped: _stop},
+    "command": {ActuatorCommanded: _command},
+    "stopped": {AgentStopped: _stop},
     "drive": {ActuatorCommanded: _drive, TicketChanged: _run},
     "failed": {BlockFailed: _failed},
     "atomic": {AtomicStarted: _atomic},
@@ -380,7 +387,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "hold": {MotionHeld: _hold, MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
     "path": {PathPlanned: _path, TicketChanged: _path_ended},
-    "truth": {MinClearanceLowered: _clearance},
+    "truth": {MinClearanceLowered: _clearance, ContactBegan: _contact},
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},

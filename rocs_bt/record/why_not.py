@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 
 from ..errors import InputError, unknown
 from ..words import inactive_rule
-from .comparisons import guards_of, samples
+from .comparisons import guards_of
 from .moment import Moment
+from .samples import samples
 from .tracks import Tracks
 
 _RECENT = 1.0  # [s] a control period is not longer

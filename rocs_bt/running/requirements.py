@@ -4,15 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
 
 from ..catalog import ScenarioSpec
 from ..errors import Fault, InputError
-from ..event import AgentStopped, Event, EventSink, NullSink, RequirementViolated
+from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
 from ..expression import Environment, Requirement, compile_node, parse_requirement
 from ..files import read_text
-from ..record import AgentInfo, Finding, Recording, RequirementInfo, Sample, Snapshots, environment_of
+from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
+from ..record.samples import TOPICS, Newest
+from ..record.tracks import Tracks
 
 _SLACK = 1e-9  # [s]
 
@@ -31,11 +36,11 @@ class _Check:
         self._start: float | None = None
         self._last: tuple[float, float | bool | None] = (0.0, None)
 
-    def update(self, sample: Sample) -> bool:
+    def update(self, t: float, x: NDArray[np.float64]) -> bool:
         """Process a sample of the signals; returns True if it is the first to violate an `always` requirement."""
         if self._start is None:
-            self._start = sample.t
-        value, about = self._expression(sample.x, sample.t), sample.t - self._requirement.delay
+            self._start = t
+        value, about = self._expression(x, t), t - self._requirement.delay
         if about < self._start - _SLACK:
             return False
         self._last = about, value
@@ -52,6 +57,13 @@ class _Check:
             return False
         self.violated = about
         return True
+
+    def signals(self, agents: Mapping[str, AgentInfo]) -> set[str]:
+        """Signals of the agent that the requirement reads."""
+        environment = environment_of(agents[self.info.agent], truth=True)
+        starts = {node.start for node in self._requirement.node.walk() if node.op == "read"}
+        signals = agents[self.info.agent].signals
+        return {s.name for s in signals if any(0 <= start - environment.offsets[s.name] < s.size for start in starts)}
 
     def end(self) -> bool:
         """Finish after the last sample; returns True if a requirement on the end of the run is violated."""
@@ -77,6 +89,23 @@ class _Check:
         )
 
 
+@dataclass
+class _Agent:
+    """Requirements of one agent.
+
+    Attributes:
+        newest: Newest sample of its signals.
+        checks: Checks of its requirements.
+        t: Time of the present control period [s]; None before the first.
+        stopped: Whether the agent was stopped.
+    """
+
+    newest: Newest
+    checks: list[_Check]
+    t: float | None = None
+    stopped: bool = False
+
+
 class RequirementWatch:
     """Event sink that checks requirements.
 
@@ -93,43 +122,51 @@ class RequirementWatch:
         self, requirements: Iterable[RequirementInfo], agents: Iterable[AgentInfo], sink: EventSink | None = None
     ) -> None:
         self._sink = sink or NullSink()
-        self._agents: dict[str, tuple[Snapshots, list[_Check]]] = {}
-        wanted = list(requirements)
-        for agent in agents:
-            own = [r for r in wanted if r.agent == agent.name]
-            if own:
-                environment = environment_of(agent, truth=True)
-                checks = [_Check(r, _parsed(r.text, environment)) for r in own]
-                self._agents[agent.name] = Snapshots(agent), checks
+        wanted, known = list(requirements), {agent.name: agent for agent in agents}
+        checks: dict[str, list[_Check]] = {}
+        for info in (r for r in wanted if r.agent in known):
+            environment = environment_of(known[info.agent], truth=True)
+            checks.setdefault(info.agent, []).append(_Check(info, _parsed(info.text, environment)))
+        names = {name for own in checks.values() for check in own for name in check.signals(known)}
+        # Topics without their truth are cheap; a requirement on truth alone follows no signals.
+        header = RunHeader(scenario="", seed=0, agents=tuple(known.values()))
+        self._tracks = Tracks(header, TOPICS if names else ("pose", "truth", "stopped"), names)
+        self._agents = {name: _Agent(Newest(self._tracks, known[name], names), own) for name, own in checks.items()}
 
     def emit(self, event: Event) -> None:
         """Process one event."""
-        if (found := self._agents.get(event.agent)) is None:
+        agent = self._agents.get(event.agent)
+        if agent is None or agent.stopped:
             return
-        snapshots, checks = found
-        if (sample := snapshots.take(event)) is not None:
-            self._update(event.t, checks, sample)
+        if isinstance(event, (SignalsWritten, BodyMoved)) and not (agent.t is not None and event.t <= agent.t):
+            self._update(event.t, agent)
+            agent.t = event.t
+        self._tracks.emit(event)
         if isinstance(event, AgentStopped):
-            self._end(event.t, checks)
+            self._end(event.t, agent)
 
     def close(self) -> None:
         """Finish the checks after the last event; needed for a truncated recording, which lacks the agents' stops."""
-        for snapshots, checks in self._agents.values():
-            if (sample := snapshots.end()) is not None:
-                self._update(sample.t, checks, sample)
-                self._end(sample.t, checks)
+        for agent in self._agents.values():
+            if agent.t is not None and not agent.stopped:
+                self._end(agent.t, agent)
 
     def of(self, agent: str) -> list[Finding]:
         """Findings for an agent's requirements, in the order of the requirements."""
-        return [check.finding() for check in self._agents[agent][1]] if agent in self._agents else []
+        return [check.finding() for check in self._agents[agent].checks] if agent in self._agents else []
 
-    def _update(self, t: float, checks: Sequence[_Check], sample: Sample) -> None:
-        for check in checks:
-            if check.update(sample):
-                self._report(t, check)
+    def _update(self, t: float, agent: _Agent) -> None:
+        """Check the sample of the period that is over."""
+        if agent.t is not None:
+            x = agent.newest.at(agent.t)
+            for check in agent.checks:
+                if check.update(agent.t, x):
+                    self._report(t, check)
 
-    def _end(self, t: float, checks: Sequence[_Check]) -> None:
-        for check in checks:
+    def _end(self, t: float, agent: _Agent) -> None:
+        self._update(t, agent)
+        agent.stopped = True
+        for check in agent.checks:
             if check.end():
                 self._report(t, check)
 

@@ -5,6 +5,7 @@ Open loop means that the rules are evaluated on the recorded signals, and that t
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -20,8 +21,10 @@ from ..errors import Fault, InputError, UnknownName, unknown
 from ..event import RuleChanged
 from ..expression import Node, compile_node, reading
 from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rules, lower_rules
-from ..record import AgentInfo, Recording, environment_of, samples_of
+from ..record import AgentInfo, Recording, environment_of, samples
 from ..record.figures.rules import Compared, RuleTrace, spans
+from ..record.samples import modes, stopped
+from ..record.tracks import Tracks
 from ..units import Dimension
 from ..words import listed
 
@@ -98,18 +101,20 @@ def reflex_input(recording: Recording, agent: AgentInfo) -> ReflexInput:
     Raises:
         RecordingError: The recording cannot be read, or lacks the agent's signals.
     """
-    samples = [sample for sample in samples_of(recording, agent) if sample.felt]
-    size = environment_of(agent).size
+    tracks, name = Tracks.of_recording(recording, ("pose", "signal", "stopped", "fact", "event")), agent.name
+    environment_of(agent)
+    t, x = samples(tracks, agent)
+    felt = bisect_left(t, stopped(tracks, name))
     latched: dict[str, tuple[float, ...]] = {}
-    for event in recording.events():
-        if isinstance(event, RuleChanged) and event.agent == agent.name and event.phase == "latched":
+    for event in tracks.events:
+        if isinstance(event, RuleChanged) and event.agent == name and event.phase == "latched":
             latched[event.rule] = (*latched.get(event.rule, ()), event.t)
     return ReflexInput(
         run=recording.header.label,
         agent=agent,
-        t=np.array([sample.t for sample in samples]),
-        x=np.array([sample.x[:size] for sample in samples]).reshape(len(samples), size),
-        modes=tuple(sample.mode for sample in samples),
+        t=np.array(t[:felt]),
+        x=x[:felt],
+        modes=tuple(modes(tracks, name, t[:felt])),
         latched=latched,
     )
 

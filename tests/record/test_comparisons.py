@@ -8,8 +8,8 @@ import pytest
 from rocs_bt import run
 from rocs_bt.expression import evaluate, parse
 from rocs_bt.expression.source import source
-from rocs_bt.record import Recording, environment_of, samples_of
-from rocs_bt.record.comparisons import Comparisons, samples
+from rocs_bt.record import Recording, environment_of, samples
+from rocs_bt.record.comparisons import Comparisons
 from rocs_bt.record.tracks import Tracks
 
 
@@ -25,15 +25,6 @@ def tracks(recorded):
     tracks = Tracks(recorded.header)
     tracks.take(recorded.events())
     return tracks
-
-
-def test_the_samples_are_those_that_the_reflexes_had(recorded, tracks):
-    for agent in recorded.header.agents:
-        t, x = samples(tracks, agent)
-        size = environment_of(agent).size
-        exact = [s for s in samples_of(recorded, agent) if s.felt]
-        assert t[: len(exact)] == [s.t for s in exact]
-        assert np.array_equal(x[: len(exact)], np.array([s.x[:size] for s in exact]), equal_nan=True)
 
 
 def test_each_guard_is_near_1_where_it_is_true_and_only_there(recorded, tracks):

@@ -16,8 +16,7 @@ from rocs_bt.event import (
     RobotPushed,
 )
 from rocs_bt.expression import evaluate, parse
-from rocs_bt.record import Recording, environment_of
-from rocs_bt.record.comparisons import samples
+from rocs_bt.record import Recording, environment_of, samples
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.record.why import Why

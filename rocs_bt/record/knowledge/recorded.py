@@ -13,7 +13,8 @@ from ...knowledge import SCHEMA, QueryContext, Schema
 from ...knowledge.history import ChangeLog, State, Stretch
 from ...signal import Signal
 from ..recording import Recording
-from ..snapshots import environment_of, samples_of
+from ..samples import TOPICS, environment_of, samples
+from ..tracks import Tracks
 
 
 def recorded_log(recording: Recording, agent: str | None = None, schema: Schema = SCHEMA) -> ChangeLog:
@@ -92,12 +93,9 @@ def recorded_context(recording: Recording, log: ChangeLog, t: float) -> tuple[Qu
     info = next((agent for agent in recording.header.agents if agent.name == log.agent), None)
     if info is None:
         raise RecordingError(f"'{recording.path}' has no signals of {log.agent}.")
-    environment, x = environment_of(info), [math.nan] * 0
-    for sample in samples_of(recording, info):
-        if sample.t > t:
-            break
-        x = sample.x.tolist()
-    signals = RecordedSignals(environment, x or [math.nan] * environment.size)
+    environment = environment_of(info)
+    _, x = samples(Tracks.of_recording(recording, TOPICS), info, before=math.nextafter(t, math.inf))
+    signals = RecordedSignals(environment, x[-1].tolist() if len(x) else [math.nan] * environment.size)
     pose = Pose2(*signals.read("pose")) if "pose" in signals.names else Pose2(math.nan, math.nan)
     here = None if math.isnan(pose.x) else pose
     return QueryContext(log.agent, here, t, signals.read, log), signals
