@@ -17,7 +17,7 @@ from .tracks import Tracks
 
 Series = NDArray[np.float64]
 
-_TOPICS = ("pose", "command", "rule", "ticket", "atomic", "push")
+_TOPICS = ("pose", "command", "stopped", "rule", "ticket", "atomic", "push")
 
 
 @dataclass
