@@ -117,6 +117,7 @@ class TreePlan(Plan):
         self._seen: dict[Any, Status] = {}
         self._since: dict[Any, float] = {}  # [s] times from which the tree waits in the nodes of its front
         self._texts: dict[Any, str] = {}  # what they wait for
+        self._told = ""  # the last leaf that failed with a message, and the message
         self._index_nodes()
         for node, _ in self._nodes:
             node.logger = QUIET
@@ -337,7 +338,7 @@ class TreePlan(Plan):
         Children come before parents.
         """
         texts = {node.id: wait_text(node) for node, _ in front(self.root)}
-        now, since = self.clock.now(), self._since
+        now, since, told = self.clock.now(), self._since, ""
         self._since = {}
         for node, path in reversed(self._nodes):
             changed, text = node.status is not self._seen[node.id], texts.get(node.id)
@@ -347,7 +348,9 @@ class TreePlan(Plan):
                 self._seen[node.id] = node.status
                 feedback = text or node.feedback_message
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=feedback)
-        self._texts = texts
+                if node.status is Status.FAILURE and feedback and not node.children:
+                    told = told or f"{path}: {feedback}"
+        self._texts, self._told = texts, told or self._told
         for subtree, key, value in self._board_changes.take():
             self._mission.note(BlackboardChanged, key=key, value=value, subtree=subtree)
 
@@ -361,7 +364,10 @@ class TreePlan(Plan):
         if outcome is SKIPPED:
             return f"{self.root.name}: the conditions of the root skip the whole mission"
         tip = self.root.tip() or self.root
-        return f"{self._paths.get(tip.id, tip.name)}: {tip.feedback_message or tip.status.name}"
+        reason = f"{self._paths.get(tip.id, tip.name)}: {tip.feedback_message or tip.status.name}"
+        # A leaf such as AlwaysFailure says nothing about the cause: a leaf before it often does.
+        silent = self._told and not tip.feedback_message
+        return f"{reason}; the last failure with a reason: {self._told}" if silent else reason
 
 
 def guard_leaf(leaf: Behaviour, caught: Caught) -> None:

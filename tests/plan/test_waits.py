@@ -13,6 +13,7 @@ from rocs_bt.trees.nodes import BUILTIN, Instant, Node
 
 from .ros_fake import Link
 
+GONE = '<GoTo goal="nowhere"/>'
 RETRY = '<RetryUntilSuccessful num_attempts="-1">{}</RetryUntilSuccessful>'
 
 WAITING = '<PipelineSequence>{}<AlwaysSuccess/>{}<Sleep msec="60000"/></PipelineSequence>'
@@ -144,3 +145,22 @@ def test_a_leaf_that_cannot_tell_is_still_named(mind):
     plan = mind.start(Running("odd"))
     mind.run(10)
     assert plan.running == "'odd' has waited for 0.5 s: running"
+
+
+@pytest.mark.parametrize(
+    ("line", "reason"),
+    [
+        (
+            f'<Fallback>{GONE}<AlwaysFailure name="end"/></Fallback>',
+            "Fallback/end: FAILURE; the last failure with a reason: ",
+        ),
+        (f'<Fallback><AlwaysFailure name="end"/>{GONE}</Fallback>', ""),
+        ('<Fallback><AlwaysFailure/><AlwaysFailure name="end"/></Fallback>', "Fallback/end: FAILURE"),
+    ],
+)
+def test_a_mission_whose_last_leaf_says_nothing_names_the_last_one_that_did(mind, grow, line, reason):
+    mind.start(grow(line).root)
+    mind.until_done()
+    said = "Fallback/GoTo: NO_GOAL: no node 'nowhere'"
+    wanted = reason + said if not reason.endswith("FAILURE") else reason
+    assert mind.plan.reason.startswith(wanted), mind.plan.reason
