@@ -11,9 +11,11 @@ A `Table` is read key by key. Keys that were never read are reported as unknown.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .errors import Fault, InputError, did_you_mean
 from .files import is_file, read_text
@@ -21,6 +23,34 @@ from .toml_text import Key, parse_toml
 from .units import Dimension, convert
 
 _MISSING = object()
+_OBSERVED: ContextVar[list[Table] | None] = ContextVar("observed", default=None)
+
+
+@contextmanager
+def observed_tables() -> Iterator[list[Table]]:
+    """Context that lists the tables that are read in it, by this thread, with the keys that their readers know."""
+    tables: list[Table] = []
+    token = _OBSERVED.set(tables)
+    try:
+        yield tables
+    finally:
+        _OBSERVED.reset(token)
+
+
+class KnownKey(NamedTuple):
+    """Key for which a reader has asked.
+
+    Attributes:
+        kind: Kind of the value, such as `a text` or `a quantity [m]`; empty if the reader takes any value.
+        options: Valid values; empty if there are others.
+        default: Value without the key; None if there is none, or if the key is required.
+        required: Whether the key must be given.
+    """
+
+    kind: str = ""
+    options: tuple[str, ...] = ()
+    default: Any = None
+    required: bool = False
 
 
 class Table:
@@ -36,6 +66,7 @@ class Table:
         bases: Files on which the document is based (`base = ...`), nearest first.
         data: Content of the table, as parsed by tomllib.
         positions: Line and column of each key in the document.
+        known: Keys for which a reader has asked, by name.
     """
 
     def __init__(
@@ -52,8 +83,10 @@ class Table:
         self.bases = bases
         self.data = data
         self.positions = positions
-        self._read_keys: set[str] = set()
+        self.known: dict[str, KnownKey] = {}
         self._children: list[Table] = []
+        if (tables := _OBSERVED.get()) is not None:
+            tables.append(self)
 
     def __contains__(self, key: str) -> bool:
         return key in self.data
@@ -93,7 +126,7 @@ class Table:
 
     def raw(self, key: str, default: Any = _MISSING) -> Any:
         """Read a value without conversion; if it is missing and has no default, record a fault and return None."""
-        self._read_keys.add(key)
+        self._ask(key, "", default)
         if key in self.data:
             return self.data[key]
         if default is _MISSING:
@@ -109,8 +142,9 @@ class Table:
     def choice(self, key: str, options: Collection[str], default: Any = _MISSING) -> str:
         """Read a string that must be one of `options`."""
         value = self.text(key, default)
+        self.known[key] = self.known[key]._replace(options=tuple(options))
         if value not in options and (key in self.data and isinstance(self.data[key], str)):
-            hint = did_you_mean(value, options).replace("It has:", "Valid values:")
+            hint = did_you_mean(value, options, "Valid values:")
             self.fault(key, f"invalid value '{value}' for '{key}'.", hint=hint)
         return value
 
@@ -164,6 +198,7 @@ class Table:
             low: Minimum [SI].
             high: Maximum [SI]; None for any finite value.
         """
+        self._ask(key, f"a quantity{_in_unit(dimension)}", default)
         value = self.raw(key, default)
         if key not in self.data:
             return (low or 0.0) if value is None else value
@@ -173,7 +208,7 @@ class Table:
         self, key: str, dimension: Dimension, count: int | None = None, default: Any = _MISSING
     ) -> list[float]:
         """Read a list of numbers with units, in SI units; infinite values are allowed."""
-        values = self._typed(key, list, "a list of quantities", default, [])
+        values = self._typed(key, list, f"a list of quantities{_in_unit(dimension)}", default, [])
         if key not in self.data:
             return list(values)
         if count is not None and len(values) != count:
@@ -217,8 +252,8 @@ class Table:
 
     def _note_unknown_keys(self) -> None:
         for key in self.data:
-            if key not in self._read_keys:
-                self.fault(key, f"unknown key '{key}' in {self.label}.", hint=did_you_mean(key, self._read_keys))
+            if key not in self.known:
+                self.fault(key, f"unknown key '{key}' in {self.label}.", hint=did_you_mean(key, self.known))
         for child in self._children:
             child._note_unknown_keys()
 
@@ -228,7 +263,14 @@ class Table:
         self._children.append(child)
         return child
 
+    def _ask(self, key: str, kind: str, default: Any) -> None:
+        """Note that a reader knows a key; the first note that has a kind stays."""
+        if key not in self.known or (kind and not self.known[key].kind):
+            required = default is _MISSING
+            self.known[key] = KnownKey(kind, (), None if required else default, required)
+
     def _typed(self, key: str, kind: type, words: str, default: Any, harmless: Any) -> Any:
+        self._ask(key, words, default)
         value = self.raw(key, default)
         if key not in self.data:
             return harmless if value is None and default is _MISSING else value
@@ -250,6 +292,10 @@ class Table:
         if high is None and math.isinf(number):
             self.fault(key, f"{key} must be finite, found '{value}'.")
         return number
+
+
+def _in_unit(dimension: Dimension) -> str:
+    return f" [{dimension}]"
 
 
 def read_toml(file: Path, text: str | None = None) -> Table:

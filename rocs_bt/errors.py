@@ -20,7 +20,7 @@ Every message contains what was expected, what was found, what exists and what t
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -173,25 +173,49 @@ def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
         raise InputError(Fault(str(error), file, line)) from error
 
 
-def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> str:
-    """Text of a hint about an unknown name: the closest existing name, then all existing names.
+class NameHint(str):
+    """Hint about an unknown name, for a text; an editor shows less of it, and offers the names.
+
+    Attributes:
+        brief: The hint without the list of names; empty if no name is close.
+        close: The closest existing name; empty if there is none.
+        names: All existing names, sorted.
+    """
+
+    brief: str
+    close: str
+    names: tuple[str, ...]
+
+    def __new__(cls, text: str, brief: str = "", close: str = "", names: tuple[str, ...] = ()) -> NameHint:
+        hint = super().__new__(cls, text)
+        hint.brief, hint.close, hint.names = brief, close, names
+        return hint
+
+    def and_also(self, text: str) -> NameHint:
+        """The hint with another sentence."""
+        return NameHint(f"{self} {text}".strip(), f"{self.brief} {text}".strip(), self.close, self.names)
+
+
+def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> NameHint:
+    """Hint about an unknown name: the closest existing name, then all existing names.
 
     Args:
         name: Unknown name.
         known: Existing names.
-        what: Owner of the names, such as `The robot`, with which the list begins.
+        what: Owner of the names, such as `The robot`, with which the list begins; or its beginning, which ends in `:`.
     """
     names = sorted(known)
     if not names:
-        return f"{what} has none."
+        return NameHint("There are none." if what.endswith(":") else f"{what} has none.")
     close = difflib.get_close_matches(name, names, n=1)
-    start = f"Did you mean '{close[0]}'? " if close else ""
+    brief = f"Did you mean '{close[0]}'?" if close else ""
     near = difflib.get_close_matches(name, names, n=6, cutoff=0.4) or names[:24]
     shown = names if len(names) <= 24 else [*near, f"... {len(names) - len(near)} more"]
-    return f"{start}{what} has: {', '.join(shown)}."
+    listed = f"{what if what.endswith(':') else f'{what} has:'} {', '.join(shown)}."
+    return NameHint(f"{brief} {listed}".lstrip(), brief, "".join(close), tuple(names))
 
 
-def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") -> Fault:
+def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There are:", then: str = "") -> Fault:
     """Create a fault about a name that does not exist, with the existing names in the hint.
 
     Args:
@@ -199,12 +223,9 @@ def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There") ->
         name: Unknown name.
         known: Existing names.
         owner: Owner of the names, for the hint, such as `The robot`.
+        then: Last sentence of the hint.
     """
-    names: Sequence[str] = sorted(known)
-    hint = did_you_mean(name, names, what=owner)
-    if owner == "There":
-        hint = hint.replace("There has: ", "There are: ").replace("There has none.", "There are none.")
-    return Fault(f"no {kind} is named '{name}'.", hint=hint)
+    return Fault(f"no {kind} is named '{name}'.", hint=did_you_mean(name, known, owner).and_also(then))
 
 
 def interrupts(error: BaseException) -> bool:

@@ -11,8 +11,9 @@ import errno
 import os
 import shutil
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from io import BufferedWriter
 from pathlib import Path
 
@@ -24,6 +25,7 @@ MOST_TEXT = 64_000_000
 MOST_BYTES = 1 << 32
 """Maximum size of any other file [bytes]."""
 
+_UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("unsaved", default={})  # noqa: B039 - never changed
 _NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes in its file system
 _SPECIAL = {
     stat.S_IFIFO: (errno.EINVAL, "it is a named pipe, not a regular file"),
@@ -32,6 +34,30 @@ _SPECIAL = {
     stat.S_IFBLK: (errno.EINVAL, "it is a device, not a regular file"),
     stat.S_IFDIR: (errno.EISDIR, "it is a folder, not a file"),
 }
+
+
+@contextmanager
+def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
+    """Context in which files have the texts of an editor, which may differ from those on disk.
+
+    Only this thread and the functions that it calls see them. Libraries that open files themselves, such as MuJoCo and
+    the import of Python modules, see the files on disk.
+
+    Args:
+        texts: Texts by file; a file need not exist on disk.
+    """
+    given = {os.path.realpath(path): text.encode() for path, text in texts.items()}
+    token = _UNSAVED.set({**_UNSAVED.get(), **given})
+    try:
+        yield
+    finally:
+        _UNSAVED.reset(token)
+
+
+def _unsaved(path: Path | str) -> bytes | None:
+    """Unsaved content of a file; None if the file has that on disk."""
+    texts = _UNSAVED.get()
+    return texts.get(os.path.realpath(path)) if texts else None
 
 
 def check_regular(path: Path, most: int = MOST_BYTES) -> None:
@@ -63,6 +89,8 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     Raises:
         OSError: The file cannot be read, is not a regular file, or is too large.
     """
+    if (content := _unsaved(path)) is not None:
+        return content
     check_regular(path, most)
     with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT)) as file:
         _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
@@ -98,7 +126,12 @@ def is_file(path: Path) -> bool:
     Unlike `Path.is_file`, this is True for a named pipe, so that its reader refuses it, and does not raise an error if
     the name is too long.
     """
-    return os.path.exists(path) and not os.path.isdir(path)
+    return (os.path.exists(path) and not os.path.isdir(path)) or _unsaved(path) is not None
+
+
+def same_file(path: Path, other: Path) -> bool:
+    """Whether two paths lead to the same file, also one that is not saved yet."""
+    return os.path.realpath(path) == os.path.realpath(other)
 
 
 def create(path: Path) -> BufferedWriter:

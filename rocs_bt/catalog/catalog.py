@@ -15,7 +15,7 @@ from ..confine import confined
 from ..dialect import parts_of
 from ..document import Table, read_toml
 from ..errors import Fault, InputError, UnknownName, unknown
-from ..files import is_file
+from ..files import is_file, same_file
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..python_content import classes_in, guarded, is_reference, load_class, load_module, texts_in
 from ..reactive import included_files
@@ -280,7 +280,7 @@ class Catalog:
         """Name of a robot; its path as given if the catalog has another robot, or none, of this name."""
         found = self.find("robot", robot)
         listed = self._entries("robot").get(found.name)
-        return found.name if listed and listed.path.samefile(found.path) else robot
+        return found.name if listed and same_file(listed.path, found.path) else robot
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         """Load the function `build` of a mission; for an XML mission, a function that makes its tree.

@@ -294,7 +294,7 @@ def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> st
     elif shipped is not None and name and name not in shipped:
         hint = did_you_mean(name, shipped, "rocs_bt")
         what = "monitor" if key == "monitor" else f"{table.key[0]} class"
-        table.fault(key, f"no {what} is named '{name}'.", f"{hint} Or name your own: 'file.py:Class'.")
+        table.fault(key, f"no {what} is named '{name}'.", hint.and_also("Or name your own: 'file.py:Class'."))
     return name
 
 

@@ -176,7 +176,9 @@ def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, A
     if declared is None:
         if driver:
             hint = did_you_mean(driver, (*DRIVER_PARAMETERS, ROS2), "rocs_bt")
-            table.fault("driver", f"no driver is named '{driver}'.", f"{hint} Or name your own: 'file.py:Class'.")
+            table.fault(
+                "driver", f"no driver is named '{driver}'.", hint.and_also("Or name your own: 'file.py:Class'.")
+            )
         return raw_parameters(table, known)[0], None
     specs = field_parameters(declared)
     before = len(table.faults)

@@ -8,6 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from types import MappingProxyType
 
 from ..catalog import (
     KINDS,
@@ -26,7 +27,7 @@ from ..catalog import (
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from ..expression import one_for_each_signal
-from ..files import MOST_TEXT, is_file, read_bytes, read_text
+from ..files import MOST_TEXT, is_file, read_bytes, read_text, unsaved
 from ..knowledge import SCHEMA, load_schema
 from ..raised import content_line, describe
 from ..reactive import tested_file
@@ -93,6 +94,7 @@ def check_content(
     dialect: str = "",
     palettes: Sequence[Path] = (),
     stub_unknown: bool = False,
+    texts: Mapping[Path, str] = MappingProxyType({}),
 ) -> Findings:
     """Check files and folders.
 
@@ -104,10 +106,23 @@ def check_content(
             recognised.
         palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
         stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.
+        texts: Texts of an editor by file, which are checked instead of those on disk.
 
     Raises:
         InputError: A palette cannot be read, or declares no node.
     """
+    with unsaved(texts):
+        return _check_content(paths, code, progress, MissionOptions(dialect, stub_unknown=stub_unknown), palettes)
+
+
+def _check_content(
+    paths: Sequence[Path],
+    code: bool,
+    progress: Callable[[float], None],
+    options: MissionOptions,
+    palettes: Sequence[Path],
+) -> Findings:
+    """Check files and folders; see `check_content`."""
     models = read_palettes(palettes)
     faults: list[Fault] = []
     entries: list[tuple[Entry, Catalog]] = []
@@ -119,7 +134,8 @@ def check_content(
             faults += error.faults
     together = survey([e.path for e, _ in entries if e.kind == "mission" and e.path.suffix in TREES])
     scenarios = frozenset(e.path for e, _ in entries if e.kind == "scenario")
-    options = MissionOptions(dialect, {**together.models, **models}, bool(palettes), stub_unknown, together, scenarios)
+    models = {**together.models, **models}
+    options = replace(options, models=models, palettes=bool(palettes), together=together, scenarios=scenarios)
     checkers: dict[str, Checker] = {**_CHECKERS, "mission": partial(check_mission_file, options=options)}
     found = _findings(_with_robots(entries), faults, checkers, progress)
     return replace(found, files=tuple(dict.fromkeys(entry.path for entry, _ in entries)))

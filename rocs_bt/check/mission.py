@@ -11,7 +11,7 @@ from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_
 from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault, InputError
 from ..expression import NO_NAME
-from ..files import read_text
+from ..files import read_text, same_file
 from ..plan import mission_parameters
 from ..trees.examine import blocking_faults
 from .mission_use import built_faults, idle_controller, mission_faults
@@ -36,12 +36,9 @@ def check_mission_file(entry: Entry, catalog: Catalog, options: MissionOptions =
         for scenario, agent in users:
             judged = catalog.code and scenario.file.resolve() in options.scenarios  # by the check of the scenario
             if not judged:
-                yield from _in_use(scenario, agent, catalog)
+                yield from _in_use(entry, scenario, agent, catalog, options)
     elif not python:
-        dialect = options.dialect or declared_dialect(entry, catalog)
-        options = replace(options, dialect=dialect)
-        if catalog.code or not catalog.python_of(entry, dialect=dialect):
-            yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))
+        yield from _tree_alone(entry, catalog, options)
     else:
         build = catalog.load_mission(str(entry.path))
         if not any(p.required for p in mission_parameters(build).values()):
@@ -56,7 +53,7 @@ def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, Agent
             continue  # a shipped scenario means the shipped mission of this name
         try:
             scenario = catalog.read_scenario(str(found.path))
-            agents = [a for a in scenario.agents if catalog.find("mission", a.mission).path.samefile(entry.path)]
+            agents = [a for a in scenario.agents if same_file(catalog.find("mission", a.mission).path, entry.path)]
             for agent in agents:
                 code = catalog.load_robot(agent.robot).code or catalog.python_of(entry, dialect=agent.nodes)
                 if catalog.code or not code:
@@ -65,7 +62,30 @@ def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, Agent
             continue  # reported by the check of the scenario
 
 
-def _in_use(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
+def _tree_alone(entry: Entry, catalog: Catalog, options: MissionOptions) -> Iterator[Fault]:
+    dialect = options.dialect or declared_dialect(entry, catalog)
+    options = replace(options, dialect=dialect)
+    if catalog.code or not catalog.python_of(entry, dialect=dialect):
+        yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))
+
+
+def _in_use(
+    entry: Entry, scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, options: MissionOptions
+) -> Iterator[Fault]:
+    """Faults of a mission in a scenario; if the scenario has errors that hide those of the mission, also alone."""
+    found = []
+    try:
+        for fault in _of_agent(scenario, agent, catalog):
+            found.append(fault)
+    except InputError as error:
+        found += error.faults
+    yield from found
+    errors = [f.file for f in found if not f.warning]
+    if errors and not {None, entry.path} & set(errors) and entry.path.suffix in TREES:
+        yield from _tree_alone(entry, catalog, options)
+
+
+def _of_agent(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
     controller = idle_controller(scenario, agent, catalog)
     try:
         built = stub_agent(catalog.load_robot(agent.robot), catalog.load_class, controller, agent.name)

@@ -10,7 +10,7 @@ from typing import Any
 from ..actions import action_table
 from ..catalog import TREES, Catalog, Entry, kind_of
 from ..errors import Fault, InputError
-from ..files import read_bytes
+from ..files import read_bytes, same_file
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.xml_mission import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
@@ -174,6 +174,6 @@ def declared_dialect(mission: Entry, catalog: Catalog) -> str:
         except InputError:
             continue  # reported where the scenario or the planner is checked
         for agent in users:
-            if agent.nodes and catalog.find("mission", agent.mission).path.samefile(mission.path):
+            if agent.nodes and same_file(catalog.find("mission", agent.mission).path, mission.path):
                 return agent.nodes
     return ""

@@ -77,13 +77,11 @@ def unknown_goal(world: WorldModel, action: str, goal: str, later: Collection[st
     if goal in known:
         hint = f"{action} fails unless the position becomes known during the run."
         return Fault(f"the position of '{goal}' is not known at the start.", hint=hint, warning=True)
-    found = unknown("place", goal, known, "The world")
     if later is not None and goal not in later and not world.graph.has(goal):
         hint = f"{action} cannot reach it. If it becomes known only during the run, declare it in a [[fact]]."
-        return Fault(found.message, hint=f"{found.hint} {hint}")
-    return Fault(
-        found.message, hint=f"{found.hint} {action} fails unless it becomes known during the run.", warning=True
-    )
+        return unknown("place", goal, known, "The world", hint)
+    hint = f"{action} fails unless it becomes known during the run."
+    return replace(unknown("place", goal, known, "The world", hint), warning=True)
 
 
 L = TypeVar("L", bound=Node)
@@ -243,9 +241,8 @@ class Mission(MissionContext):
     def _check_leader(self, action: str, leader: str) -> None:
         known = self.knowledge.world.peers()
         if known and leader not in known:
-            found = unknown("other robot", leader, known, "The world")
-            hint = f"{found.hint} {action} fails at once."
-            self._warn(Fault(found.message, hint=hint, warning=True), about=leader)
+            found = unknown("other robot", leader, known, "The world", f"{action} fails at once.")
+            self._warn(replace(found, warning=True), about=leader)
 
     def _fault(self, error: InputError) -> None:
         """Raise faults, or collect them if the mission is being checked.

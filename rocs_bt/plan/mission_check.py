@@ -165,8 +165,8 @@ def _values(node: Act, flow: Flow) -> dict[str, tuple[Any, Dimension | None]]:
 def _leader_fault(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterator[Fault]:
     known = knowledge.world.peers()
     if known and leader not in known:
-        found = unknown("other robot", leader, known, "The world")
-        yield fault_at(node, found.message, f"{found.hint} {node.tag} fails at once.", attribute="leader")
+        found = unknown("other robot", leader, known, "The world", f"{node.tag} fails at once.")
+        yield fault_at(node, found.message, found.hint, attribute="leader")
 
 
 def check_mission(

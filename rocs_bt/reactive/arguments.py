@@ -170,6 +170,8 @@ def read_action(table: Table, actions: Mapping[str, type[Action]]) -> tuple[str,
         return name, [], fallbacks
     declared = parameters_of(actions[name])
     for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
+        for key in declared:
+            owner.raw(key, None)  # the reader takes it, also if it is not written
         for key in used:
             if key not in declared:
                 owner.adopt(key, InputError(unknown(f"parameter of {name}", key, declared, name)))

@@ -216,9 +216,11 @@ def threshold_dimension(threshold: str, rules: RuleSet) -> Dimension:
     """
     if threshold in rules.dimensions:
         return rules.dimensions[threshold]
-    fault = unknown("threshold", threshold, rules.thresholds, f"The rule file '{rules.name}'")
-    hint = f"{fault.hint} Thresholds are declared under [threshold].".strip()
-    raise InputError(Fault(fault.message, rules.files[-1] if rules.files else None, hint=hint))
+    fault = unknown("threshold", threshold, rules.thresholds, f"The rule file '{rules.name}'", _DECLARED)
+    raise InputError(fault.at(rules.files[-1] if rules.files else None))
+
+
+_DECLARED = "Thresholds are declared under [threshold]."
 
 
 def _run(rules: RuleSet, inputs: ReflexInput) -> Steps:

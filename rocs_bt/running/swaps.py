@@ -13,6 +13,7 @@ from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
 from ..clock import SimulatedClock
 from ..errors import Fault, InputError, RecordingError, unknown
 from ..event import Event, NullSink, RunControlled
+from ..files import same_file
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
 from ..trees.error import TreeError
@@ -160,7 +161,7 @@ def _rehearsed(swap: SubtreeSwap, agents: Sequence[Agent], catalog: Catalog) -> 
 def _named(swap: SubtreeSwap, agent: Agent, node: str, entry: Entry, catalog: Catalog) -> SubtreeSwap:
     """Swap with the node as `AGENT:NODE`, and a mission of the catalog by its name."""
     listed = next((e for e in catalog.list("mission") if e.name == entry.name), None)
-    named = listed is not None and listed.path.samefile(entry.path)
+    named = listed is not None and same_file(listed.path, entry.path)
     mission = entry.name if named else str(entry.path)
     return msgspec.structs.replace(swap, node=f"{agent.name}:{node}", mission=mission)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ...errors import Fault, InputError, did_you_mean, unknown
+from ...errors import Fault, InputError, NameHint, did_you_mean, unknown
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from ..value import from_string
@@ -304,7 +304,9 @@ def _port_list(node: type[Node]) -> str:
 
 def _extended(hint: str, other: str) -> str:
     """Append another remedy to a hint, unless the hint already suggests a similar name."""
-    return hint if hint.startswith("Did you mean") else f"{hint} {other}"
+    if isinstance(hint, NameHint):
+        return hint if hint.close else hint.and_also(other)
+    return f"{hint} {other}"
 
 
 class _Ancestors(NamedTuple):

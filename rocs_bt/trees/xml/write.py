@@ -114,15 +114,19 @@ def palette(nodes: Iterable[type[Node]]) -> str:
     """Palette for an editor such as Groot2: a document that declares nodes and has no trees.
 
     Args:
-        nodes: Node classes; those of BehaviorTree.CPP itself are left out, because editors know them.
+        nodes: Node classes; Groot2 knows those of BehaviorTree.CPP itself, other editors do not.
     """
-    models = [model_of(node) for node in own_nodes(nodes)]
+    models = [model_of(node) for node in _sorted(nodes)]
     return to_text(element("root", {"BTCPP_format": "4"}, [element("TreeNodesModel", {}, models)]))
 
 
 def own_nodes(nodes: Iterable[type[Node]]) -> list[type[Node]]:
     """Node classes that are not part of BehaviorTree.CPP, sorted by kind and name, without duplicates."""
-    found = {n.tag: n for n in nodes if n.kind in _KINDS and (n.tag not in BUILTIN or "navigation" in n.__module__)}
+    return _sorted(n for n in nodes if n.tag not in BUILTIN or "navigation" in n.__module__)
+
+
+def _sorted(nodes: Iterable[type[Node]]) -> list[type[Node]]:
+    found = {n.tag: n for n in nodes if n.kind in _KINDS}
     return sorted(found.values(), key=lambda n: (_KINDS.index(n.kind), n.tag))
 
 
