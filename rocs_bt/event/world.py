@@ -12,7 +12,7 @@ from ..sink import Event, Level
 class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
     """A body moved: its ground-truth pose from the simulation, world frame; on hardware, the robot's own estimate.
 
-    `height` of the base's origin, `roll` and `pitch` are recorded for simulated robots without wheels only.
+    `height` of the base's origin, `roll`, `pitch` and `joints` are recorded for simulated robots without wheels only.
     """
 
     agent: str = field(default_factory=str)  # a factory's default is not omitted from recordings
@@ -24,6 +24,7 @@ class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
     height: float | None = None  # [m]
     roll: float | None = None  # [rad]
     pitch: float | None = None  # [rad]
+    joints: tuple[float, ...] = ()  # [rad, m], in the order of the body's links in the header, rounded to 0.001
 
     @property
     def tilt(self) -> float:

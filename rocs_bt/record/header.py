@@ -95,6 +95,44 @@ class Fan(msgspec.Struct, frozen=True, kw_only=True):
     reach: float
 
 
+class BodyShape(msgspec.Struct, frozen=True, kw_only=True):
+    """Primitive of a body.
+
+    Attributes:
+        kind: `box`, `sphere`, `ellipsoid`, `cylinder` or `capsule`.
+        size: Half edges or radii x, y, z; of a cylinder and a capsule radius and half length; radius of a sphere [m].
+        position: Position x, y, z in the frame of the link [m].
+        quaternion: Orientation w, x, y, z in the frame of the link.
+        tint: Red, green, blue and opacity, each 0 to 1.
+        link: Link that carries it: 0 for the base, else its index in `BodyInfo.links` plus 1.
+    """
+
+    kind: str
+    size: tuple[float, ...]
+    position: tuple[float, ...]
+    quaternion: tuple[float, ...]
+    tint: tuple[float, ...]
+    link: int = 0
+
+
+class BodyLink(msgspec.Struct, frozen=True, kw_only=True):
+    """Link on a joint, as a frame at the joint.
+
+    Attributes:
+        parent: Link that carries the joint, numbered as in `BodyShape`; it comes earlier.
+        position: Position in the frame of the parent [m].
+        quaternion: Orientation w, x, y, z in the frame of the parent with the joint at 0.
+        axis: Unit vector of the joint.
+        turns: Whether the joint turns about its axis; else it slides along it.
+    """
+
+    parent: int
+    position: tuple[float, ...]
+    quaternion: tuple[float, ...]
+    axis: tuple[float, ...]
+    turns: bool = True
+
+
 class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Moving body.
 
@@ -104,6 +142,9 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
         beams: Beams of the range sensors by sensor, in the order of the sensor's values.
         fans: Rays of the laser scanners by sensor.
         height: Height [m].
+        shapes: Primitives, drawn in 3D.
+        links: Links on joints; `BodyMoved.joints` has their values for a robot without wheels.
+        base: Height of the base's origin over the ground, if `BodyMoved` has none [m].
     """
 
     name: str
@@ -111,6 +152,9 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
     beams: Mapping[str, tuple[Beam, ...]] = {}
     fans: Mapping[str, Fan] = {}
     height: float = 0.2
+    shapes: tuple[BodyShape, ...] = ()
+    links: tuple[BodyLink, ...] = ()
+    base: float = 0.0
 
 
 class SubtreeSwap(msgspec.Struct, frozen=True):

@@ -215,6 +215,11 @@ def _pose(tracks: Tracks, event: BodyMoved) -> None:
         tracks.curve(event.body, "wheels", "", len(event.wheels) // 8).add(event.t, event.wheels)
 
 
+def _joints(tracks: Tracks, event: BodyMoved) -> None:
+    if event.joints:
+        tracks.curve(event.body, "joints", "", len(event.joints)).add(event.t, pack(event.joints))
+
+
 def _signal(tracks: Tracks, event: SignalsWritten) -> None:
     wanted = tracks.signals
     for name, part in event.parts():
@@ -375,6 +380,7 @@ STREAMS: tuple[type[Event], ...] = (SensorRead, SignalsWritten, BodyMoved, Actua
 
 TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "pose": {BodyMoved: _pose},
+    "joints": {BodyMoved: _joints},
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},
     "motion": {SignalsWritten: _motion, BodyMoved: _tilt},

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from ..clock import Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
+from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch
 from ..simulation.fact_schedule import FactSchedule
 from ..simulation.outcome import Verdict
@@ -86,6 +87,7 @@ class Episode:
         self._actors = (*simulated.actors, *facts)
         self._wheels = simulated.wheels
         self._spatial = simulated.spatial
+        self._joints = {name: RobotShapes(simulated.world, name).addresses for name in simulated.spatial}
         self._goals = simulated.goals
         self._control = control
         self._duration = duration
@@ -183,12 +185,13 @@ class Episode:
         (x, y, yaw), wheels = self._world.pose(name), self._wheels.get(name)
         agent = name if name in self._judges else ""
         packed = pack(wheels()) if wheels is not None else b""
-        z = roll = pitch = None
-        if name in self._spatial:
-            _, _, z, roll, pitch, _ = self._world.pose3(name)
-        self._sink.emit(
-            BodyMoved(t=t, agent=agent, body=name, x=x, y=y, yaw=yaw, wheels=packed, height=z, roll=roll, pitch=pitch)
-        )
+        if name not in self._spatial:
+            self._sink.emit(BodyMoved(t=t, agent=agent, body=name, x=x, y=y, yaw=yaw, wheels=packed))
+            return
+        _, _, z, roll, pitch, _ = self._world.pose3(name)
+        joints = tuple(self._world.data.qpos[self._joints[name]].round(3).tolist())
+        pose = {"x": x, "y": y, "yaw": yaw, "height": z, "roll": roll, "pitch": pitch}
+        self._sink.emit(BodyMoved(t=t, agent=agent, body=name, wheels=packed, joints=joints, **pose))
 
     def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
         name, world, judge = agent.name, self._world, self._judges[agent.name]

@@ -21,6 +21,7 @@ from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
 from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap
+from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
 from ..simulation.simulated_world import SimulatedWorld
 from ..version import __version__
@@ -108,7 +109,7 @@ def with_scenery(
         command=command,
         bodies=(
             *(_body(model, simulated, name) for name in simulated.world.robots),
-            *(BodyInfo(name=n, hull=hull_outline(model, t.geoms)) for n, t in simulated.world.objects.items()),
+            *(_object(model, simulated, name) for name in simulated.world.objects),
         ),
         outlines=outlines(model, simulated.world.robots),
         grounds=ground_outlines(scenario),
@@ -210,7 +211,21 @@ def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
     sensors = simulated.sensors.get(name, {})
     beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
     fans = {s.name: s.fan() for s in sensors.values() if isinstance(s, Lidar)}
-    return BodyInfo(name=name, hull=hull_outline(model, simulated.world.robots[name].hull), beams=beams, fans=fans)
+    hull, drawn = hull_outline(model, simulated.world.robots[name].hull), RobotShapes(simulated.world, name)
+    return BodyInfo(
+        name=name,
+        hull=hull,
+        beams=beams,
+        fans=fans,
+        shapes=drawn.shapes,
+        links=drawn.links,
+        base=drawn.height,
+    )
+
+
+def _object(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
+    shapes, base = object_shapes(simulated.world, name)
+    return BodyInfo(name=name, hull=hull_outline(model, simulated.world.objects[name].geoms), shapes=shapes, base=base)
 
 
 def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:

@@ -18,7 +18,7 @@ from .ros_names import BASE
 Matrix = npt.NDArray[np.float64]
 """Pose as a homogeneous matrix, shape (4, 4)."""
 
-_DRAWN_GROUPS = 3  # groups of geoms that MuJoCo draws by default: 0, 1 and 2
+DRAWN_GROUPS = 3  # groups of geoms that MuJoCo draws by default: 0, 1 and 2
 _HINGE, _SLIDE = 3, 2  # types of joints in MuJoCo
 _SPHERE, _CAPSULE, _ELLIPSOID, _CYLINDER, _BOX = 2, 3, 4, 5, 6  # types of geoms
 
@@ -127,7 +127,11 @@ class RobotLinks:
         """Name of the link that carries a site of the robot's model, and the pose of the site on it."""
         found = self._model.site(f"{self._prefix}{site}")
         link, there = self._of[int(self._model.site_bodyid[found.id])]
-        return link.name, pose_of(there @ _matrix(found.pos, found.quat))
+        return link.name, pose_of(there @ matrix_of(found.pos, found.quat))
+
+    def frame(self, body: int) -> tuple[Link, Matrix]:
+        """Link that carries a body of the model, by its ID, and the pose of the body on it."""
+        return self._of[body]
 
     def poses(self) -> tuple[float, list[tuple[str, str, Pose3]]]:
         """Time of the present state [s], and parent, name and pose of each link on a joint."""
@@ -139,15 +143,15 @@ class RobotLinks:
     def _add(self, body: int) -> None:
         model = self._model
         link, there = self._of[int(model.body_parentid[body])]
-        there = there @ _matrix(model.body_pos[body], model.body_quat[body])
+        there = there @ matrix_of(model.body_pos[body], model.body_quat[body])
         first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
         for joint in (j for j in range(first, first + count) if self._actuated(j)):
-            anchor = _matrix(model.jnt_pos[joint])  # from the body's frame to that of the joint
+            anchor = matrix_of(model.jnt_pos[joint])  # from the body's frame to that of the joint
             how = self._joint(joint)
             origin = there @ anchor @ _moved(how, -float(model.qpos0[how.address]))  # the model is at qpos0
             link = Link(f"{how.name.removesuffix('_joint')}_link", link, origin, how)
             self.links.append(link)
-            there = _matrix(-model.jnt_pos[joint])
+            there = matrix_of(-model.jnt_pos[joint])
         self._of[body] = link, there
 
     def _actuated(self, joint: int) -> bool:
@@ -170,11 +174,11 @@ class RobotLinks:
         model = self._model
         link, there = self._of[int(model.geom_bodyid[geom])]
         kind, size, centre = _primitive(model, geom)
-        pose = pose_of(there @ _matrix(model.geom_pos[geom], model.geom_quat[geom]) @ _matrix(centre))
+        pose = pose_of(there @ matrix_of(model.geom_pos[geom], model.geom_quat[geom]) @ matrix_of(centre))
         material = int(model.geom_matid[geom])
         color = model.geom_rgba[geom] if material < 0 else model.mat_rgba[material]
         shape = Shape(kind, size, pose, tuple(round(float(c), 4) for c in color))
-        if int(model.geom_group[geom]) < _DRAWN_GROUPS:
+        if int(model.geom_group[geom]) < DRAWN_GROUPS:
             link.visual.append(shape)
         if hull or collides(model, geom):
             link.collision.append(shape)
@@ -201,11 +205,12 @@ def _moved(joint: Joint, value: float) -> Matrix:
     """Pose of a link in the frame of its joint at a value [rad or m]."""
     axis = np.array(joint.axis)
     if not joint.turns:
-        return _matrix(axis * value)
-    return _matrix((0.0, 0.0, 0.0), (math.cos(value / 2.0), *(axis * math.sin(value / 2.0))))
+        return matrix_of(axis * value)
+    return matrix_of((0.0, 0.0, 0.0), (math.cos(value / 2.0), *(axis * math.sin(value / 2.0))))
 
 
-def _matrix(position: Any, quaternion: Any = (1.0, 0.0, 0.0, 0.0)) -> Matrix:
+def matrix_of(position: Any, quaternion: Any = (1.0, 0.0, 0.0, 0.0)) -> Matrix:
+    """Homogeneous matrix of a position [m] and a quaternion (w, x, y, z)."""
     from ..drivers.mujoco.library import mujoco
 
     turn, found = np.zeros(9), np.eye(4)

@@ -20,7 +20,7 @@ Numbers = NDArray[np.float64]
 
 # Whole numbers for what is not finite; the page knows them.
 _NAN, _INFINITE, _NEGATIVE = -(2**31), 2**31 - 1, -(2**31) + 1
-_RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "follower": 1e-4}  # [m, rad] by topic
+_RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "joints": 1e-3, "follower": 1e-4}  # [m, rad] by topic
 _TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
 _LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values

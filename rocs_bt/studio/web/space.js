@@ -1,6 +1,6 @@
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
 import { color, dark, el, upto } from "./dom.js";
-import { View3d, placed } from "./view3d.js";
+import { View3d, placed, times } from "./view3d.js";
 
 const WINDOW = 20; // [s] of the way behind a robot
 const LOW = 0.3; // [m] height of what has none in the header
@@ -16,6 +16,16 @@ const turned = (yaw, pitch = 0, roll = 0) => {
   const [[cy, sy], [cp, sp], [cr, sr]] = [yaw, pitch, roll].map((angle) => [Math.cos(angle / 2), Math.sin(angle / 2)]);
   return [cy * cp * cr + sy * sp * sr, cy * cp * sr - sy * sp * cr, cy * sp * cr + sy * cp * sr, sy * cp * cr - cy * sp * sr];
 };
+
+/** Matrix of a joint at a value: a turn about its axis, or a shift along it. */
+const moved = ({ axis: [x, y, z], turns }, value) => {
+  if (!turns) return placed([x * value, y * value, z * value]);
+  const s = Math.sin(value / 2);
+  return placed([0, 0, 0], [Math.cos(value / 2), x * s, y * s, z * s]);
+};
+
+/** Colour of a shape, nearly grey: strong colours have a meaning on this page. */
+const pale = ([r, g, b]) => [r, g, b].map((part) => 0.25 * part + 0.75 * (0.3 * r + 0.6 * g + 0.1 * b));
 
 const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math.cos((i * Math.PI) / 12), y + r * Math.sin((i * Math.PI) / 12)]);
 
@@ -33,11 +43,25 @@ export class Space {
       { kind: "prism", size: [radius > 0 ? circle(points[0], radius) : points, height || LOW], ...still, body: 0, tint: [...rgb("wall"), 1] }
     ));
     const own = (name) => [...rgb(this.run.agents.includes(name) ? "deliberative" : "other"), 1];
-    const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [] }, i) => (
-      shapes.length ? shapes.map((shape) => ({ ...shape, body: i + 1 }))
-        : hull.length ? [{ kind: "prism", size: [hull, height], ...still, body: i + 1, tint: own(name) }] : []
-    ));
+    let frame = 1; // of the body; then one for each of its links
+    const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [], links = [] }) => {
+      const first = frame;
+      frame += 1 + links.length;
+      if (shapes.length) return shapes.filter(({ tint }) => tint[3] > 0).map((shape) => ({ ...shape, tint: [...pale(shape.tint), 1], body: first + shape.link }));
+      return hull.length ? [{ kind: "prism", size: [hull, height], ...still, body: first, tint: own(name) }] : [];
+    });
     return [...world, ...robots];
+  }
+
+  /** Matrices of a body and of its links at a time; without its pose they are not drawn. */
+  frames({ name, base = 0, shapes = [], links = [] }, t) {
+    const p = this.run.pose(name, t), angles = this.run.get(name, "joints")?.between(t) ?? [];
+    if (!p) return Array(1 + links.length).fill(null);
+    const found = [placed([p.x, p.y, p.z ?? (shapes.length ? base : 0)], turned(p.yaw, p.pitch, p.roll))];
+    links.forEach((link, i) => {
+      found.push(times(times(found[link.parent], placed(link.position, link.quaternion)), moved(link, angles[i] ?? 0)));
+    });
+    return found;
   }
 
   /** The view, made when it is first shown; null without WebGL. */
@@ -55,12 +79,9 @@ export class Space {
 
   draw() {
     if (this.canvas.hidden || !this.made) return;
-    const { run, cursor: { t, agent }, view } = this, pose = (name, at) => run.pose(name, at);
+    const { run, cursor: { t, agent }, view } = this;
     view.sky = rgb("raised");
-    const matrices = run.header.bodies.map(({ name }) => {
-      const p = pose(name, t);
-      return p && placed([p.x, p.y, p.z ?? 0], turned(p.yaw, p.pitch, p.roll));
-    });
+    const matrices = run.header.bodies.flatMap((body) => this.frames(body, t));
     const track = run.get(agent, "pose"), points = [];
     for (let i = track ? upto(track.t, t - WINDOW) : 0; track && i < upto(track.t, t); i++) {
       const [x, y, , z = 0] = track.row(i);

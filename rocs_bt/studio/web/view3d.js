@@ -27,7 +27,7 @@ const NEAR = 0.05, FAR = 400, LENS = 1 / Math.tan(0.4);
 const PARTS = 20; // of a round shape
 
 /** Product of two matrices, column by column. */
-const times = (a, b) => {
+export const times = (a, b) => {
   const c = new Float32Array(16);
   for (let i = 0; i < 4; i++) for (let j = 0; j < 4; j++) for (let k = 0; k < 4; k++) c[4 * j + i] += a[4 * k + i] * b[4 * j + k];
   return c;
