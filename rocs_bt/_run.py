@@ -6,7 +6,6 @@ import it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Unpack
@@ -18,8 +17,7 @@ from .check import check_scenario
 from .errors import RecordingError
 from .files import write_whole
 from .record import FolderLock, Recording, write_report
-from .running import REPORT, SUMMARY, RunChanges, RunOptions, RunResult, drive_robots, simulate, summary_of
-from .running.run_files import ReportWriter
+from .running import REPORT, SUMMARY, Run, RunChanges, RunOptions, RunResult, summary_of
 
 _DEFAULTS = RunOptions()
 
@@ -50,7 +48,7 @@ def run(
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """
-    return _checked(simulate, scenario, catalog, msgspec.structs.replace(options, **changes))
+    return _conduct(scenario, catalog, msgspec.structs.replace(options, **changes))
 
 
 def drive(
@@ -80,7 +78,7 @@ def drive(
         DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values within the option `wait`.
         KeyboardInterrupt: A signal ended the run.
     """
-    return _checked(drive_robots, scenario, catalog, msgspec.structs.replace(options, **changes))
+    return _conduct(scenario, catalog, msgspec.structs.replace(options, **changes), on_hardware=True)
 
 
 def report(recording: Recording | Path | str, out: Path | str | None = None) -> RunResult:
@@ -108,15 +106,13 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
     return RunResult(summary=summary, recording=recorded.path, report=page)
 
 
-def _checked(
-    play: Callable[[ScenarioSpec, Catalog, RunOptions, ReportWriter], RunResult],
-    scenario: ScenarioSpec | str,
-    catalog: Catalog | None,
-    options: RunOptions,
+def _conduct(
+    scenario: ScenarioSpec | str, catalog: Catalog | None, options: RunOptions, *, on_hardware: bool = False
 ) -> RunResult:
     """Check a scenario, run it, and add the warnings of the check to the result."""
     catalog = catalog or CachingCatalog.here()
     findings = check_scenario(scenario, catalog, options.missions or {})
     findings.refuse()
     spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
-    return msgspec.structs.replace(play(spec, catalog, options, write_report), warnings=findings.warnings)
+    result = Run(spec, catalog, options, on_hardware=on_hardware).conduct()
+    return msgspec.structs.replace(result, warnings=findings.warnings)

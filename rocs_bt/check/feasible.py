@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -16,8 +17,7 @@ from ..expression.node import TEMPORAL_OPS
 from ..geometry import Pose2
 from ..reactive import Rule, RuleModel
 from ..reactive.rule_model import describe, stateless_rule
-from ..running import RunOptions
-from ..running.ready_run import set_up
+from ..running import Run, RunOptions
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from ..simulation.scripted_objects import FREE
 from ..units import TIME
@@ -41,18 +41,29 @@ def check_feasible(scenario: ScenarioSpec, catalog: Catalog, replaced: Iterable[
     Raises:
         InputError: A run of the scenario could not begin: for example, a robot's start pose is not free.
     """
-    ready = set_up(scenario, catalog, RunOptions(missions=dict.fromkeys(replaced, idle))) if catalog.code else None
-    simulated = build_world(scenario, catalog, 1, NullSink()) if ready is None else ready.simulated
+    run = Run(scenario, catalog, RunOptions(missions=dict.fromkeys(replaced, idle)))
+    with closing(run):
+        simulated, agents = _prepared(run) if catalog.code else (build_world(scenario, catalog, 1, NullSink()), ())
+        yield from _feasible(scenario, catalog, simulated, agents)
+
+
+def _prepared(run: Run) -> tuple[SimulatedWorld, Sequence[Agent]]:
+    """World and agents of a run that is ready to begin. They are not those of the run itself: the check moves them."""
+    run.prepare()
+    return run.world, run.stage.agents
+
+
+def _feasible(
+    scenario: ScenarioSpec, catalog: Catalog, simulated: SimulatedWorld, agents: Sequence[Agent]
+) -> Iterator[Fault]:
     yield from _outside(scenario, simulated)
-    if ready is not None and len(ready.agents) == 1 and not any(actor.robot for actor in scenario.actors):
-        yield from _in_world(scenario, scenario.agents[0], simulated, ready.agents[0], catalog)
+    if len(agents) == 1 and not any(actor.robot for actor in scenario.actors):
+        yield from _in_world(scenario, scenario.agents[0], simulated, agents[0], catalog)
     else:
         for agent in scenario.agents:
             others = tuple(m for m in scenario.actors if not m.robot)
             world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
             yield from _in_world(scenario, agent, world, _single_agent(scenario, catalog, agent, world), catalog)
-    for built in ready.agents if ready else ():
-        built.close()
 
 
 def _in_world(

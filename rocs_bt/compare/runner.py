@@ -22,8 +22,7 @@ from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, S
 from ..drivers.mujoco import MujocoWorld
 from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
-from ..record import write_report
-from ..running import RunOptions, simulate
+from ..running import Run, RunOptions
 from ..simulation import SimulatedWorld
 from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
 from .family import AGENT, load_family
@@ -107,7 +106,7 @@ class EpisodeRunner:
             scenario = replace(scenario, requirements=(*scenario.requirements, extra))
         sink = MetricSink(agent)
         options = RunOptions(seed=episode.seed, report=False, prepare=sink.prepare, sinks=[sink])
-        summary = simulate(scenario, prepared.catalog, options, write_report).summary
+        summary = Run(scenario, prepared.catalog, options).conduct().summary
         result = summary.agents[agent]
         measured = EpisodeData(
             outcome=result.outcome,

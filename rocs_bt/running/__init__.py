@@ -5,17 +5,16 @@ Imported by `compare`, `check`, the command line and the pytest plugin.
 
 from ..drivers.host import Host
 from .command import Control, RunCommand
-from .episode import Episode, Result
-from .hardware import drive_robots
-from .judge_panel import EpisodeAgent
+from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
 from .options import MODES, Build, LiveView, RunChanges, RunOptions
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
+from .run import Run
 from .run_files import RECORDING, REPORT, SUMMARY
 from .run_result import RunResult
-from .simulate import simulate
+from .simulated_stage import SimulatedStage
 from .sink_thread import SinkThread
 from .stop_signals import EndedAtOnce, StopSignals
 from .summary import summary_of
@@ -37,19 +36,20 @@ __all__ = [
     "PreflightReport",
     "RequirementWatch",
     "Result",
+    "Run",
     "RunChanges",
     "RunCommand",
     "RunOptions",
     "RunResult",
     "SensorState",
+    "SimulatedStage",
     "SinkThread",
+    "Stage",
     "StopSignals",
     "check_recorded",
-    "drive_robots",
     "read_swap",
     "replay",
     "requirement_faults",
     "requirements_of",
-    "simulate",
     "summary_of",
 ]

@@ -30,8 +30,8 @@ from ..record import AgentInfo, Recording, RunHeader
 from ..simulation.devices import make_sensor
 from ..words import listed
 from .header import box_body, signals_of, versions
-from .ready_run import Relay
 from .run_files import RunFiles
+from .sink_thread import Relay
 
 GOAL_TOPIC, GOAL_TYPE = "goal_pose", "geometry_msgs/msg/PoseStamped"
 """Topic of the robot's goal, as rviz and Nav2 publish it."""

@@ -3,89 +3,19 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import partial
-from typing import Protocol
 
 from msgspec.structs import replace
 
-from ..agent import Agent, RuleWatch
-from ..agent.rule_files import RuleFile
-from ..clock import SLICE, Clock
-from ..drivers.emergency_stop import EmergencyStop
+from ..agent import RuleWatch
+from ..clock import SLICE
 from ..errors import InputError
 from ..event import EventSink, RunControlled
 from ..record import SubtreeSwap
 from .command import Control, RunCommand
+from .episode import Stage
 from .swaps import SwapSchedule
-
-_PAUSE = "pause of the run"  # source of the holds
-
-
-class Pausing(Protocol):
-    """Stage of a run, as far as a pause needs it."""
-
-    @property
-    def time_stops(self) -> bool:
-        """Whether the time of the run stops in a pause, as in lockstep; else only the robots stop."""
-        ...
-
-    def pause(self, by: str) -> None:
-        """Begin a pause that this person or program asked for."""
-        ...
-
-    def resume(self, by: str) -> None:
-        """End a pause.
-
-        Raises:
-            InputError: No command ends a pause of this stage.
-        """
-        ...
-
-
-class SimulatedPause:
-    """Pause of a simulation: in lockstep time stops, else the robots are held in neutral.
-
-    Args:
-        agents: Agents of the run.
-        time_stops: Whether the run is in lockstep.
-    """
-
-    def __init__(self, agents: Sequence[Agent], *, time_stops: bool) -> None:
-        self.time_stops = time_stops
-        self._agents = () if time_stops else agents
-
-    def pause(self, by: str) -> None:
-        """Hold the robots."""
-        for agent in self._agents:
-            agent.hold(f"paused by {by}", _PAUSE)
-
-    def resume(self, by: str) -> None:
-        """Let the robots move again."""
-        for agent in self._agents:
-            agent.resume(_PAUSE, by)
-
-
-class HardwarePause:
-    """Pause of a run on hardware: the robots go to neutral and wait for a go, as after an emergency stop.
-
-    Args:
-        stops: Emergency stops of the robots.
-    """
-
-    time_stops = False
-
-    def __init__(self, stops: Sequence[EmergencyStop]) -> None:
-        self._stops = stops
-
-    def pause(self, by: str) -> None:
-        """Send all robots to neutral."""
-        for stop in self._stops:
-            stop.pause(by)
-
-    def resume(self, by: str) -> None:
-        """Refuse: only a person at the robots lets them move again."""
-        raise InputError("robots on hardware go on only when a person presses Enter at the terminal of the run.")
 
 
 class CommandDesk:
@@ -95,7 +25,6 @@ class CommandDesk:
         control: Source of the commands; None for a run without.
         swaps: Swaps of the run, which get those of the commands.
         rules: Rule files of the agents.
-        clock: Clock of the run.
         sink: Sink of the events.
         stage: Stage of the run, which pauses and continues in its way.
         only_pause: Whether every other command is refused.
@@ -109,9 +38,8 @@ class CommandDesk:
         control: Control | None,
         swaps: SwapSchedule,
         rules: RuleWatch,
-        clock: Clock,
         sink: EventSink,
-        stage: Pausing,
+        stage: Stage,
         *,
         only_pause: bool = False,
     ) -> None:
@@ -119,7 +47,6 @@ class CommandDesk:
         self._control = control
         self._swaps = swaps
         self._rules = rules
-        self._clock = clock
         self._sink = sink
         self._stage = stage
         self._only_pause = only_pause
@@ -142,7 +69,7 @@ class CommandDesk:
     def _apply_all(self, control: Control) -> None:
         for command in control.take():
             event = RunControlled(
-                t=self._clock.now(),
+                t=self._stage.clock.now(),
                 command=command.kind,
                 target=command.rules or command.node,
                 source=command.mission,
@@ -186,8 +113,3 @@ class CommandDesk:
                 self._rules.request(command.rules, command.agent)
                 return event, self._rules.check if self._stage.time_stops else None
         return event, None
-
-
-def rule_files_of(agents: Sequence[Agent]) -> list[tuple[str, RuleFile]]:
-    """Rule files of all agents, each with the name of its agent."""
-    return [(agent.name, file) for agent in agents for file in agent.rule_files]

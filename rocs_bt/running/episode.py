@@ -1,27 +1,99 @@
-"""Episode: one simulated run of a world and its agents (docs/architecture.md)."""
+"""Episode: the control periods of one run, from the first one to the outcome of every agent."""
 
 from __future__ import annotations
 
-import hashlib
-import math
-import threading
-from collections.abc import Callable, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
+from typing import Protocol
 
-from ..clock import Rate, WallClock, wait_until
-from ..drivers.mujoco import Contact
-from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
-from ..simulation.body_shapes import RobotShapes
-from ..simulation.clearance import ClearanceWatch
-from ..simulation.fact_schedule import FactSchedule
-from ..simulation.outcome import Verdict
-from ..simulation.physics_thread import PhysicsThread
-from ..simulation.simulated_world import SimulatedWorld
-from .judge_panel import END, EpisodeAgent, JudgePanel, brake
+from ..clock import Clock, WallClock
+from ..event import EventSink, OutcomeDecided
+from ..raised import describe
+from ..simulation.outcome import AgentState, Judge, Verdict
+
+END = "the end of the run"
+"""Reason with which actions are cancelled when an agent's run is over."""
 
 CLOSED = "the viewer was closed"
 """Reason of the outcome `interrupted` if the observer of the run ended it."""
+
+
+class EpisodeAgent(AgentState, Protocol):
+    """Interface of an agent that an episode steps, stops and judges."""
+
+    @property
+    def name(self) -> str:
+        """Name of the agent and of its robot in the world."""
+        ...
+
+    def step(self, count: int) -> None:
+        """Run one control period in lockstep; `count` is the number of periods before it."""
+        ...
+
+    def brake(self) -> None:
+        """Send all actuators to neutral permanently."""
+        ...
+
+    def stop(self, by: str = ...) -> None:
+        """Send all actuators to neutral permanently and cancel all actions."""
+        ...
+
+
+class Stage(Protocol):
+    """Place of a run: a simulated world, or the robots themselves."""
+
+    @property
+    def clock(self) -> Clock:
+        """Clock of the run."""
+        ...
+
+    @property
+    def judges(self) -> Mapping[str, Judge]:
+        """Judges of the outcomes, by agent."""
+        ...
+
+    @property
+    def time_stops(self) -> bool:
+        """Whether the time of the run stops between two periods, as in lockstep."""
+        ...
+
+    @property
+    def trajectory_hash(self) -> str | None:
+        """Hash of the ground truth at all control periods; None without ground truth."""
+        ...
+
+    def playing(self, ended: Callable[[], str]) -> AbstractContextManager[Iterator[float]]:
+        """Context in which the run goes on; it gives the time of each control period [s].
+
+        Args:
+            ended: Returns the reason of a signal that ends the run, or an empty text; no period is late for it.
+        """
+        ...
+
+    def observe(self, t: float) -> None:
+        """Begin a control period: emit where the bodies are, check the devices, and judge the agents."""
+        ...
+
+    def advance(self, t: float) -> None:
+        """End a control period: what does not go on by itself does so until the next period."""
+        ...
+
+    def rest(self) -> None:
+        """After the last period, however it ended: all robots stay in neutral."""
+        ...
+
+    def pause(self, by: str) -> None:
+        """Begin a pause that this person or program asked for."""
+        ...
+
+    def resume(self, by: str) -> None:
+        """End a pause.
+
+        Raises:
+            InputError: No command ends a pause of this stage.
+        """
+        ...
 
 
 @dataclass(frozen=True)
@@ -29,197 +101,146 @@ class Result:
     """Result of an episode.
 
     Attributes:
-        verdicts: Verdicts by agent.
-        sim_time: Simulated duration [s].
+        verdicts: Verdicts (outcomes with reasons) by agent; empty if they could not be determined.
+        sim_time: Duration on the clock of the run [s].
         wall_time: Wall-clock duration of the run [s].
-        trajectory_hash: sha256 of the float64 generalised positions at all control periods.
-        lateness: Maximum delay of physics behind the wall clock [s]; 0 in lockstep.
+        trajectory_hash: sha256 of the float64 generalised positions at all control periods; None on hardware.
     """
 
     verdicts: Mapping[str, Verdict]
     sim_time: float
     wall_time: float
-    trajectory_hash: str
-    lateness: float = 0.0
-
-    @property
-    def real_time_factor(self) -> float:
-        """Simulated time divided by wall-clock time."""
-        return self.sim_time / max(self.wall_time, 1e-9)
+    trajectory_hash: str | None
 
 
 class Episode:
-    """One run of a scenario.
+    """One run of the agents of a scenario on their stage.
 
     Args:
-        simulated: World, scripted actors and objects, and judges of the agents.
+        stage: Stage of the run.
         agents: Agents of the scenario.
-        facts: Scheduled facts of the agents.
-        control: Control rate in physics steps.
+        sink: Sink for the outcomes.
         duration: Maximum duration [s].
-        sink: Sink for all events.
-        watch: Observer, called once per control period with the time [s]; False ends the run.
+        start: Time of the first control period [s].
+        between: Observer, called once per control period with the time [s]; False ends the run.
         ended: Returns the reason of a signal that ends the run, or an empty text; called once per control period.
-        paused: Whether a person has paused the robots, so that no progress is due.
 
     Attributes:
-        result: Result of the episode, also if `run` raised; None before its end.
+        t: Time of the last control period [s].
     """
 
     def __init__(
         self,
-        simulated: SimulatedWorld,
+        stage: Stage,
         agents: Sequence[EpisodeAgent],
-        *,
-        facts: Sequence[FactSchedule] = (),
-        control: Rate,
-        duration: float,
         sink: EventSink,
-        watch: Callable[[float], bool] = lambda t: True,
+        *,
+        duration: float,
+        start: float = 0.0,
+        between: Callable[[float], bool] = lambda t: True,
         ended: Callable[[], str] = lambda: "",
-        paused: Callable[[], bool] = lambda: False,
     ) -> None:
-        self.result: Result | None = None
-        self._world = simulated.world
+        self.t = self._start = start
+        self._stage = stage
         self._agents = agents
-        self._judges = simulated.judges
-        self._panel = JudgePanel(agents, simulated.judges, sink)
-        self._actors = (*simulated.actors, *facts)
-        self._wheels = simulated.wheels
-        self._spatial = simulated.spatial
-        self._joints = {name: RobotShapes(simulated.world, name).addresses for name in simulated.spatial}
-        self._goals = simulated.goals
-        self._control = control
-        self._duration = duration
+        self._judges = stage.judges
         self._sink = sink
-        self._watch = watch
+        self._end = start + duration
+        self._between = between
         self._ended = ended
-        self._paused = paused
-        self._clearance = ClearanceWatch(simulated.world, [agent.name for agent in agents], sink, simulated.spatial)
-        self._inside: set[tuple[str, str]] = set()
-        self._hash = hashlib.sha256()
-        self._t = 0.0
-        self._threaded = False
+        self._wall = WallClock(running=False)
+        self._wall_time = 0.0
+        self._verdicts: Mapping[str, Verdict] = {}
 
     def run(self) -> Result:
-        """Run in lockstep: single-threaded, in the order of docs/architecture.md, repeatable bit by bit.
+        """Run until every agent has an outcome, the duration is over, or a signal ends the run.
 
         If an exception is raised, all agents are stopped and their outcomes are determined before the exception
-        propagates.
+        propagates; `result` is valid also then.
         """
-        wall, count = WallClock(), 0
+        self._wall.start()
         try:
-            while not self._observe(self._world.clock.now()):
-                for agent in self._agents:
-                    if not self._judges[agent.name].decided:
-                        agent.step(count)
-                for actor in self._actors:
-                    actor.step(self._world.clock.now())
-                self._world.advance(self._control.every)
-                count += 1
-        except BaseException as error:  # raised again, after the robots stopped
-            self._abort(error, wall)
-            raise
-        return self._finish(wall)
-
-    def run_threaded(self, clock: WallClock, runners: Sequence[AbstractContextManager[object]]) -> Result:
-        """Run in real time: physics in a separate thread, each agent in the threads of its runner.
-
-        If an exception is raised, all agents are stopped and their outcomes are determined before the exception
-        propagates.
-
-        Args:
-            clock: Wall clock of the world and the agents; the run starts it at zero.
-            runners: Runners of the agents, context managers that are entered after physics has started and left at the
-                end.
-
-        Raises:
-            BlockError: The physics thread failed.
-        """
-        stop, count, period, self._threaded = threading.Event(), 0, self._control.period, True
-        clock.start()
-        try:
-            with ExitStack() as stack:
-                physics = stack.enter_context(PhysicsThread(self._world, clock, stop))
-                for runner in runners:
-                    stack.enter_context(runner)
-                stack.callback(brake, self._agents)
-                while wait_until(clock, count * period, stop, self._ended):
-                    t = clock.now()
-                    if self._observe(t):
+            with self._stage.playing(self._ended) as periods:
+                for t in periods:
+                    self.t = t
+                    if self._over(t):
                         break
-                    for actor in self._actors:
-                        actor.step(t)
-                    count = max(count + 1, int(t / period) + 1)
-            physics.raise_failure()
+                    self._stage.advance(t)
         except BaseException as error:  # raised again, after the robots stopped
-            self._abort(error, clock)
+            self.t = max(self.t, self._stage.clock.now())
+            self._abort(error)
             raise
-        return self._finish(clock, physics.worst)
+        finally:
+            self._wall_time = self._wall.now()
+            self._stage.rest()
+        self._verdicts = self._finish()
+        return self.result()
 
-    def _observe(self, t: float) -> bool:
-        """Pass the ground truth to the event sink and to the judges of the outcomes; True if the episode is over."""
-        world, self._t = self._world, t
-        with world.lock:
-            world.digest(self._hash)
-            contacts = world.contacts()
-            for name in world.robots:
-                self._emit_pose(t, name)
-            for name in world.objects:
-                pose = world.object_pose(name)
-                self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
-        # Without the world's lock: a judge may stop an agent with threads that wait for the lock.
-        for contact in contacts:
-            kind = "collision" if contact.moving else "struck"
-            if contact.robot in self._judges:
-                self._sink.emit(ContactBegan(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
-        self._clearance.update(t)
-        for agent in self._agents:
-            self._judge(t, agent, contacts)
-        going = self._watch(t)
+    def interrupt(self) -> None:
+        """Give every agent the outcome of a run that a signal ended before the robots could start."""
+        self._interrupt(self._ended())
+        self._verdicts = self._finish()
+
+    def result(self) -> Result:
+        """Result of the episode, also if `run` raised."""
+        took = self.t - self._start
+        wall_time = self._wall_time if self._stage.time_stops else took
+        return Result(self._verdicts, took, wall_time, self._stage.trajectory_hash)
+
+    def _over(self, t: float) -> bool:
+        """Process one control period; returns whether the run is over."""
+        self._stage.observe(t)
+        going = self._between(t)
         if why := self._ended() or ("" if going else CLOSED):
-            self._panel.interrupt(why, at_once=self._threaded)
-        return self._panel.over or t >= self._duration - 1e-9
+            self._interrupt(why)
+        return all(judge.decided for judge in self._judges.values()) or t >= self._end - 1e-9
 
-    def _emit_pose(self, t: float, name: str) -> None:
-        (x, y, yaw), wheels = self._world.pose(name), self._wheels.get(name)
-        agent = name if name in self._judges else ""
-        packed = pack(wheels()) if wheels is not None else b""
-        if name not in self._spatial:
-            self._sink.emit(BodyMoved(t=t, agent=agent, body=name, x=x, y=y, yaw=yaw, wheels=packed))
-            return
-        _, _, z, roll, pitch, _ = self._world.pose3(name)
-        joints = tuple(self._world.data.qpos[self._joints[name]].round(3).tolist())
-        pose = {"x": x, "y": y, "yaw": yaw, "height": z, "roll": roll, "pitch": pitch}
-        self._sink.emit(BodyMoved(t=t, agent=agent, body=name, wheels=packed, joints=joints, **pose))
+    def _interrupt(self, why: str) -> None:
+        """Stop all agents that have no outcome yet."""
+        going = [agent for agent in self._agents if not self._judges[agent.name].decided]
+        for agent in going:
+            self._judges[agent.name].interrupt(why)
+        if not self._stage.time_stops:
+            brake(going)
+        for agent in going:
+            agent.stop(why)
 
-    def _judge(self, t: float, agent: EpisodeAgent, contacts: Sequence[Contact]) -> None:
-        name, world, judge = agent.name, self._world, self._judges[agent.name]
-        pose, z = world.pose(name), world.position(name)[2] if name in self._spatial else math.nan
-        for goal in self._goals.get(name, ()):
-            if not goal.reached(pose, z):
-                self._inside.discard((name, goal.name))
-            elif (name, goal.name) not in self._inside:
-                self._inside.add((name, goal.name))
-                self._sink.emit(GoalEntered(t=t, agent=name, goal=goal.name, distance=goal.distance(pose, z)))
-        if judge.decided:
-            return
-        ran_into = [c.other for c in contacts if c.robot == name and c.moving]
-        tilt, ground = world.tilt(name), world.ground_contact(name)
-        commanded, paused = world.commanded(name), self._paused()
-        if judge.update(
-            t, pose, agent, commanded=commanded, collisions=ran_into, tilt=tilt, ground=ground, z=z, paused=paused
-        ):
-            agent.stop(END)
+    def _abort(self, error: BaseException) -> None:
+        """Stop all agents and determine their outcomes after an exception outside of the agents; never raises."""
+        known = isinstance(error, Exception)
+        why = describe(error) if known else str(error) or type(error).__name__
+        for agent in self._agents:
+            with suppress(Exception):  # stopping may need the part that failed
+                agent.stop(why)
+        for judge in self._judges.values():
+            judge.fail(f"the run ended by an exception: {why}") if known else judge.interrupt(why)
+        with suppress(Exception):  # a part that failed may be needed here too; the error itself is reported
+            self._verdicts = self._finish()
 
-    def _finish(self, wall: WallClock, lateness: float = 0.0) -> Result:
-        wall_time = wall.now()
-        return self._keep(self._panel.finish(self._t), wall_time, lateness)
+    def _finish(self) -> dict[str, Verdict]:
+        """Stop the remaining agents and emit every agent's outcome; returns the verdicts by agent."""
+        verdicts = {}
+        for agent in self._agents:
+            judge = self._judges[agent.name]
+            if not judge.decided:
+                judge.running = agent.running
+                agent.stop(END)
+            judge.check_failure(agent)
+            verdict = verdicts[agent.name] = judge.verdict()
+            self._sink.emit(
+                OutcomeDecided(
+                    t=self.t,
+                    agent=agent.name,
+                    outcome=verdict.outcome,
+                    reason=verdict.reason,
+                    time_to_goal=verdict.time_to_goal,
+                    fell=verdict.fell,
+                )
+            )
+        return verdicts
 
-    def _abort(self, error: BaseException, wall: WallClock) -> None:
-        self._t, wall_time = max(self._t, self._world.clock.now()), wall.now()
-        self._keep(self._panel.abort(error, self._t), wall_time)
 
-    def _keep(self, verdicts: Mapping[str, Verdict], wall_time: float, lateness: float = 0.0) -> Result:
-        self.result = Result(verdicts, self._t, wall_time, self._hash.hexdigest(), lateness)
-        return self.result
+def brake(agents: Sequence[EpisodeAgent]) -> None:
+    """Send all robots to neutral. Call it before stopping the first agent, which may wait for a plan that hangs."""
+    for agent in agents:
+        agent.brake()

@@ -19,8 +19,8 @@ from ..simulation.devices import on_hardware, unopened_actuator, unopened_sensor
 from ..simulation.simulated_world import build_world
 from .build_agents import build_agents, load_controller
 from .provenance import package_of, used_classes
-from .ready_run import simulated_agents
 from .settings import Setting, settings
+from .simulated_stage import simulated_agents
 
 Robot = AgentSpec | ActorSpec
 

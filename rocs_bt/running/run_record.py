@@ -34,15 +34,6 @@ class EventBatch:
         self._events: list[Event] = []
         self.emit: Callable[[Event], None] = self._events.append
 
-    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Wrap `watch`, which is called once per control period, in a function that first flushes the batch."""
-
-        def flushing(t: float) -> bool:
-            self.flush()
-            return watch(t)
-
-        return flushing
-
     def flush(self) -> None:
         """Forward the events since the last call."""
         if self._events:
@@ -75,7 +66,7 @@ class RunRecord:
         header: Header of the run; bodies, obstacles and places may be missing.
         recorder: Recorder of the events; None without a recording.
         sinks: Further sinks for all events; `check` raises their exceptions.
-        batched: Whether events are forwarded once per control period, by `before`; not for threaded mode.
+        batched: Whether events are forwarded once per control period, by `flush`; not for threaded mode.
 
     Attributes:
         sink: Sink for the events of the run.
@@ -92,15 +83,6 @@ class RunRecord:
         recorded = Fanout(*first, *self._listeners)
         self._requirements = RequirementWatch(header.requirements, header.agents, recorded)
         self.sink: EventSink = Fanout(*recorded.sinks, self._requirements) if header.requirements else recorded
-
-    def before(self, watch: Callable[[float], bool]) -> Callable[[float], bool]:
-        """Wrap `watch`, called once per control period, in a function that first flushes events and calls `check`."""
-
-        def checked(t: float) -> bool:
-            self.check()
-            return watch(t)
-
-        return self._batch.before(checked)
 
     def check(self) -> None:
         """Raise the exception of a caller's sink, which ends the run.

@@ -1,9 +1,10 @@
-"""Event sink with a separate thread, so that recording never delays a reflex."""
+"""Event sinks: one with a separate thread, so that recording never delays a reflex, and one with a later target."""
 
 from __future__ import annotations
 
 import queue
 import threading
+from collections.abc import Callable
 
 from ..event import Event, EventSink
 
@@ -54,3 +55,17 @@ class SinkThread:
             except Exception as error:  # noqa: BLE001 - thread boundary: `__exit__` raises it
                 self._failure = self._failure or error
             event = self._queue.get()
+
+
+class Relay:
+    """Event sink with a target that is set later; events before that are buffered."""
+
+    def __init__(self) -> None:
+        self._early: list[Event] = []
+        self.emit: Callable[[Event], None] = self._early.append
+
+    def open(self, target: EventSink) -> None:
+        """Forward the buffered events, and from now on every event directly."""
+        for event in self._early:
+            target.emit(event)
+        self.emit = target.emit

@@ -6,7 +6,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ListSink
-from rocs_bt.running.ready_run import simulated_agents
+from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation import build_world
 
 

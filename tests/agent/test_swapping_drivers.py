@@ -14,7 +14,7 @@ from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
 from rocs_bt.running.build_agents import build_agents
-from rocs_bt.running.ready_run import simulated_agents
+from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation import build_world
 from rocs_bt.testing.mock_agent import MockDevices, mock_devices
 

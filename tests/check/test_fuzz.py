@@ -21,7 +21,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import load_rules
-from rocs_bt.running.ready_run import simulated_agents
+from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation import build_world
 
 SHIPPED = shipped_root()

@@ -149,7 +149,7 @@ def test_a_measured_latency_cannot_be_replayed_and_says_so(tmp_path, thinking):
 
 def test_a_measured_latency_is_what_the_planner_takes(monkeypatch):
     """A planner that takes 60 ms each time is late by that, rounded up to control periods."""
-    monkeypatch.setattr("rocs_bt.running.ready_run.time", Stopwatch)
+    monkeypatch.setattr("rocs_bt.running.simulated_stage.time", Stopwatch)
     monkeypatch.setattr(Stopwatch, "now", 0.0)
     catalog = Catalog()
     planner = PlannerSpec(name="slow", mission=f"{__file__}:Burns", latency=None)
@@ -180,7 +180,7 @@ class Burns:
 
     def act(self, observation):
         """Take so long; this file is loaded once more as content, so the stopwatch is found where it was put."""
-        from rocs_bt.running import ready_run
+        from rocs_bt.running import simulated_stage
 
-        ready_run.time.now += 0.06
+        simulated_stage.time.now += 0.06
         return 0.1, 0.1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from concurrent.futures import Executor
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -14,8 +15,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
 from rocs_bt.errors import InputError, RocsError
-from rocs_bt.running import RunOptions
-from rocs_bt.running.ready_run import set_up
+from rocs_bt.running import Run
 
 from .faulty_projects import ERRORS, WARNINGS, S, W, two_faults, write_project
 
@@ -53,7 +53,8 @@ def refused_by_the_engine(project: Path) -> bool:
     """Whether agents and world cannot be built, found without any check."""
     catalog = Catalog(project)
     try:
-        set_up(catalog.load_scenario("own"), catalog, RunOptions())
+        with closing(Run(catalog.load_scenario("own"), catalog)) as prepared:
+            prepared.prepare()
     except RocsError:
         return True
     return False

@@ -171,7 +171,7 @@ def start(seed):
 def test_nothing_gets_past_the_gate_in_mujoco(robot, mode, monkeypatch, awake):
     start(1)
     monkeypatch.setattr(Catalog, "load_robot", lambda self, name: limited_robot(name))
-    monkeypatch.setattr("rocs_bt.running.ready_run.WallClock", Read)
+    monkeypatch.setattr("rocs_bt.running.simulated_stage.WallClock", Read)
     assert_held_in_mujoco(limited_robot(robot).actuators[0].limits, robot, mode)
 
 

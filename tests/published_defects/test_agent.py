@@ -24,7 +24,7 @@ from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.reactive import RuleModel, load_rules
 from rocs_bt.record import Recording
-from rocs_bt.running.ready_run import simulated_agents
+from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.signal import Signal
 from rocs_bt.simulation import OUTCOMES, build_world
 from rocs_bt.units import LENGTH, SPEED

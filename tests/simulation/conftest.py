@@ -12,7 +12,7 @@ from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
 from rocs_bt.errors import BlockError
 from rocs_bt.event import EventSink, ListSink
 from rocs_bt.geometry import Pose2
-from rocs_bt.running import Episode, Result
+from rocs_bt.running import Episode, Result, SimulatedStage
 from rocs_bt.simulation import SimulatedWorld, build_world
 
 from .yard import BOOM, SCENARIO, WEST
@@ -86,14 +86,8 @@ def play(catalog: Catalog) -> Callable[..., tuple[Result, Wheels, SimulatedWorld
         def watch(t: float) -> bool:
             return change(mind, t) is not False
 
-        episode = Episode(
-            stage,
-            [mind],
-            control=scenario.rate.control_rate,
-            duration=duration,
-            sink=sink,
-            watch=watch,
-        )
+        place = SimulatedStage(stage, [mind], sink, control=scenario.rate.control_rate)
+        episode = Episode(place, [mind], sink, duration=duration, between=watch)
         return episode.run(), mind, stage
 
     return play

@@ -8,7 +8,6 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
-from contextlib import nullcontext
 from itertools import pairwise
 
 import pytest
@@ -19,7 +18,7 @@ from rocs_bt.clock import WallClock
 from rocs_bt.errors import BlockError, InputError, RateError
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
 from rocs_bt.geometry import Pose2
-from rocs_bt.running import Episode
+from rocs_bt.running import Episode, SimulatedStage
 from rocs_bt.simulation import FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered
 
@@ -64,7 +63,7 @@ def test_height_roll_and_pitch_are_recorded_for_robots_without_wheels_only(
 ) -> None:
     sink = ListSink()
     stage = dataclasses.replace(build_world(exp1, catalog, 1, sink), spatial=frozenset({"R2"}))
-    Episode(stage, (), control=exp1.rate.control_rate, duration=0.2, sink=sink).run()
+    Episode(SimulatedStage(stage, (), sink, control=exp1.rate.control_rate), (), sink, duration=0.2).run()
     moves = [e for e in sink.events if isinstance(e, BodyMoved)]
     for moved in moves:
         own = moved.body == "R2"
@@ -241,14 +240,8 @@ def test_threaded_moves_the_world_with_the_wall_clock(exp1: ScenarioSpec, catalo
     stage = build_world(at(exp1, 0.0, 0.0, -1.5), catalog, 1, sink, clock=clock)
     mind = make_mind("R2", stage, lambda t: (0.2, 0.2))
     mind.step(0)
-    episode = Episode(
-        stage,
-        [mind],
-        control=exp1.rate.control_rate,
-        duration=clock.now() + 0.4,
-        sink=sink,
-    )
-    result = episode.run_threaded(clock, [nullcontext()])
+    place = SimulatedStage(stage, [mind], sink, control=exp1.rate.control_rate, wall=clock)
+    result = Episode(place, [mind], sink, duration=clock.now() + 0.4).run()
     assert result.sim_time >= 0.4
     assert 0.0 < stage.world.data.time <= clock.now() + stage.world.step  # the step under way may be ahead
     assert stage.sensors["R2"]["position"].read().stamp == stage.world.stamp > 0.3

@@ -56,16 +56,6 @@ def test_what_a_sink_refuses_is_not_handed_on_again():
     assert before.sizes == [1]
 
 
-def test_it_hands_on_before_somebody_watches():
-    sink, seen = Batches(), []
-    batch = EventBatch(sink)
-    watch = batch.before(lambda t: seen.append((t, len(sink.events))) or t < 1.0)
-    batch.emit(next(events()))
-    assert watch(0.5)
-    assert not watch(1.0)
-    assert seen == [(0.5, 1), (1.0, 1)]
-
-
 def test_a_recording_and_its_metrics_are_the_same(tmp_path):
     recorded, counted = [], []
     for together in (1, 3, 7, 1000):

@@ -12,7 +12,7 @@ from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world
 from rocs_bt.errors import UnknownName
 from rocs_bt.event import ListSink, OutcomeDecided
 from rocs_bt.geometry import Pose2
-from rocs_bt.running import Episode
+from rocs_bt.running import Episode, SimulatedStage
 from rocs_bt.simulation import build_world
 from rocs_bt.simulation.fall import FallWatch
 
@@ -159,8 +159,8 @@ def test_a_robot_that_is_upright_again_within_five_seconds_has_not_fallen(
             mind.status = "FAILURE"
         return change(mind, t)
 
-    rate = scenario.rate.control_rate
-    result = Episode(stage, [mind], control=rate, duration=9.0, sink=sink, watch=watch).run()
+    place = SimulatedStage(stage, [mind], sink, control=scenario.rate.control_rate)
+    result = Episode(place, [mind], sink, duration=9.0, between=watch).run()
     assert result.verdicts["R2"].outcome == outcome
     assert result.sim_time == pytest.approx(end, abs=0.3)
     (decided,) = (e for e in sink.events if isinstance(e, OutcomeDecided))

@@ -12,8 +12,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
-from rocs_bt.record import write_report
-from rocs_bt.running import RunOptions, simulate
+from rocs_bt.running import Run, RunOptions
 from rocs_bt.running.provenance import is_counted, package_of
 from rocs_bt.running.reuse import Reuse, Share, diff
 from rocs_bt.running.settings import Setting
@@ -155,7 +154,7 @@ def test_what_a_run_really_makes_once_it_drives_is_among_what_was_found(scenario
     sys.setprofile(note)
     try:
         options = RunOptions(duration=seconds, sinks=[sink])
-        simulate(CATALOG.load_scenario(scenario), CATALOG, options, write_report)
+        Run(CATALOG.load_scenario(scenario), CATALOG, options).conduct()
     finally:
         sys.setprofile(before)
     code = by_kind(between(scenario, scenario).code)
