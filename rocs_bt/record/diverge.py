@@ -1,4 +1,4 @@
-"""Comparison of two event streams, for `rocs-bt replay` and for tests of reproducibility."""
+"""First difference of two runs: of their event streams, for `rocs-bt replay`, and of their tracks, for people."""
 
 from __future__ import annotations
 
@@ -6,8 +6,10 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from itertools import zip_longest
+from typing import Any, NamedTuple
 
 import msgspec
+import numpy as np
 
 from ..event import (
     BodyMoved,
@@ -21,6 +23,8 @@ from ..event import (
     RobotPushed,
     unpack,
 )
+from .track import Curve, Steps
+from .tracks import TOPICS, Key, Tracks
 
 #: Events of the simulated world; a replay has no world and so emits none of these.
 WORLD_EVENTS: tuple[type[Event], ...] = (
@@ -120,6 +124,71 @@ def compare(
             return Divergence(index, a, b, tuple(before))
         before.append(a)
     return None
+
+
+class Difference(NamedTuple):
+    """First difference of two runs.
+
+    Attributes:
+        t: Time of the difference [s].
+        agent, topic, name: Track that differs.
+        a: Value in the first run as plain data, or a list of numbers in SI units; None if there is none.
+        b: Value in the second run.
+    """
+
+    t: float
+    agent: str
+    topic: str
+    name: str
+    a: Any
+    b: Any
+
+
+def first_difference(a: Tracks, b: Tracks) -> Difference | None:
+    """First difference of two runs; None if all of their tracks are equal.
+
+    Of several tracks that differ first at the same time, it is the one whose topic is first in `TOPICS`: what was
+    sensed is before what was decided.
+
+    Args:
+        a: All tracks of the first run.
+        b: All tracks of the second run.
+    """
+    order = {topic: i for i, topic in enumerate(TOPICS)}
+    found: list[tuple[float, int, Key]] = []
+    for key in dict.fromkeys([*(key for key, _ in a.items()), *(key for key, _ in b.items())]):
+        if key.topic != "solve" and (t := _first(a.get(*key), b.get(*key))) is not None:
+            found.append((t, order.get(key.topic, len(order)), key))
+    if not found:
+        return None
+    t, _, key = min(found, key=lambda each: each[:2])
+    return Difference(t, *key, _at(a.get(*key), t), _at(b.get(*key), t))
+
+
+def _first(a: Steps | Curve | None, b: Steps | Curve | None) -> float | None:
+    """Time of the first change that only one of two tracks has, or that differs in both [s]."""
+    if a is None or b is None:
+        return next((track.t[0] for track in (a, b) if track is not None and track.t), None)
+    both = min(len(a.t), len(b.t))
+    same = np.array(a.t[:both]) == np.array(b.t[:both])
+    if isinstance(a, Steps) and isinstance(b, Steps):
+        same &= np.array([x == y or _BYTES(x) == _BYTES(y) for x, y in zip(a.v[:both], b.v[:both], strict=True)], bool)
+    elif isinstance(a, Curve) and isinstance(b, Curve) and a.width == b.width:
+        x, y = a.rows()[:both], b.rows()[:both]
+        same &= ((x == y) | (np.isnan(x) & np.isnan(y))).all(axis=1)
+    else:
+        same[:] = False
+    i = both if same.all() else int(np.argmin(same))
+    times = [track.t[i] for track in (a, b) if i < len(track.t)]
+    return min(times, default=None)
+
+
+def _at(track: Steps | Curve | None, t: float) -> Any:
+    """Value of a track at a time as plain data; None if there is none, or if the run has ended."""
+    if isinstance(track, Curve):
+        last = track.last(t)
+        return None if last is None else last[1]
+    return None if track is None else msgspec.to_builtins(track.at(t))
 
 
 def timeless(event: Event) -> Event:

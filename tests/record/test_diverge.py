@@ -3,10 +3,12 @@
 import math
 
 import msgspec
+import numpy as np
 import pytest
 
-from rocs_bt.event import BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged, pack
-from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe
+from rocs_bt.event import ActuatorCommanded, BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged, pack
+from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe, first_difference
+from rocs_bt.record.tracks import Tracks
 
 from .. import synthetic
 
@@ -97,3 +99,43 @@ def test_the_first_difference_of_long_scans_is_short_and_names_the_place():
     assert len(text) < 2000
     assert "differing fields: data (first at [300]: recorded 30, replayed 7.5)" in text
     assert len(found.text(everything=True)) > 20_000
+
+
+def tracks_of(events):
+    tracks = Tracks(synthetic.header())
+    tracks.take(events)
+    return tracks
+
+
+def test_equal_runs_have_no_difference_and_wall_time_does_not_count():
+    events = synthetic.events(3.0)
+    later = [msgspec.structs.replace(e, solve_time=0.5) if isinstance(e, FollowerStepped) else e for e in events]
+    assert first_difference(tracks_of(events), tracks_of(later)) is None
+
+
+def test_the_first_difference_is_that_of_the_track_that_changed():
+    events = synthetic.events(5.0)
+    whole, seen = tracks_of(events), set()
+    for i in np.random.default_rng(4).integers(0, len(events), 60):
+        event = events[i]
+        if isinstance(event, BodyMoved):
+            key, changed = (event.body, "pose", ""), msgspec.structs.replace(event, x=event.x + 0.01)
+        elif isinstance(event, TicketChanged):
+            key, changed = ("R2", "ticket", str(event.ticket)), msgspec.structs.replace(event, reason="other")
+        elif isinstance(event, ActuatorCommanded):
+            key, changed = ("R2", "command", "wheels"), msgspec.structs.replace(event, data=pack([0.7, 0.7]))
+        else:
+            continue
+        found = first_difference(whole, tracks_of([*events[:i], changed, *events[i + 1 :]]))
+        assert (found.t, found[1:4]) == (event.t, key)
+        assert found.a != found.b
+        seen.add(type(event))
+    assert len(seen) >= 2
+
+
+def test_a_run_that_goes_on_differs_where_the_other_has_ended():
+    events = synthetic.events(3.0)
+    short = tracks_of([e for e in events if e.t <= 2.0])
+    found = first_difference(short, tracks_of(events))
+    assert found.t == min(e.t for e in events if e.t > 2.0)
+    assert msgspec.json.decode(msgspec.json.encode(found._asdict()))["topic"] == found.topic
