@@ -16,6 +16,7 @@ from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from io import BufferedWriter
 from pathlib import Path
+from typing import BinaryIO
 
 from .errors import Fault, InputError
 
@@ -91,13 +92,31 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """
     if (content := _unsaved(path)) is not None:
         return content
-    check_regular(path, most)
-    with open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT)) as file:
-        _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
+    with open_regular(path, most) as file:
         try:
             return file.read()
         except MemoryError as error:
             raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM), str(path)) from error
+
+
+def open_regular(path: Path, most: int = MOST_BYTES) -> BinaryIO:
+    """Open a regular file for reading.
+
+    Args:
+        path: File to read.
+        most: Maximum size [bytes].
+
+    Raises:
+        OSError: The file cannot be read, is not a regular file, or is too large.
+    """
+    check_regular(path, most)
+    file = open(path, "rb", opener=lambda name, flags: os.open(name, flags | _NO_WAIT))  # noqa: SIM115 - returned
+    try:
+        _check(os.fstat(file.fileno()), path, most)  # it may have been replaced
+    except OSError:
+        file.close()
+        raise
+    return file
 
 
 def read_text(path: Path, most: int = MOST_TEXT, *, raw: bool = False) -> str:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import struct
+import weakref
 import zlib
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import TypeVar
+from typing import BinaryIO, NamedTuple, TypeVar
 
 import lz4.frame
 import msgspec
@@ -20,7 +22,7 @@ from mcap.writer import MCAP0_MAGIC
 
 from ..errors import InputError, KnowledgeError, RecordingError, unknown
 from ..event import Event, SensorRead, SignalsWritten
-from ..files import read_bytes
+from ..files import open_regular
 from ..nesting import check_nesting
 from . import codec
 from .header import RunHeader
@@ -35,13 +37,20 @@ _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
 _LARGEST = 1 << 28  # maximum size of a chunk [bytes]; chunks of the recorder have about 1 << 20 bytes
 
 
+class _Span(NamedTuple):
+    """Part of a file: first byte, and length [bytes]."""
+
+    at: int
+    length: int
+
+
 @dataclass
 class _Contents:
     """Records found in a recording file."""
 
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     attachments: dict[str, bytes] = field(default_factory=dict)
-    chunks: list[Chunk] = field(default_factory=list)
+    chunks: list[_Span] = field(default_factory=list)
     complete: bool = False
     summary: Summary | None = None
 
@@ -62,8 +71,10 @@ class Recording:
             read.
     """
 
-    def __init__(self, path: Path, header: RunHeader, contents: _Contents) -> None:
+    def __init__(self, path: Path, file: BinaryIO, header: RunHeader, contents: _Contents) -> None:
         self.path = path
+        self._file = file  # open, because another run may replace the file
+        weakref.finalize(self, file.close)
         self.header = header
         self.complete = contents.complete
         self.summary = contents.summary
@@ -82,32 +93,17 @@ class Recording:
         path = Path(path)
         file = path / "run.mcap" if path.is_dir() else path
         try:
-            data = read_bytes(file)
+            opened = open_regular(file)
         except FileNotFoundError as error:
             raise RecordingError(str(unknown("recording", str(path), _near(path)))) from error
         except OSError as error:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
-        if not data.startswith(MCAP0_MAGIC):
-            found = "it is empty" if not data else f"it begins with {data[:8]!r}"
-            raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
-        contents = _walk(data, file)
-        version = contents.metadata.get("rocs_bt", {}).get("format")
-        if version is not None and version != FORMAT:
-            raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
-        if version is None or HEADER not in contents.attachments:
-            cut = "is cut off within its header" if not contents.complete else "was not written by rocs_bt"
-            raise RecordingError(f"'{file}' {cut} and cannot be read. Run the scenario again.")
         try:
-            for attachment in contents.attachments.values():
-                check_nesting(attachment)
-            header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
-            header.check()
-            if SUMMARY in contents.attachments:
-                contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=Summary)
-        except (msgspec.MsgspecError, ValueError, InputError, KnowledgeError) as error:
-            why = str(error).rstrip(".")
-            raise RecordingError(f"the header or summary of '{file}' cannot be read: {why}.") from error
-        return cls(file, header, contents)
+            header, contents = _opened(opened, file)
+        except BaseException:
+            opened.close()
+            raise
+        return cls(file, opened, header, contents)
 
     def events(self, only: Collection[type[Event]] = ()) -> Iterator[Event]:
         """All events, in the order of emission.
@@ -123,8 +119,9 @@ class Recording:
         kinds = frozenset(only or codec.KINDS)
         read = kinds | {SensorRead} if SignalsWritten in kinds else kinds  # signals repeat readings
         known = tuple(codec.SCHEMA_PREFIX + kind.__name__ for kind in read)
-        for chunk in self._chunks:
-            for opcode, body in _records(_content(chunk)):
+        for span in self._chunks:
+            chunk = _chunk(_read(self._file, span, self.path), self.path, span.at)
+            for opcode, body in _records(chunk):
                 if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                     # Others are messages for viewers, and events of kinds that a user added.
                     if _MESSAGE.unpack_from(body)[0] in wanted:
@@ -145,35 +142,82 @@ def _kind(schema: str) -> str:
     return ".".join(schema.split(".")[:2])
 
 
-def _walk(data: bytes, file: Path) -> _Contents:
-    contents, at = _Contents(), len(MCAP0_MAGIC)
-    while at + _RECORD.size <= len(data):
-        opcode, length = _RECORD.unpack_from(data, at)
-        body = data[at + _RECORD.size : at + _RECORD.size + length]
-        whole = len(body) == length
+def _opened(opened: BinaryIO, file: Path) -> tuple[RunHeader, _Contents]:
+    """Header and records of a file.
+
+    Raises:
+        RecordingError: The file was not written by rocs_bt, or is damaged other than cut off.
+    """
+    begin = _read(opened, _Span(0, len(MCAP0_MAGIC)), file)
+    if begin != MCAP0_MAGIC:
+        found = "it is empty" if not begin else f"it begins with {begin!r}"
+        raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
+    contents = _walk(opened, file)
+    version = contents.metadata.get("rocs_bt", {}).get("format")
+    if version is not None and version != FORMAT:
+        raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
+    if version is None or HEADER not in contents.attachments:
+        cut = "is cut off within its header" if not contents.complete else "was not written by rocs_bt"
+        raise RecordingError(f"'{file}' {cut} and cannot be read. Run the scenario again.")
+    try:
+        for attachment in contents.attachments.values():
+            check_nesting(attachment)
+        header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
+        header.check()
+        if SUMMARY in contents.attachments:
+            contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=Summary)
+    except (msgspec.MsgspecError, ValueError, InputError, KnowledgeError) as error:
+        why = str(error).rstrip(".")
+        raise RecordingError(f"the header or summary of '{file}' cannot be read: {why}.") from error
+    return header, contents
+
+
+def _read(opened: BinaryIO, span: _Span, file: Path) -> bytes:
+    """Bytes of a part of a file.
+
+    Raises:
+        RecordingError: The file cannot be read.
+    """
+    try:
+        opened.seek(span.at)
+        return opened.read(span.length)
+    except (OSError, MemoryError) as error:
+        why = getattr(error, "strerror", None) or "out of memory"
+        raise RecordingError(f"the recording '{file}' cannot be read: {why}.") from error
+
+
+def _walk(opened: BinaryIO, file: Path) -> _Contents:
+    """Records of a file; of chunks only their places, because a long run does not fit into memory."""
+    size, contents, at = os.fstat(opened.fileno()).st_size, _Contents(), len(MCAP0_MAGIC)
+    while at + _RECORD.size <= size:
+        opcode, length = _RECORD.unpack(_read(opened, _Span(at, _RECORD.size), file))
+        span = _Span(at + _RECORD.size, length)
+        whole = span.at + length <= size
         if opcode == 0:
             break  # zeros at the end, left by a power failure
         if opcode == Opcode.CHUNK and whole:
-            contents.chunks.append(_chunk(body, file, at))
+            _chunk(_read(opened, span, file), file, at)
+            contents.chunks.append(span)
         elif opcode == Opcode.ATTACHMENT and whole:
+            body = _read(opened, span, file)
             attachment = _parsed(Attachment, body, file)
             if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
                 raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
             contents.attachments[attachment.name] = attachment.data
         elif opcode == Opcode.METADATA and whole:
-            metadata = _parsed(Metadata, body, file)
+            metadata = _parsed(Metadata, _read(opened, span, file), file)
             contents.metadata[metadata.name] = metadata.metadata
         elif opcode > max(Opcode):
             raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
-        at += _RECORD.size + length
+        at = span.at + length
         if opcode == Opcode.FOOTER:
-            contents.complete = data[at:] == MCAP0_MAGIC
+            contents.complete = _read(opened, _Span(at, len(MCAP0_MAGIC) + 1), file) == MCAP0_MAGIC
             break
     return contents
 
 
-def _chunk(body: bytes, file: Path, at: int) -> Chunk:
-    """Parse a chunk and verify its content.
+def _chunk(body: bytes, file: Path, at: int) -> bytes:
+    """Records of a chunk, verified.
 
     Raises:
         RecordingError: The chunk is damaged.
@@ -187,7 +231,7 @@ def _chunk(body: bytes, file: Path, at: int) -> Chunk:
         raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} cannot be decompressed.") from error
     if len(content) != chunk.uncompressed_size or zlib.crc32(content) != chunk.uncompressed_crc:
         raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong size or checksum.")
-    return chunk
+    return content
 
 
 def _content(chunk: Chunk) -> bytes:

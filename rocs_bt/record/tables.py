@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -52,21 +52,21 @@ def event_table(recording: Recording, kind: str | type[Event] = "", agent: str |
         raise InputError(unknown("type of event", name, _KINDS))
     if agent is not None:
         _agent(recording, agent)
-    rows = [
-        event
-        for event in recording.events()
-        if (not name or type(event).__name__ == name) and agent in (None, event.agent)
-    ]
-    columns = {
-        "time": np.array([event.t for event in rows], np.float64),
-        "agent": np.array([event.agent for event in rows], np.str_),
-        "event": np.array([type(event).__name__ for event in rows], np.str_),
-    }
-    if name:
-        for field in msgspec.structs.fields(_KINDS[name]):
-            if field.name not in ("t", "agent"):
-                columns[field.name] = _column(field.type, [getattr(event, field.name) for event in rows])
+    rows = (event for event in recording.events([_KINDS[name]] if name else ()) if agent in (None, event.agent))
+    if not name:  # without their fields, because a long run does not fit into memory
+        return _joined(_heads((event.t, event.agent, type(event).__name__) for event in rows))
+    events = list(rows)
+    columns = _heads((event.t, event.agent, name) for event in events)
+    for field in msgspec.structs.fields(_KINDS[name]):
+        if field.name not in ("t", "agent"):
+            columns[field.name] = _column(field.type, [getattr(event, field.name) for event in events])
     return _joined(columns)
+
+
+def _heads(heads: Iterable[tuple[float, str, str]]) -> dict[str, NDArray[Any]]:
+    """Columns that all tables of events have."""
+    t, agents, kinds = zip(*heads, strict=True) if (heads := list(heads)) else ((), (), ())
+    return {"time": np.array(t, np.float64), "agent": np.array(agents, np.str_), "event": np.array(kinds, np.str_)}
 
 
 def signal_table(recording: Recording, agent: str, names: Sequence[str] = ()) -> Table:

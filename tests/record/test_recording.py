@@ -6,6 +6,7 @@ import subprocess
 import sys
 import textwrap
 import threading
+import tracemalloc
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -23,6 +24,7 @@ from rocs_bt.event import Event, ListSink, SensorRead, TicketChanged, pack
 from rocs_bt.record import codec
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
+from rocs_bt.record.tables import event_table
 
 from .. import synthetic
 
@@ -344,3 +346,21 @@ def test_records_that_cannot_be_read_are_damage(run, tmp_path, opcode, body):
         list(Recording.open(path).events())
     except RecordingError as error:
         assert "damaged" in str(error) or "compressed" in str(error)
+
+
+def test_a_long_run_never_is_in_memory_as_a_whole(tmp_path):
+    recorder, rng = Recorder(tmp_path / "run.mcap", synthetic.header()), np.random.default_rng(1)
+    for k in range(1500):
+        data = pack(rng.uniform(0.0, 9.0, 720))
+        recorder.emit(SensorRead(t=0.05 * k, agent="R2", sensor="lidar", stamp=0.05 * k, data=data))
+    recorder.close()
+    size = recorder.path.stat().st_size
+    assert size > 8_000_000
+    tracemalloc.start()
+    try:
+        recording = Recording.open(recorder.path)
+        assert sum(1 for _ in recording.events()) == 1500
+        assert len(event_table(recording)) == 1500
+        assert tracemalloc.get_traced_memory()[1] < 0.6 * size
+    finally:
+        tracemalloc.stop()
