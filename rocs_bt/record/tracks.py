@@ -9,7 +9,7 @@ from the events; everything that shows, explains or measures a run reads them.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any, NamedTuple
 
 import msgspec
@@ -116,7 +116,7 @@ class Tracks:
         return tracks
 
     @property
-    def log(self) -> Sequence[LogLine]:
+    def log(self) -> list[LogLine]:
         """Sentences about the events, in order."""
         for event in self.events[self._logged :]:
             if type(event).sentence is not Event.sentence and (text := event.sentence):
