@@ -47,7 +47,6 @@ COMMANDS = {
     "knowledge": "Query, draw, export and import the knowledge of agents.",
     "share": "Make keys for robots that share knowledge over a network.",
     "requirements": "Check requirements on the recording of a run.",
-    "diff": "Compare the content, settings and code of two scenarios.",
     "identify": "Measure a robot's motion by axis: speed, lag, braking, and wheel separation.",
     "new": "Create a project, or add a file to it.",
     "docs": "Open the manual in the browser, without a network.",

@@ -13,7 +13,6 @@ from ..catalog import (
     Catalog,
     RobotSpec,
     SensorSpec,
-    command_size,
     is_reference,
     robot_locomotion,
     running_class,
@@ -115,26 +114,6 @@ def on_hardware(catalog: Catalog, robot: RobotSpec) -> bool:
         )
         for device in devices
     )
-
-
-def unopened_sensor(catalog: Catalog, robot: RobotSpec, spec: SensorSpec) -> Sensor:
-    """Sensor on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
-    made: Sensor = _unopened(hardware_driver(catalog, robot, spec).make, "read", "close")
-    Sensor.__init__(made, spec.name)
-    return made
-
-
-def unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
-    """Actuator on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
-    made: Actuator = _unopened(hardware_driver(catalog, robot, spec).make, "command", "neutral", "close")
-    Actuator.__init__(made, spec.name, command_size(robot, spec))
-    return made
-
-
-def _unopened(cls: Any, *names: str) -> Any:
-    """Object of a subclass, without a call of the constructor; its methods of these names do nothing."""
-    made: Any = type("_Unopened", (cls,), dict.fromkeys(names, lambda *args: None))
-    return made.__new__(made)
 
 
 def make_sensor(catalog: Catalog, robot: RobotSpec, sensor: SensorSpec, host: Host, rate: Rate) -> Any:

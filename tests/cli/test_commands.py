@@ -196,7 +196,7 @@ def test_doctor_says_when_something_needed_is_missing(rocs_bt, monkeypatch):
 
 def test_help_names_every_command(rocs_bt):
     told = rocs_bt("--help").out
-    for command in ("run", "replay", "plot", "list", "show", "check", "identify", "diff", "new", "doctor"):
+    for command in ("run", "replay", "plot", "list", "show", "check", "identify", "new", "doctor"):
         assert f"  {command} " in told
 
 

@@ -46,7 +46,6 @@ knowledge show known
 knowledge why known
 share keys A B
 requirements run
-diff {DOCK} {DOCK}
 identify pioneer_p3dx
 docs --path
 doctor

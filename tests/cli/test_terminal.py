@@ -137,7 +137,6 @@ def hostile(project: Path) -> None:
         ["run", "first", f"--{EVIL}"],
         [f"{EVIL}"],
         ["replay", f"{EVIL}"],
-        ["diff", "first", "exp1"],
         ["palette"],
         ["new", f"here{EVIL}"],
         ["doctor"],

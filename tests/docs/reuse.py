@@ -7,11 +7,11 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from rocs_bt.cli.main import group
+from benchmarks.paper.diff import command as diff
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "reuse.md"
 MEASURED = PAGE.with_name("measurements.md")
-_BLOCK = re.compile(r"(<!-- rocs-bt (diff [^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
+_BLOCK = re.compile(r"(<!-- benchmarks.paper.diff ([^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
 _COPY = re.compile(r"(<!-- measurements.md: ([^>]*) -->\n).*?(<!-- end -->)", re.DOTALL)
 
 
@@ -30,7 +30,7 @@ def _measured(heading: str) -> str:
 
 
 def _told(command: str) -> str:
-    done = CliRunner().invoke(group, command.split(), catch_exceptions=False)
+    done = CliRunner().invoke(diff, command.split(), catch_exceptions=False)
     return done.output
 
 

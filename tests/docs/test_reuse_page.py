@@ -13,12 +13,12 @@ def test_every_table_is_as_the_command_gives_it():
 
 def test_all_three_questions_are_answered_and_no_table_is_written_by_hand():
     assert re.findall(r"^## (Q\d)", TEXT, re.MULTILINE) == ["Q1", "Q2", "Q3"]
-    assert re.findall(r"<!-- rocs-bt diff (\w+) (\w+) --markdown -->", TEXT) == [
+    assert re.findall(r"<!-- benchmarks.paper.diff (\w+) (\w+) --markdown -->", TEXT) == [
         ("exp1", "exp2"),
         ("exp2", "exp3"),
         ("exp1", "exp3"),
     ]
-    outside = re.sub(r"<!-- (rocs-bt|measurements.md:) .*?<!-- end -->", "", TEXT, flags=re.DOTALL)
+    outside = re.sub(r"<!-- (benchmarks.paper.diff|measurements.md:) .*?<!-- end -->", "", TEXT, flags=re.DOTALL)
     assert "|---" not in outside
 
 

@@ -9,13 +9,13 @@ from typing import Any
 
 import pytest
 
+from benchmarks.paper.provenance import is_counted, package_of
+from benchmarks.paper.reuse import Reuse, Share, diff
+from benchmarks.paper.settings import Setting
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.event import AtomicStarted, ListSink, TicketChanged
 from rocs_bt.running import Run, RunOptions
-from rocs_bt.running.provenance import is_counted, package_of
-from rocs_bt.running.reuse import Reuse, Share, diff
-from rocs_bt.running.settings import Setting
 
 CATALOG = Catalog()
 

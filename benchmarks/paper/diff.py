@@ -1,20 +1,22 @@
-"""`rocs-bt diff`: compare the content, settings and code of two scenarios."""
+"""`python -m benchmarks.paper.diff FIRST SECOND`: compare the content, settings and code of two scenarios."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
+import sys
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import click
 
-from .content import catalog_for, no_code_option
-from .terminal import echo, show_table, styled
+from rocs_bt.cli.content import catalog_for, no_code_option
+from rocs_bt.cli.terminal import echo, show_table, styled
+from rocs_bt.errors import InputError
 
 if TYPE_CHECKING:
-    from ..running.reuse import Counterpart, Reuse, Share
-    from ..running.settings import Setting
+    from .reuse import Counterpart, Reuse, Share
+    from .settings import Setting
 
 Rows = list[Sequence[str]]
 _NONE = "–"
@@ -33,7 +35,7 @@ def command(first: str, second: str, as_json: bool, markdown: bool, no_code: boo
     Content is compared byte by byte; settings are all keys of the scenarios. Code means the classes of the built
     agents; nothing is run.
     """
-    from ..running.reuse import diff
+    from .reuse import diff
 
     catalog = catalog_for(first, no_code=no_code)
     found = diff(catalog.load_scenario(first), catalog.load_scenario(second), catalog)
@@ -131,3 +133,17 @@ def _show(title: str, rows: Rows) -> None:
     styles = {i: colours[row[-1]] for i, row in enumerate(body) if row[-1] in colours}
     echo(styled(title, bold=True))
     show_table(body, head, styles=styles, indent=2, box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
+
+
+def main(words: Sequence[str] | None = None) -> int:
+    """Compare two scenarios; returns the exit code."""
+    try:
+        command.main(words, prog_name="python -m benchmarks.paper.diff", standalone_mode=False)
+    except InputError as error:
+        echo(str(error), err=True)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

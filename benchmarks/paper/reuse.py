@@ -8,19 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
-from ..actions import action_table
-from ..agent import RobotDevices, Runtime
-from ..catalog import KINDS, ActorSpec, AgentSpec, Catalog, Entry, ScenarioSpec, content_hash
-from ..clock import Clock, SimulatedClock
-from ..event import EventSink, NullSink
-from ..files import read_bytes
-from ..simulation.devices import on_hardware, unopened_actuator, unopened_sensor
-from ..simulation.simulated_world import build_world
-from .build_agents import build_agents, load_controller
+from rocs_bt.actions import action_table
+from rocs_bt.agent import RobotDevices, Runtime
+from rocs_bt.catalog import (
+    KINDS,
+    ActorSpec,
+    ActuatorSpec,
+    AgentSpec,
+    Catalog,
+    Entry,
+    RobotSpec,
+    ScenarioSpec,
+    SensorSpec,
+    command_size,
+    content_hash,
+)
+from rocs_bt.clock import Clock, SimulatedClock
+from rocs_bt.device import Actuator, Sensor
+from rocs_bt.event import EventSink, NullSink
+from rocs_bt.files import read_bytes
+from rocs_bt.running.build_agents import build_agents, load_controller
+from rocs_bt.running.simulated_stage import simulated_agents
+from rocs_bt.simulation.devices import hardware_driver, on_hardware
+from rocs_bt.simulation.simulated_world import build_world
+
 from .provenance import package_of, used_classes
 from .settings import Setting, settings
-from .simulated_stage import simulated_agents
 
 Robot = AgentSpec | ActorSpec
 
@@ -170,9 +185,9 @@ def _unopened_devices(
     robot, period = catalog.load_robot(agent.robot), scenario.rate.control_rate.period
     return RobotDevices(
         robot,
-        {s.name: unopened_sensor(catalog, robot, s) for s in robot.sensors},
+        {s.name: _unopened_sensor(catalog, robot, s) for s in robot.sensors},
         {
-            a.name: a.guard(unopened_actuator(catalog, robot, a), clock, period, sink, agent.name)
+            a.name: a.guard(_unopened_actuator(catalog, robot, a), clock, period, sink, agent.name)
             for a in robot.actuators
         },
         {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robot.sensors},
@@ -213,3 +228,23 @@ def _counterpart(
     names = ["" if robot is None else robot.name for robot in (first, second)]
     classes = [side.get(name, ()) for side, name in zip(used, names, strict=True)]
     return Counterpart(names[0], names[1], settings(first, second), _by_package(*classes))
+
+
+def _unopened_sensor(catalog: Catalog, robot: RobotSpec, spec: SensorSpec) -> Sensor:
+    """Sensor on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
+    made: Sensor = _unopened(hardware_driver(catalog, robot, spec).make, "read", "close")
+    Sensor.__init__(made, spec.name)
+    return made
+
+
+def _unopened_actuator(catalog: Catalog, robot: RobotSpec, spec: ActuatorSpec) -> Actuator:
+    """Actuator on hardware without its connection, to build an agent that will not run; see `hardware_driver`."""
+    made: Actuator = _unopened(hardware_driver(catalog, robot, spec).make, "command", "neutral", "close")
+    Actuator.__init__(made, spec.name, command_size(robot, spec))
+    return made
+
+
+def _unopened(cls: Any, *names: str) -> Any:
+    """Object of a subclass, without a call of the constructor; its methods of these names do nothing."""
+    made: Any = type("_Unopened", (cls,), dict.fromkeys(names, lambda *args: None))
+    return made.__new__(made)

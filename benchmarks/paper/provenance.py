@@ -8,12 +8,12 @@ import sys
 import types
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from ..action import Action
-from ..agent import Agent
-from ..plan import Act
-from ..reactive import RuleModel
+from rocs_bt.action import Action
+from rocs_bt.agent import Agent
+from rocs_bt.plan import Act
+from rocs_bt.reactive import RuleModel
 
-_ENGINE = __package__.partition(".")[0]
+_ENGINE = "rocs_bt"
 _MAKERS = ("actions", "analyze", "control", "monitor")  # subpackages with objects that construct others during a run
 _MADE = ("actions", "control")
 

@@ -10,6 +10,8 @@ from typing import Any
 
 import pytest
 
+from benchmarks.paper.reuse import _pairs
+from benchmarks.paper.settings import OMITTED, UNITS, settings
 from rocs_bt.catalog import (
     ActorSpec,
     AgentSpec,
@@ -25,8 +27,6 @@ from rocs_bt.catalog import (
 from rocs_bt.catalog.values import ParameterTable
 from rocs_bt.document import Table
 from rocs_bt.geometry import Pose2
-from rocs_bt.running.reuse import _pairs
-from rocs_bt.running.settings import OMITTED, UNITS, settings
 
 HERE = Pose2(1.0, -2.0, 0.5)
 SPECS = (
