@@ -15,7 +15,7 @@ from ..record import RunHeader
 from ..record.comparisons import Comparisons
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Key, Tracks
-from .pack import HIDDEN, WIDE, Json, address, head, log_line, plain, text
+from .pack import Json, address, head, items, log_line, plain, text
 from .requests import Stream
 
 _DIGITS = 5
@@ -121,9 +121,9 @@ class Seen:
     def message(self, tracks: Tracks, about: Json | None = None) -> bytes:
         """JSON of what is new: of each changed track its address, and its times and values from an index on."""
         changed = []
-        for key, track in tracks.items():
-            if key.topic not in HIDDEN and track.t and (new := self._changes(key, track)) is not None:
-                changed.append(_part(key, track, new))
+        for key, shown, track in items(tracks):
+            if track.t and (new := self._changes(key, track)) is not None:
+                changed.append(_part(key, shown, track, new))
         lines = [log_line(line) for line in tracks.log[self._lines :]]
         self._lines = len(tracks.log)
         message: Json = {"end": round(tracks.end, 3), "log": lines, "tracks": changed}
@@ -144,18 +144,18 @@ class Seen:
         return count if same else max(0, count - 1)
 
 
-def _part(key: Key, track: Steps | Curve, first: int) -> list[Any]:
+def _part(key: Key, shown: Key, track: Steps | Curve, first: int) -> list[Any]:
     """A track from an index on: address, index, times, values, width, and rays from one value to the next."""
     t = [round(each, 5) for each in track.t[first:]]
     if isinstance(track, Steps):
         return [address(key), first, t, [msgspec.Raw(text(value).encode()) for value in track.v[first:]], 0, 1]
     rows = track.rows(first).tolist()
     width = track.width
-    if key.topic == "signal" and width > WIDE:
-        key, width = Key(key.agent, key.topic, f"min({key.name})"), 1
+    if shown != key:
+        width = 1
         rows = [[min((v for v in row if v == v), default=math.nan)] for row in rows]
-    shown = [[_number(value) for value in row] for row in rows]
-    return [address(key), first, t, shown, width, track.ray if isinstance(track, Scans) else 1]
+    values = [[_number(value) for value in row] for row in rows]
+    return [address(shown), first, t, values, width, track.ray if isinstance(track, Scans) else 1]
 
 
 def _number(value: float) -> float | str:

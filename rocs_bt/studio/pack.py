@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import msgspec
@@ -24,7 +24,7 @@ _RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "joints": 1e-3, "follower": 1e-4}  # 
 _TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
 _LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values
-WIDE = 24  # values from which on only the minimum of a signal is shown, as of a scan
+WIDE, FEW = 24, 3  # values above which only the least of a signal is shown; the same of distances, which repeat a scan
 HIDDEN = ("wheels", "solve")  # topics that the page does not show
 
 
@@ -68,7 +68,7 @@ def pack(tracks: Tracks, extra: Json) -> bytes:
         extra: Further entries of the JSON.
     """
     columns, texts = Columns(), dict[str, int]()
-    packed = [_packed(columns, texts, key, track) for key, track in tracks.items() if key.topic not in HIDDEN]
+    packed = [_packed(columns, texts, key, shown, track) for key, shown, track in items(tracks)]
     about = {
         **head(tracks.header),
         "end": round(tracks.end, 3),
@@ -86,6 +86,18 @@ def pack(tracks: Tracks, extra: Json) -> bytes:
 def head(header: RunHeader) -> Json:
     """What does not change while a run goes on."""
     return {"header": header}
+
+
+def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:
+    """Tracks that the page shows: key, key on the page, and track; of wide signals only the least value is shown."""
+    agents = tracks.header.agents
+    distances = {(agent.name, signal.name) for agent in agents for signal in agent.signals if set(signal.units) == {"m"}}
+    for key, track in tracks.items():
+        if key.topic in HIDDEN:
+            continue
+        most = FEW if (key.agent, key.name) in distances else WIDE
+        wide = key.topic == "signal" and isinstance(track, Curve) and track.width > most
+        yield key, key._replace(name=f"min({key.name})") if wide else key, track
 
 
 def log_line(line: tuple[Any, ...]) -> list[Any]:
@@ -106,20 +118,20 @@ def plain(value: object) -> object:
     raise NotImplementedError(f"{type(value).__name__} is no plain value")
 
 
-def _packed(columns: Columns, texts: dict[str, int], key: Key, track: Steps | Curve) -> list[Any]:
+def _packed(columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve) -> list[Any]:
     """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
     if isinstance(track, Steps):
         found = [texts.setdefault(text(value), len(texts)) for value in track.v]
         return [address(key), "text", columns.real(track.t, _resolution(track.t)), columns.whole(found)]
     t, rows = np.array(track.t), track.rows()
-    if key.topic == "signal" and track.width > WIDE:
-        key, rows = Key(key.agent, key.topic, f"min({key.name})"), np.fmin.reduce(rows, axis=1, keepdims=True)
+    if shown != key:
+        rows = np.fmin.reduce(rows, axis=1, keepdims=True)
     t, rows = _changes(t, rows, track.max_age)
     resolution = _RESOLUTION.get(key.topic) or _fine(rows)
     ray = track.ray if isinstance(track, Scans) else 1
     width = rows.shape[1]
     index = columns.real(rows, resolution, width)
-    return [address(key), "number", columns.real(t, _TIME), index, width, ray]
+    return [address(shown), "number", columns.real(t, _TIME), index, width, ray]
 
 
 def _resolution(t: Sequence[float]) -> float:

@@ -6,6 +6,7 @@ import base64
 import hashlib
 import html
 import re
+import zlib
 from pathlib import Path
 from string import Template
 
@@ -24,18 +25,19 @@ def render_page(title: str, data: bytes, second: bytes = b"") -> str:
         data: Packed run.
         second: Packed run that is shown over the first; empty for none.
     """
-    script, style = "\n" + bundle("app.js"), read_text(WEB / "studio.css")
+    program, start, style = bundle("app.js"), read_text(WEB / "start.js"), read_text(WEB / "studio.css")
     policy = (
-        f"default-src 'none'; script-src '{_digest(script)}'; style-src '{_digest(style)}'; "
+        f"default-src 'none'; script-src '{_digest(start)}' '{_digest(program)}'; style-src '{_digest(style)}'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-    runs = {"data": data, "second": second} if second else {"data": data}
+    parts = {"data": data, "second": second, "program": zlib.compress(program.encode(), 9)}
     elements = (
-        f'<script type="application/octet-stream" id="{name}">{base64.b64encode(run).decode()}</script>'
-        for name, run in runs.items()
+        f'<script type="application/octet-stream" id="{name}">{base64.b64encode(part).decode()}</script>'
+        for name, part in parts.items()
+        if part
     )
     return Template(read_text(WEB / "page.html")).substitute(
-        csp=policy, title=html.escape(title), style=style, script=script, runs="\n".join(elements)
+        csp=policy, title=html.escape(title), style=style, start=start, parts="\n".join(elements)
     )
 
 
