@@ -90,8 +90,8 @@ def head(header: RunHeader) -> Json:
 
 def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:
     """Tracks that the page shows: key, key on the page, and track; of wide signals only the least value is shown."""
-    agents = tracks.header.agents
-    distances = {(agent.name, signal.name) for agent in agents for signal in agent.signals if set(signal.units) == {"m"}}
+    declared = ((agent.name, signal) for agent in tracks.header.agents for signal in agent.signals)
+    distances = {(agent, signal.name) for agent, signal in declared if set(signal.units) == {"m"}}
     for key, track in tracks.items():
         if key.topic in HIDDEN:
             continue

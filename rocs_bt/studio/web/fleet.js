@@ -4,6 +4,8 @@ import { el, put, short, shown } from "./dom.js";
 
 const COLUMNS = ["robot", "outcome", "does", "to go", "clearance"];
 
+const styled = (element, name) => { if (element.className !== name) element.className = name; };
+
 export class Fleet {
   constructor(run, cursor) {
     this.run = run;
@@ -28,7 +30,7 @@ export class Fleet {
       cells[3].append(el("span", { class: "progress" }, bar), part);
       const row = el("tr", { onclick: () => this.cursor.select(`${agent}|pose|`) }, ...cells);
       const goal = run.get(agent, "signal", "goal_distance"), most = goal ? goal.range[1] : NaN;
-      return { agent, row, cells, dot, name, bar, part, goal, most };
+      return { agent, row, cells, dot, name, bar, part, goal, most, outcome: null, clearance: run.get(agent, "truth", "min_clearance") };
     });
     this.body.replaceChildren(...this.rows.map(({ row }) => row));
     this.update();
@@ -45,17 +47,19 @@ export class Fleet {
   update() {
     if (this.box.hidden) return;
     const { t } = this.cursor;
-    for (const { agent, row, cells, dot, name, bar, part, goal, most } of this.rows) {
-      const outcome = this.run.outcome(agent), over = outcome && outcome.t <= t + 1e-3, { text, route } = this.doing(agent, t);
+    for (const each of this.rows) {
+      const { agent, row, cells, dot, name, bar, part, goal, most, clearance } = each;
+      const outcome = each.outcome ??= this.run.outcome(agent), over = outcome && outcome.t <= t + 1e-3, { text, route } = this.doing(agent, t);
       const left = goal?.at(t), done = Number.isFinite(left) && most > 0 ? Math.max(0, 1 - left / most) : 0;
       put(name, outcome ? outcome.outcome : "–");
-      name.className = outcome ? this.run.tone(outcome.outcome) : "muted";
+      styled(name, outcome ? this.run.tone(outcome.outcome) : "muted");
       put(cells[2], over ? "ended" : text);
-      dot.className = `dot ${over ? this.run.tone(outcome.outcome) : route}`;
-      bar.style.width = `${(100 * done).toFixed(0)}%`;
+      styled(dot, `dot ${over ? this.run.tone(outcome.outcome) : route}`);
+      const wide = `${(100 * done).toFixed(0)}%`;
+      if (bar.style.width !== wide) bar.style.width = wide;
       put(part, goal ? `${shown(left)} m` : "–");
-      put(cells[4], `${shown(this.run.get(agent, "truth", "min_clearance")?.at(t))} m`);
-      row.className = agent === this.cursor.agent ? "selected" : "";
+      put(cells[4], `${shown(clearance?.at(t))} m`);
+      styled(row, agent === this.cursor.agent ? "selected" : "");
     }
   }
 
