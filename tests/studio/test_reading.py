@@ -192,6 +192,20 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
     assert faults(browser) == []
 
 
+def test_it_opens_at_the_last_leaf_that_said_why_if_the_failing_one_says_nothing(browser, recorded):
+    leaves = ("root/look", "root/drive", "root/end")
+    nodes = [TreeNode(path="root", type="Fallback", children=leaves), *(TreeNode(path=p, type="Go") for p in leaves)]
+    agent = AgentInfo(name="R", robot="r", mission="m", nodes=tuple(nodes))
+    ticks = [(1.0, "root/drive", "no room"), (1.0, "root/look", "dark"), (2.0, "root/end", ""), (2.0, "root", "")]
+    events = [NodeTicked(t=t, agent="R", node=node, status="FAILURE", feedback=text) for t, node, text in ticks]
+    end = OutcomeDecided(t=2.0, agent="R", outcome="failed", reason="the mission failed")
+    header = RunHeader(scenario="s", seed=1, agents=(agent,), bodies=(BodyInfo(name="R", hull=()),))
+    show(browser, recorded(header, [*events, end]))
+    assert text(browser, ".inspector h3") == "drive"
+    assert "no room" in text(browser, ".inspector")
+    assert faults(browser) == []
+
+
 def test_above_8_robots_the_page_opens_with_a_table_of_them(browser, recorded):
     names = [f"P{i}" for i in range(9)]
     agents = tuple(AgentInfo(name=n, robot="pioneer_p3dx", mission="go_to") for n in names)

@@ -214,6 +214,17 @@ export class Run {
     return found;
   }
 
+  /** The last leaf that failed with a message before a time; of several at once the last of the tree. */
+  told(agent, end) {
+    let found = null;
+    for (const { path, children = [] } of this.get(agent, "tree")?.at(end) ?? []) {
+      const track = this.get(agent, "node", path), note = this.get(agent, "note", path);
+      if (!track || !note || children.length) continue;
+      track.t.forEach((t, i) => { if (track.v[i] === "FAILURE" && t <= end && note.at(t) && t >= (found?.t ?? t)) found = { t, address: track.address }; });
+    }
+    return found;
+  }
+
   /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
   moment() {
     const failed = this.agents.find((a) => this.outcome(a) && this.outcome(a).outcome !== "success");
@@ -223,7 +234,10 @@ export class Run {
       if (cause) return { t: cause[0], address: cause[4] };
       const last = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((x, y) => y.name.length - x.name.length)[0];
       const leaf = this.get(failed, "node", this.failing(failed, t).at(-1) ?? last?.name);
-      return leaf ? { t: leaf.since(t), address: leaf.address } : { t, address: `${failed}|outcome|` };
+      if (leaf && this.get(failed, "note", leaf.name)?.at(t)) return { t: leaf.since(t), address: leaf.address };
+      const told = this.told(failed, t); // a leaf such as AlwaysFailure says nothing about the cause: one before it often does
+      if (told ?? leaf) return told ?? { t: leaf.since(t), address: leaf.address };
+      return { t, address: `${failed}|outcome|` };
     }
     for (const agent of this.agents) {
       const fired = this.log.find(([, a, , , about]) => a === agent && about.startsWith(`${agent}|rule|`));
