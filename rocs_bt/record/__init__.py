@@ -5,7 +5,7 @@ the command line import it.
 """
 
 from ..event import TreeNode
-from .diverge import WORLD_EVENTS, Divergence, compare
+from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_difference
 from .figures import write_figures
 from .folder_lock import FolderLock
 from .header import (
@@ -37,7 +37,9 @@ from .summary import (
     TrackingError,
 )
 from .tables import event_table, signal_table
+from .tracks import Tracks
 from .why import Why, explain
+from .why_not import WhyNot, why_not
 
 __all__ = [
     "TRUTH",
@@ -46,6 +48,7 @@ __all__ = [
     "AgentResult",
     "Beam",
     "BodyInfo",
+    "Difference",
     "Divergence",
     "Fan",
     "Finding",
@@ -66,15 +69,19 @@ __all__ = [
     "SubtreeSwap",
     "Summary",
     "TrackingError",
+    "Tracks",
     "TreeNode",
     "Why",
+    "WhyNot",
     "compare",
     "environment_of",
     "event_table",
     "explain",
+    "first_difference",
     "page_maker",
     "samples",
     "signal_table",
+    "why_not",
     "write_figures",
     "write_report",
 ]

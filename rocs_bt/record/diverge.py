@@ -23,8 +23,9 @@ from ..event import (
     RobotPushed,
     unpack,
 )
+from .states import Key
 from .track import Curve, Steps
-from .tracks import TOPICS, Key, Tracks
+from .tracks import TOPICS, Tracks
 
 #: Events of the simulated world; a replay has no world and so emits none of these.
 WORLD_EVENTS: tuple[type[Event], ...] = (
@@ -142,6 +143,11 @@ class Difference(NamedTuple):
     name: str
     a: Any
     b: Any
+
+    def __str__(self) -> str:
+        what = " ".join(part for part in (self.agent, self.topic, *self.name.split("\n")) if part)
+        values = (_text(value, 4, _FEW) for value in (self.a, self.b))
+        return f"First difference at t = {self.t:.3f} s, {what}: {' and '.join(values)}."
 
 
 def first_difference(a: Tracks, b: Tracks) -> Difference | None:

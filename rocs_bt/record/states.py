@@ -1,4 +1,4 @@
-"""Values of tracks: the state of a reflex rule, and the cause of a command."""
+"""Names and values of tracks: the state of a reflex rule, the cause of a command, lines of the log."""
 
 from __future__ import annotations
 
@@ -7,7 +7,35 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from ..event import RuleChanged
+from ..event import (
+    BlackboardChanged,
+    ContentRaised,
+    Event,
+    Level,
+    MotionHeld,
+    MotionReleased,
+    OutcomeDecided,
+    RuleChanged,
+    TicketChanged,
+)
+
+
+class Key(NamedTuple):
+    """Name of a track: agent or body, topic, and name within the topic."""
+
+    agent: str
+    topic: str
+    name: str = ""
+
+
+class LogLine(NamedTuple):
+    """Sentence about an event, with the track that it is about."""
+
+    t: float  # [s]
+    agent: str
+    level: Level
+    text: str
+    about: Key | None
 
 
 class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -93,3 +121,19 @@ class Drive(NamedTuple):
     ticket: int
     action: str
     neutral: bool
+
+
+def about(event: Event) -> Key | None:
+    """Track that an event is about, for links; None if there is none."""
+    if isinstance(event, RuleChanged):
+        return Key(event.agent, "rule", event.rule)
+    if isinstance(event, TicketChanged):
+        return Key(event.agent, "ticket", str(event.ticket))
+    if isinstance(event, OutcomeDecided):
+        return Key(event.agent, "outcome")
+    if isinstance(event, BlackboardChanged):
+        return Key(event.agent, "board", f"{event.subtree}\n{event.key}")
+    if isinstance(event, MotionHeld | MotionReleased):
+        return Key(event.agent, "hold", event.actuator)
+    node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")
+    return Key(event.agent, "node", node) if node else None

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
@@ -22,11 +22,9 @@ from ..event import (
     BlockFailed,
     BodyMoved,
     ContactBegan,
-    ContentRaised,
     Event,
     FollowerStepped,
     KnowledgeChanged,
-    Level,
     MinClearanceLowered,
     MotionHeld,
     MotionReleased,
@@ -45,26 +43,8 @@ from .codec import KINDS
 from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
 from .recording import Recording
-from .states import Drive, RuleState
+from .states import Drive, Key, LogLine, RuleState, about
 from .track import Curve, Scans, Steps
-
-
-class Key(NamedTuple):
-    """Name of a track: agent or body, topic, and name within the topic."""
-
-    agent: str
-    topic: str
-    name: str = ""
-
-
-class LogLine(NamedTuple):
-    """Sentence about an event, with the track that it is about."""
-
-    t: float  # [s]
-    agent: str
-    level: Level
-    text: str
-    about: Key | None
 
 
 class Tracks:
@@ -120,7 +100,7 @@ class Tracks:
         """Sentences about the events, in order."""
         for event in self.events[self._logged :]:
             if type(event).sentence is not Event.sentence and (text := event.sentence):
-                self._log.append(LogLine(event.t, event.agent, event.level, text, _about(event)))
+                self._log.append(LogLine(event.t, event.agent, event.level, text, about(event)))
         self._logged = len(self.events)
         return self._log
 
@@ -403,19 +383,3 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "event": {kind: _event for kind in KINDS if kind not in STREAMS},
 }
 """Functions that fold events into tracks, by topic and type of event."""
-
-
-def _about(event: Event) -> Key | None:
-    """Track that an event is about, for links; None if there is none."""
-    if isinstance(event, RuleChanged):
-        return Key(event.agent, "rule", event.rule)
-    if isinstance(event, TicketChanged):
-        return Key(event.agent, "ticket", str(event.ticket))
-    if isinstance(event, OutcomeDecided):
-        return Key(event.agent, "outcome")
-    if isinstance(event, BlackboardChanged):
-        return Key(event.agent, "board", f"{event.subtree}\n{event.key}")
-    if isinstance(event, MotionHeld | MotionReleased):
-        return Key(event.agent, "hold", event.actuator)
-    node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")
-    return Key(event.agent, "node", node) if node else None

@@ -13,8 +13,9 @@ import msgspec
 from ..event import Event
 from ..record import RunHeader
 from ..record.comparisons import Comparisons
+from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
-from ..record.tracks import Key, Tracks
+from ..record.tracks import Tracks
 from .pack import Json, address, head, items, log_line, plain, text
 from .requests import Stream
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ..record import RunHeader
+from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
-from ..record.tracks import Key, Tracks
+from ..record.tracks import Tracks
 
 Json = dict[str, Any]
 Numbers = NDArray[np.float64]

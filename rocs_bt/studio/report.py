@@ -12,7 +12,8 @@ from ..files import write_whole
 from ..knowledge.history import ChangeLog
 from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
 from ..record.comparisons import Comparisons
-from ..record.tracks import LogLine, Tracks
+from ..record.states import LogLine
+from ..record.tracks import Tracks
 from ..words import inactive_rule
 from .numbers import numbers, requirement
 from .pack import pack

@@ -24,8 +24,9 @@ from rocs_bt.event import (
 )
 from rocs_bt.knowledge.history import State
 from rocs_bt.record.header import BodyInfo, Fan, RunHeader
+from rocs_bt.record.states import Key
 from rocs_bt.record.track import Curve, Steps
-from rocs_bt.record.tracks import TOPICS, Key, Tracks
+from rocs_bt.record.tracks import TOPICS, Tracks
 
 from .. import synthetic
 

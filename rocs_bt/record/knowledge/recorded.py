@@ -29,11 +29,8 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
         InputError: Unknown agent, or an agent is required; lists all agents.
         RecordingError: The recording is damaged, or has no changes of the agent's knowledge.
     """
-    found, end = list[KnowledgeChanged](), 0.0
-    for event in recording.events():
-        end = max(end, event.t)
-        if isinstance(event, KnowledgeChanged):
-            found.append(event)
+    tracks = Tracks.of_recording(recording, ("pose", "event"))
+    found, end = [event for event in tracks.events if isinstance(event, KnowledgeChanged)], tracks.end
     names = list(dict.fromkeys((*(a.name for a in recording.header.agents), *(e.agent for e in found))))
     if agent is None and len(names) == 1:
         agent = names[0]
