@@ -162,6 +162,11 @@ class BlackboardChanged(Event, frozen=True, kw_only=True):
         at = f" in {self.subtree}" if self.subtree else ""
         return f"{self.key} = {self.value}{at}" if self.value else f"{self.key} has no value{at}"
 
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.DEBUG
+
 
 class Said(Event, frozen=True, kw_only=True):
     """A leaf of a mission issued a message.
