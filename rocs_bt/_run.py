@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from contextlib import closing
 from pathlib import Path
-from typing import Unpack
+from typing import Any
 
 import msgspec
 
@@ -17,7 +17,7 @@ from .check import check_scenario
 from .errors import RecordingError
 from .files import write_whole
 from .record import FolderLock, Recording, write_report
-from .running import REPORT, SUMMARY, Run, RunChanges, RunOptions, RunResult, summary_of
+from .running import REPORT, SUMMARY, Run, RunOptions, RunResult, summary_of
 
 _DEFAULTS = RunOptions()
 
@@ -26,7 +26,7 @@ def run(
     scenario: ScenarioSpec | str,
     catalog: Catalog | None = None,
     options: RunOptions = _DEFAULTS,
-    **changes: Unpack[RunChanges],
+    **changes: Any,
 ) -> RunResult:
     """Simulate a scenario.
 
@@ -55,7 +55,7 @@ def drive(
     scenario: ScenarioSpec | str,
     catalog: Catalog | None = None,
     options: RunOptions = _DEFAULTS,
-    **changes: Unpack[RunChanges],
+    **changes: Any,
 ) -> RunResult:
     """Run the agents of a scenario on their real robots, in threaded mode and real time.
 

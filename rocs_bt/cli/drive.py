@@ -7,37 +7,16 @@ from typing import Any
 import click
 
 from ..errors import DeviceError
-from ..event import EventSink
 from .drive_output import HoldOutput, PreflightOutput, show_notice
 from .dry_run_output import DryRunOutput
 from .enter_key import EnterKey
-from .play_scenario import SharedOptions, play_scenario, scenario_options
+from .play_scenario import local_options, play_scenario, scenario_options
 from .terminal import echo
 
 
 @click.command()
-@scenario_options(
-    click.option(
-        "--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of random choices of missions."
-    ),
-    click.option("--for", "duration", metavar="SECONDS", type=float, help="End this time after the start."),
-    click.option(
-        "--wait",
-        metavar="SECONDS",
-        type=click.FloatRange(min=0.0, max=1e6),
-        default=10.0,
-        show_default=True,
-        help="Give up if a needed sensor has no fresh values for this time.",
-    ),
-    click.option(
-        "--dry-run",
-        "--dry",
-        is_flag=True,
-        help="Send nothing to any actuator; print each second what would be sent.",
-    ),
-    click.option("--confirm", is_flag=True, help="Start only when a person presses Enter."),
-)
-def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
+@scenario_options("hardware")
+def command(scenario: str, **given: Any) -> int:
     """Run SCENARIO, a name or a file, on its real robots, and print the outcome of each agent.
 
     First it shows a table of the sensors. The robots stay in neutral until every sensor gives fresh values, except
@@ -53,16 +32,14 @@ def command(wait: float, dry_run: bool, confirm: bool, **shared: Any) -> int:
     """
     from .._run import drive
 
-    changes: dict[str, Any] = {"wait": wait, "dry_run": dry_run, "confirm": confirm, "go": EnterKey()}
-    changes |= {"preflight": PreflightOutput(), "notice": show_notice}
-    unsent = DryRunOutput() if dry_run else None
-    sinks: list[EventSink] = [HoldOutput(), *([] if unsent is None else [unsent])]
+    local, unsent = local_options(given), DryRunOutput() if given["dry_run"] else None
+    sinks = [HoldOutput(), *([] if unsent is None else [unsent])]
+    given |= {"go": EnterKey(), "preflight": PreflightOutput(), "notice": show_notice, "sinks": sinks}
     progress = None if unsent is None else unsent.show
-    if dry_run:
+    if unsent is not None:
         echo("Dry run: nothing is sent to any actuator.", err=True)
     try:
-        given = SharedOptions(**shared)
-        return play_scenario(drive, given, changes, unit="s on hardware", keep=True, sinks=sinks, progress=progress)
+        return play_scenario(drive, scenario, given, unit="s on hardware", keep=True, progress=progress, **local)
     except DeviceError as error:
         echo(str(error), err=True)
         return 1

@@ -2,125 +2,126 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext, suppress
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 import click
 
 from ..catalog import CachingCatalog, Catalog
 from ..errors import Fault, InputError
-from ..event import Event, EventSink, RulesReplaced
+from ..event import Event, RulesReplaced
 from .content import catalog_for, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
-    from ..running import RunOptions, RunResult
+    from ..running import Option, RunOptions, RunResult
 
 Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
 """Function that runs a scenario: `rocs_bt.run` or `rocs_bt.drive`."""
 
+_MOST = 1e6  # [s] of a waiting time
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
-_FIRST = (
-    click.argument("scenario"),
-    click.option("--out", type=click.Path(path_type=Path), help="Output folder; by default runs/SCENARIO-SEED."),
-)
-_LAST = (
+_LOCAL = (
     click.option("--live", "show_live", is_flag=True, help="Watch in a browser, until Ctrl-C."),
     click.option(
         "--port", type=click.IntRange(0, 65535), default=0, help="Port of the live page; by default any free port."
     ),
     click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
-    click.option("--btlog", is_flag=True, help="Also write AGENT.btlog for replay in Groot2."),
-    click.option("--no-report", is_flag=True, help="Write no report.html."),
     no_code_option,
-    click.option(
-        "--knowledge",
-        type=click.Path(path_type=Path, dir_okay=False),
-        metavar="FILE",
-        help="Load knowledge of earlier runs from this file, and add this run's.",
-    ),
-    click.option("--watch-rules", is_flag=True, help="Reload rule files that change during the run."),
 )
 
 
-def scenario_options(*own: Callable[..., Any]) -> Callable[..., Any]:
-    """Decorator that adds the argument SCENARIO, the command's own options, and the shared options to a command."""
+def scenario_options(stage: str) -> Callable[..., Any]:
+    """Decorator that adds the argument SCENARIO and all options to a command that runs a scenario.
+
+    The command gets each option by the name of its attribute of `RunOptions`, where it is declared.
+
+    Args:
+        stage: `simulation` or `hardware`; options of the other are not added.
+    """
+    from ..running import declared_options
+
+    declared = [
+        _option(name, kind, option)
+        for name, (kind, option) in declared_options().items()
+        if option.flags and option.stage in ("", stage)
+    ]
 
     def decorate(function: Callable[..., Any]) -> Callable[..., Any]:
-        for option in reversed((*_FIRST, *own, *_LAST)):
+        for option in reversed((click.argument("scenario"), *declared, *_LOCAL)):
             function = option(function)
         return function
 
     return decorate
 
 
-@dataclass(frozen=True, kw_only=True)
-class SharedOptions:
-    """Values of the shared options, and of the argument SCENARIO.
+def local_options(given: dict[str, Any]) -> dict[str, Any]:
+    """Remove the options that only the command line has from those given, and return them."""
+    return {name: given.pop(name) for name in ("show_live", "port", "as_json", "no_code")}
 
-    Attributes:
-        scenario: Name or file of the scenario.
-        seed: Seed of the run.
-        out: Output folder; None for the default.
-        duration: Maximum duration [s]; None for that of the scenario.
-        show_live: Whether to show the live page.
-        port: Port of the live page; 0 for any free port.
-        as_json: Whether to print the summary as JSON.
-        btlog: Whether to write logs of trees.
-        no_report: Whether to write no report.
-        no_code: Whether to refuse Python content.
-        knowledge: File of knowledge of earlier runs.
-        watch_rules: Whether to reload rule files that change.
-    """
 
-    scenario: str
-    seed: int
-    out: Path | None
-    duration: float | None
-    show_live: bool
-    port: int
-    as_json: bool
-    btlog: bool
-    no_report: bool
-    no_code: bool
-    knowledge: Path | None
-    watch_rules: bool
+def _option(name: str, kind: Any, declared: Option) -> Callable[..., Any]:
+    """Option of the command line for a declared option of a run."""
+    from ..running import RunOptions
+
+    default, kinds = getattr(RunOptions(), name), get_args(kind) or (kind,)
+    words: dict[str, Any] = {"help": declared.help, "default": default, "metavar": declared.metavar}
+    if bool in kinds:
+        words = {"help": declared.help, "default": default, "is_flag": True}
+    elif declared.choices:
+        words |= {"type": click.Choice(declared.choices), "show_default": True}
+    elif Path in kinds:
+        words["type"] = click.Path(path_type=Path, dir_okay=name == "out")
+    elif declared.least is not None:
+        least, whole = declared.least, int in kinds
+        limited = click.IntRange(min=int(least)) if whole else click.FloatRange(min=least, max=_MOST)
+        words |= {"type": limited, "show_default": True}
+    elif get_origin(kind) is not None and float not in kinds:
+        words["multiple"] = True
+    else:
+        words["type"] = float if float in kinds else str
+    return click.option(*declared.flags, name, **words)
 
 
 def play_scenario(
     play: Play,
-    shared: SharedOptions,
-    changes: dict[str, Any],
+    scenario: str,
+    given: dict[str, Any],
     *,
+    show_live: bool,
+    port: int,
+    as_json: bool,
+    no_code: bool,
     unit: str,
     keep: bool = False,
-    sinks: Sequence[EventSink] = (),
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Run a scenario, print its outcome, and return the exit code.
 
     Args:
         play: Function that runs the scenario.
-        shared: Values of the shared options.
-        changes: Options of the run that only this command has, by attribute of `RunOptions`.
+        scenario: Name or file of the scenario.
+        given: Options of the run, by attribute of `RunOptions`.
+        show_live: Whether to show the live page.
+        port: Port of the live page; 0 for any free port.
+        as_json: Whether to print the summary as JSON.
+        no_code: Whether to refuse Python content.
         unit: Unit of the progress bar.
         keep: Whether the default output folder gets a number where an earlier run has a recording.
-        sinks: Sinks for all events.
         progress: Function that is called once per control period, with the time [s].
     """
     from ..check import check_scenario, mission_notes
     from ..running import RunOptions, StopSignals
 
-    scenario, seed, duration = shared.scenario, shared.seed, shared.duration
+    duration = given["duration"]
     if duration is not None and not 0.0 < duration < float("inf"):
         raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
-    project = catalog_for(scenario, no_code=shared.no_code)
+    project = catalog_for(scenario, no_code=no_code)
     catalog = CachingCatalog(project.project, code=project.code)  # the check and the run read each file once
     findings = check_scenario(scenario, catalog)
     findings.refuse()
@@ -129,8 +130,10 @@ def play_scenario(
     for note in dict.fromkeys(notes):
         echo(str(note), err=True)
     show_warnings(warnings, f"rocs-bt check {scenario}")
-    folder, signals = shared.out or _default_folder(f"{spec.name}-{seed}", keep), StopSignals(_NOTICE)
-    with _live(shared.port) if shared.show_live else nullcontext() as live:
+    folder, signals = given["out"] or _default_folder(f"{spec.name}-{given['seed']}", keep), StopSignals(_NOTICE)
+    if given["watch_rules"]:
+        given["sinks"] = [*given.get("sinks", ()), _Replacements()]
+    with _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, duration or spec.duration, unit) as shown:
 
             def show(t: float) -> None:
@@ -138,22 +141,9 @@ def play_scenario(
                     progress(t)
                 shown(t)
 
-            options = RunOptions(
-                seed=seed,
-                out=folder,
-                duration=duration,
-                live=live,
-                report=not shared.no_report,
-                btlog=shared.btlog,
-                progress=show,
-                sinks=[*sinks, *([_Replacements()] if shared.watch_rules else [])],
-                watch_rules=shared.watch_rules,
-                knowledge=shared.knowledge,
-                signals=signals,
-                **changes,
-            )
+            options = RunOptions(**{**given, "out": folder, "live": live, "progress": show, "signals": signals})
             result = play(scenario, catalog, options)
-        _print(result, folder, shared.as_json)
+        _print(result, folder, as_json)
         if live is not None and signals.received is None:
             with suppress(KeyboardInterrupt):  # also before `wait` is entered
                 echo("The live page stays open until Ctrl-C.", err=True)

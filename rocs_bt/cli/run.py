@@ -2,39 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
 
 from ..event import Event, SubtreeSwapped, SwapRefused
-from .play_scenario import SharedOptions, play_scenario, scenario_options
+from .play_scenario import local_options, play_scenario, scenario_options
 from .terminal import echo
 
 
 @click.command()
-@scenario_options(
-    click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the episode."),
-    click.option(
-        "--mode",
-        type=click.Choice(["lockstep", "threaded"]),
-        default="lockstep",
-        show_default=True,
-        help="lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
-    ),
-    click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time."),
-    click.option(
-        "--swap",
-        "swaps",
-        metavar="NODE=FILE[:TREE]@TIME",
-        multiple=True,
-        help="Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
-    ),
-    click.option("--view", is_flag=True, help="Watch in MuJoCo's viewer."),
-    click.option("--video", type=click.Path(path_type=Path, dir_okay=False), help="Render a video to this file."),
-    click.option("--follow", metavar="ROBOT", default="", help="The camera of the video follows this robot."),
-)
-def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, follow: str, **shared: Any) -> int:
+@scenario_options("simulation")
+def command(scenario: str, swaps: tuple[str, ...], **given: Any) -> int:
     """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
     Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
@@ -44,10 +23,9 @@ def command(mode: str, swaps: tuple[str, ...], view: bool, video: Path | None, f
     from .._run import run
     from ..running import read_swap
 
-    asked = [read_swap(text) for text in swaps]
-    changes, made = {"mode": mode, "swaps": asked, "view": view, "video": video, "follow": follow}, _Swaps()
-    sinks = [made] if asked else []
-    code = play_scenario(run, SharedOptions(**shared), changes, unit="s simulated", sinks=sinks)
+    asked, made, local = [read_swap(text) for text in swaps], _Swaps(), local_options(given)
+    given |= {"swaps": asked, "sinks": [made] if asked else []}
+    code = play_scenario(run, scenario, given, unit="s simulated", **local)
     for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:
         echo(f"'{swap}' was not made, because the run had ended.", err=True)
     return code

@@ -7,7 +7,7 @@ from ..drivers.host import Host
 from .command import Control, RunCommand
 from .episode import Episode, EpisodeAgent, Result, Stage
 from .metrics import Metrics
-from .options import MODES, Build, LiveView, RunChanges, RunOptions
+from .options import MODES, Build, LiveView, Option, RunOptions, declared_options
 from .preflight import PreflightReport, SensorState
 from .replay import replay
 from .requirements import RequirementWatch, check_recorded, requirement_faults, requirements_of
@@ -33,11 +33,11 @@ __all__ = [
     "Host",
     "LiveView",
     "Metrics",
+    "Option",
     "PreflightReport",
     "RequirementWatch",
     "Result",
     "Run",
-    "RunChanges",
     "RunCommand",
     "RunOptions",
     "RunResult",
@@ -47,6 +47,7 @@ __all__ = [
     "Stage",
     "StopSignals",
     "check_recorded",
+    "declared_options",
     "read_swap",
     "replay",
     "requirement_faults",

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
-from typing import Any, Protocol, TypedDict
+from typing import Annotated, Any, Literal, Protocol, get_type_hints
 
 import msgspec
 
@@ -23,6 +24,26 @@ Build = Callable[..., Any]
 """Mission function: returns the tree or the Plan of a mission."""
 
 
+class Option(msgspec.Struct, frozen=True):
+    """Declaration of an option of a run: what its documentation and the command line need.
+
+    Attributes:
+        help: Meaning of the option.
+        flags: Names on the command line, such as `--for`; empty if only programs give the option.
+        metavar: Name of the value on the command line.
+        least: Minimum of a number.
+        choices: Possible values of a text.
+        stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
+    """
+
+    help: str
+    flags: tuple[str, ...] = ()
+    metavar: str | None = None
+    least: float | None = None
+    choices: tuple[str, ...] = ()
+    stage: Literal["", "simulation", "hardware"] = ""
+
+
 class LiveView(EventSink, Protocol):
     """Live view of a run, such as `rocs_bt.studio.live.LivePage`."""
 
@@ -32,72 +53,135 @@ class LiveView(EventSink, Protocol):
 
 
 class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
-    """Options of a run, in simulation with `run` or on hardware with `drive`.
+    """Options of a run, in simulation with `run` or on hardware with `drive`, whose mode is always `threaded`."""
 
-    `drive` does not accept `prepare`, `swaps`, `view` and `video`, which need a simulation. Its mode is always
-    `threaded`.
-    `wait`, `dry_run`, `confirm`, `go`, `preflight` and `notice` are for `drive` only.
-
-    Attributes:
-        seed: Seed of the episode.
-        mode: `lockstep`: blocks and physics run by turns, repeatably. `threaded`: they run in threads, in real time.
-        duration: Maximum duration [s]; that of the scenario if None.
-        out: Folder for summary.json, run.mcap and report.html; None writes nothing.
-        report: Whether to write report.html.
-        btlog: Whether to write AGENT.btlog, which Groot2 replays, for each agent with a tree as its mission.
-        missions: Mission functions that replace the scenario's, by agent.
-        prepare: Function called with the simulated world before the agents are built; it may replace devices, for
-            example to inject faults.
-        sinks: Sinks for all events.
-        progress: Function called once per control period with the time [s].
-        watch_rules: Whether to reload rule files that change during the run; the run may then not be repeatable.
-        knowledge: File that keeps knowledge from run to run: read before the run, and written during the run.
-        swaps: Subtrees of missions that are replaced at given times.
-        view: Whether to show MuJoCo's viewer.
-        video: File for a video of the run.
-        follow: Robot that the camera of the video follows; the whole world if empty.
-        live: Live page of the run, with its context entered; the run then keeps pace with the wall clock.
-        command: Command line that repeats this run, for the report; `rocs-bt run ...` or `rocs-bt drive ...` if empty.
-        signals: Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. If None,
-            a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly.
-        wait: Time for which `drive` waits for a missing sensor before it gives up [s].
-        dry_run: Whether `drive` opens no actuator, so that no device gets any command, not even neutral.
-        confirm: Whether the robots of `drive` start only when a person says go: `go`, or a driver by `Host.go`.
-        go: Function that `drive` calls once per control period; returns whether a person said go since the last call.
-        preflight: Observer of the preflight check of `drive`, called at each check.
-        control: Source of the commands of a person during the run: pause, step, continue, swap, reload.
-        full_control: Whether `drive` accepts commands other than a pause.
-        notice: Function that `drive` calls with each notice, such as that a simulator's time stopped, or that a goal of
-            an action may go on after the run.
-    """
-
-    seed: int = 1
-    mode: str = "lockstep"
-    duration: float | None = None
-    out: Path | str | None = None
-    report: bool = True
-    btlog: bool = False
-    missions: Mapping[str, Build] | None = None
-    prepare: Callable[[SimulatedWorld], None] | None = None
-    sinks: Sequence[EventSink] = ()
-    progress: Callable[[float], None] | None = None
-    watch_rules: bool = False
-    knowledge: Path | None = None
-    swaps: Sequence[SubtreeSwap] = ()
-    view: bool = False
-    video: Path | None = None
-    follow: str = ""
-    live: LiveView | None = None
-    command: str = ""
-    signals: StopSignals | None = None
-    wait: float = 10.0
-    dry_run: bool = False
-    confirm: bool = False
-    go: Callable[[], bool] | None = None
-    preflight: Callable[[PreflightReport], None] | None = None
-    notice: Callable[[str], None] | None = None
-    control: Control | None = None
-    full_control: bool = False
+    seed: Annotated[int, Option("Seed of the episode, and of random choices of missions.", ("--seed",), least=0)] = 1
+    mode: Annotated[
+        str,
+        Option(
+            "lockstep: simulated time, repeatable; threaded: wall time, a thread per block.",
+            ("--mode",),
+            choices=MODES,
+            stage="simulation",
+        ),
+    ] = "lockstep"
+    duration: Annotated[
+        float | None,
+        Option("End this time after the start [s]; by default that of the scenario.", ("--for",), "SECONDS"),
+    ] = None
+    out: Annotated[
+        Path | str | None,
+        Option("Output folder; by default runs/SCENARIO-SEED on the command line, and none in a program.", ("--out",)),
+    ] = None
+    report: Annotated[bool, Option("Write report.html.", ("--report/--no-report",))] = True
+    btlog: Annotated[
+        bool, Option("Write AGENT.btlog, which Groot2 replays, for each agent with a tree.", ("--btlog",))
+    ] = False
+    missions: Annotated[
+        Mapping[str, Build] | None, Option("Mission functions that replace the scenario's, by agent.")
+    ] = None
+    prepare: Annotated[
+        Callable[[SimulatedWorld], None] | None,
+        Option(
+            "Function called with the simulated world before the agents are built; it may replace devices.",
+            stage="simulation",
+        ),
+    ] = None
+    sinks: Annotated[Sequence[EventSink], Option("Sinks for all events.")] = ()
+    progress: Annotated[
+        Callable[[float], None] | None, Option("Function called once per control period with the time [s].")
+    ] = None
+    watch_rules: Annotated[
+        bool,
+        Option("Reload rule files that change during the run; it may then not be repeatable.", ("--watch-rules",)),
+    ] = False
+    knowledge: Annotated[
+        Path | None, Option("File with knowledge of earlier runs; this run's is added.", ("--knowledge",), "FILE")
+    ] = None
+    swaps: Annotated[
+        Sequence[SubtreeSwap],
+        Option(
+            "Replace this subtree of the mission by that of an XML mission at this time [s]; may be repeated.",
+            ("--swap",),
+            "NODE=FILE[:TREE]@TIME",
+            stage="simulation",
+        ),
+    ] = ()
+    view: Annotated[bool, Option("Show MuJoCo's viewer.", ("--view",), stage="simulation")] = False
+    video: Annotated[
+        Path | None, Option("Render a video of the run to this file.", ("--video",), stage="simulation")
+    ] = None
+    follow: Annotated[
+        str,
+        Option(
+            "Robot that the camera of the video follows; by default it shows the whole world.",
+            ("--follow",),
+            "ROBOT",
+            stage="simulation",
+        ),
+    ] = ""
+    live: Annotated[
+        LiveView | None,
+        Option("Live page, with its context entered; the run then keeps pace with wall time."),
+    ] = None
+    command: Annotated[
+        str, Option("Command line that repeats this run, for the report; by default that of `rocs-bt`.")
+    ] = ""
+    signals: Annotated[
+        StopSignals | None,
+        Option(
+            "Object that stores stop signals such as SIGTERM, for a caller that handles them after the run. Without "
+            "it, a signal has its usual effect, such as a KeyboardInterrupt, once the run has been ended properly."
+        ),
+    ] = None
+    wait: Annotated[
+        float,
+        Option(
+            "Give up if a needed sensor has no fresh values for this time [s].",
+            ("--wait",),
+            "SECONDS",
+            least=0.0,
+            stage="hardware",
+        ),
+    ] = 10.0
+    dry_run: Annotated[
+        bool,
+        Option(
+            "Send nothing to any actuator, not even neutral; the command line prints what would be sent.",
+            ("--dry-run", "--dry"),
+            stage="hardware",
+        ),
+    ] = False
+    confirm: Annotated[
+        bool, Option("Start only when a person presses Enter, or a driver says go.", ("--confirm",), stage="hardware")
+    ] = False
+    go: Annotated[
+        Callable[[], bool] | None,
+        Option(
+            "Function called once per control period; returns whether a person said go since its last call.",
+            stage="hardware",
+        ),
+    ] = None
+    preflight: Annotated[
+        Callable[[PreflightReport], None] | None,
+        Option("Observer of the preflight check, called at each check.", stage="hardware"),
+    ] = None
+    notice: Annotated[
+        Callable[[str], None] | None,
+        Option(
+            "Function called with each notice, such as that a simulator's time stopped, or that a goal of an action "
+            "may go on after the run.",
+            stage="hardware",
+        ),
+    ] = None
+    control: Annotated[
+        Control | None,
+        Option("Source of the commands of a person during the run: pause, step, continue, swap, reload."),
+    ] = None
+    full_control: Annotated[
+        bool,
+        Option("Accept commands of the live page other than a pause.", ("--control",), stage="hardware"),
+    ] = False
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:
@@ -113,13 +197,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Raises:
             InputError: One of them is given.
         """
-        given = {
-            "prepare": self.prepare is not None,
-            "swaps": bool(self.swaps),
-            "view": self.view,
-            "video": self.video is not None,
-        }
-        if names := [name for name, is_given in given.items() if is_given]:
+        if names := self._given("simulation", apart=("mode",)):
             raise InputError(f"on hardware nothing is simulated: remove the option {' and '.join(names)}.")
 
     def refuse_hardware(self) -> None:
@@ -128,38 +206,23 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Raises:
             InputError: One of them is given.
         """
-        given = {"dry_run": self.dry_run, "confirm": self.confirm, "go": self.go is not None}
-        if names := [name for name, is_given in given.items() if is_given]:
+        if names := self._given("hardware"):
             raise InputError(f"these options are for `drive` only: remove {' and '.join(names)}.")
 
+    def _given(self, stage: str, apart: tuple[str, ...] = ()) -> list[str]:
+        """Options of a kind of run with another value than their default."""
+        found = [name for name, (_, each) in declared_options().items() if each.stage == stage and name not in apart]
+        return [name for name in found if (value := getattr(self, name)) and value != getattr(_DEFAULTS, name)]
 
-class RunChanges(TypedDict, total=False):
-    """Types of the keyword arguments that set the attributes of `RunOptions`."""
 
-    seed: int
-    mode: str
-    duration: float | None
-    out: Path | str | None
-    report: bool
-    btlog: bool
-    missions: Mapping[str, Build] | None
-    prepare: Callable[[SimulatedWorld], None] | None
-    sinks: Sequence[EventSink]
-    progress: Callable[[float], None] | None
-    watch_rules: bool
-    knowledge: Path | None
-    swaps: Sequence[SubtreeSwap]
-    view: bool
-    video: Path | None
-    follow: str
-    live: LiveView | None
-    command: str
-    signals: StopSignals | None
-    wait: float
-    dry_run: bool
-    confirm: bool
-    go: Callable[[], bool] | None
-    preflight: Callable[[PreflightReport], None] | None
-    notice: Callable[[str], None] | None
-    control: Control | None
-    full_control: bool
+@cache
+def declared_options() -> Mapping[str, tuple[Any, Option]]:
+    """Type and declaration of each option of a run, by attribute of `RunOptions`."""
+    hints = get_type_hints(RunOptions, include_extras=True)
+    return {name: (hints[name].__origin__, hints[name].__metadata__[0]) for name in RunOptions.__struct_fields__}
+
+
+_DEFAULTS = RunOptions()
+RunOptions.__doc__ = f"{RunOptions.__doc__}\n\n    Attributes:" + "".join(
+    f"\n        {name}: {each.help}" for name, (_, each) in declared_options().items()
+)

@@ -3,9 +3,12 @@
 from collections.abc import Iterator
 
 import click
+import msgspec
 import pytest
 
 from rocs_bt.cli.main import COMMANDS, group
+from rocs_bt.errors import InputError
+from rocs_bt.running import RunOptions, declared_options
 
 
 def commands(parent: click.Group, context: click.Context, path: str = "") -> Iterator[tuple[str, click.Command]]:
@@ -17,6 +20,8 @@ def commands(parent: click.Group, context: click.Context, path: str = "") -> Ite
 
 
 FOUND = dict(commands(group, click.Context(group)))
+
+DEFAULTS = msgspec.structs.asdict(RunOptions())
 
 
 def options(name: str) -> dict[str, click.Option]:
@@ -43,9 +48,32 @@ def test_worker_processes_are_jobs(rocs_bt, name):
 
 def test_one_name_for_one_thing():
     every = {text for name in FOUND for text in options(name)}
-    assert {"--jobs", "--out", "--dry-run", "--tree", "--scenes", "--stop-early", "--cell-size"} <= every
+    assert {"--jobs", "--out", "--dry-run", "--tree", "--scenes", "--stop-early"} <= every
     others = "--workers --processes --threads --output --keep --main --scenarios --early --cell"
     assert not every & set(others.split())
     assert {type(options(name)["--out"].type) for name in FOUND if "--out" in options(name)} == {click.Path}
     for flag in ("--json", "--no-code"):
         assert all(options(name)[flag].is_flag for name in FOUND if flag in options(name))
+
+
+@pytest.mark.parametrize(("name", "stage"), [("run", "simulation"), ("drive", "hardware")])
+def test_the_options_of_a_run_are_those_that_it_declares(name, stage):
+    declared = [(attribute, each) for attribute, (_, each) in declared_options().items() if each.flags]
+    found = {option.name: option for option in options(name).values()}
+    assert found.keys() >= {attribute for attribute, each in declared if each.stage in ("", stage)}
+    for attribute, each in declared:
+        assert (attribute in found) == (each.stage in ("", stage))
+        if attribute in found:
+            assert (found[attribute].help, found[attribute].default) == (each.help, DEFAULTS[attribute])
+
+
+@pytest.mark.parametrize("name", [name for name, (_, each) in declared_options().items() if each.stage])
+def test_an_option_of_one_stage_is_refused_on_the_other(name):
+    stage = declared_options()[name][1].stage
+    value = {"mode": "threaded", "follow": "", "wait": 3.0}.get(name, [1])
+    refuse = getattr(msgspec.structs.replace(RunOptions(), **{name: value}), f"refuse_{stage}")
+    if name in ("mode", "follow"):  # `drive` is always threaded; the video is refused
+        refuse()
+        return
+    with pytest.raises(InputError, match=rf"remove (the option )?{name}\."):
+        refuse()
