@@ -54,7 +54,7 @@ const alike = (a, b, width) => {
   return true;
 };
 
-const worded = (value) => shown(value?.state ? `${value.action} ${value.state}` : value?.outcome ?? (value?.fired === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
+const worded = (value) => shown(value?.state ? `${value.action} ${value.state}` : value?.outcome ?? (value?.phase === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
 
 /** The first differences as a list; a click goes there. */
 export const listed = (run, cursor) => el(
