@@ -30,7 +30,7 @@ DATA = (  # of each kind that no import asks for
     "cli/project/README.md",
     "compare/report/templates/comparison.html",
     "knowledge/schema/world.toml",
-    "record/templates/knowledge.css",
+    "compare/report/templates/report.css",
     "studio/web/app.js",
     "studio/web/page.html",
     "studio/web/studio.css",

@@ -12,7 +12,6 @@ from ...catalog import Catalog
 from ...record import RunHeader
 from ...record.figures.arena import draw_world
 from ...record.figures.figure import MUTED
-from ...record.page import inline_svg
 from ...running.header import make_scenery
 from ...simulation import compose_scenario
 from ..comparison import Comparison, Disagreement
@@ -20,6 +19,7 @@ from ..record import EpisodeRecord
 from ..replay import scene_by_name
 from ..runner import EpisodeRunner
 from ..statistics import Floats, cluster_bootstrap, cumulative_incidence, performance_profile, rate, widened
+from .page import inline_svg
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

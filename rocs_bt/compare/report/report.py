@@ -14,7 +14,6 @@ from ...errors import RecordingError
 from ...files import write_whole
 from ...record import RunHeader
 from ...record.figures.figure import make_canvas, render_canvas
-from ...record.page import render_page
 from ...words import counted
 from ..comparison import Comparison, Disagreement
 from ..key import computing
@@ -24,6 +23,7 @@ from ..verdict import Verdict
 from . import figures
 from .figures import draw_disagreement, picture_size, theme, themed
 from .markdown import extent
+from .page import render_page
 from .tables import (
     conclusive_first,
     difference,
@@ -97,7 +97,6 @@ def render_comparison(
     data = msgspec.json.encode(exported(comparison, verdicts)).decode().replace("<", "\\u003c")
     return render_page(
         "comparison.html",
-        beside=Path(__file__).parent / "templates",
         theme=theme(),
         title=headline(rows, verdicts),
         extent=extent(comparison),

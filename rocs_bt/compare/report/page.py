@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .figures import figure
+from ...record.figures import figure
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -44,8 +44,8 @@ def _environment(beside: Path | None) -> Environment:
     """Environment that keeps the templates that it has compiled."""
     import jinja2
 
-    folders = [Path(__file__).parent / "templates"]
-    loader = jinja2.FileSystemLoader(folders if beside is None else [beside, *folders])
+    folders = [Path(__file__).parent / "templates", *([] if beside is None else [beside])]
+    loader = jinja2.FileSystemLoader(folders)
     return jinja2.Environment(loader=loader, autoescape=True, trim_blocks=True, lstrip_blocks=True)
 
 
