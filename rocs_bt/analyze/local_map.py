@@ -13,7 +13,7 @@ from ..channel import Signals, Stamped
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..errors import Fault, InputError
-from ..event import Change
+from ..event import Change, MapChanged
 from ..geometry import Pose2, wrap_angle
 from ..knowledge import OccupancyGrid, View
 from ..signal import Signal
@@ -31,6 +31,9 @@ AHEAD: Array = np.arange(1.0, 25.0) * 0.05
 
 POSES = 8
 """Number of recent poses that are stored, to interpolate the pose at which a scan was taken."""
+
+RECORD_EVERY = 1.0
+"""Minimum time between two recorded changes of the map [s]."""
 
 NEAREST = 3
 """Distance from the scanner below which cells are not marked free, because the robot covers them [cells]."""
@@ -86,6 +89,7 @@ class LocalMap(Analyze):
         self._footprint, self._max_age = Footprint(body["length"], body["width"]), max_age
         self._scanner, self._max_range = self.knowledge.robot.scanner(SCAN), max_range
         self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell_size, map_size)
+        self._recorded, self._record_at, self._occupied = 0, -math.inf, set[tuple[int, int]]()
         self._poses: deque[tuple[float, Pose2]] = deque(maxlen=POSES)
         around = math.ceil(max_raytrace_range / cell_size)
         rows, columns = np.mgrid[-around : around + 1, -around : around + 1]
@@ -121,8 +125,20 @@ class LocalMap(Analyze):
                 changed += self._enter(pose, ranges)
                 seeing = not np.isnan(ranges).any()
                 self.write(sample.t, {CONTACT: [self._contact(pose, sample.t) if seeing else math.nan]})
+        if samples and self._grid.revision != self._recorded and samples[-1].t >= self._record_at:
+            self._record(samples[-1].t)
         if changed:
             yield self.change(samples[-1].t, "map", cells=changed)
+
+    def _record(self, t: float) -> None:
+        """Emit the cells of the map that have changed since the last time."""
+        self._recorded, self._record_at = self._grid.revision, t + RECORD_EVERY
+        before, now = self._occupied, {(x, y) for y, x in self._grid.occupied().tolist()}
+        self._occupied = now
+        new, gone = tuple(sorted(now - before)), tuple(sorted(before - now))
+        if new or gone:
+            event = MapChanged(t=t, agent=self.knowledge.agent, cell=self._grid.cell, occupied=new, cleared=gone)
+            self._sink.emit(event)
 
     def _contact(self, pose: Pose2, t: float) -> float:
         """Time until the hull touches an obstacle [s]; NaN while the robot's twist is unknown."""

@@ -35,6 +35,7 @@ from .deciding import (
 from .sensing import (
     Change,
     KnowledgeChanged,
+    MapChanged,
     PeerAppeared,
     PeerFault,
     PeerVanished,
@@ -76,6 +77,7 @@ __all__ = [
     "LandingBegan",
     "Level",
     "ListSink",
+    "MapChanged",
     "MinClearanceLowered",
     "MotionHeld",
     "MotionReleased",

@@ -91,6 +91,20 @@ class Change(Event, frozen=True, kw_only=True):
     values: Mapping[str, Value] = {}
 
 
+class MapChanged(Event, frozen=True, kw_only=True):
+    """Cells of the robot's own map became occupied, or ceased to be, since the last such event.
+
+    Attributes:
+        cell: Side of a cell [m].
+        occupied: New occupied cells, as numbers along x and y: the cell (0, 0) begins at the world's origin.
+        cleared: Cells that are no longer occupied, or have left the map.
+    """
+
+    cell: float
+    occupied: tuple[tuple[int, int], ...] = ()
+    cleared: tuple[tuple[int, int], ...] = ()
+
+
 class KnowledgeChanged(Event, frozen=True, kw_only=True):
     """The knowledge graph changed.
 

@@ -34,6 +34,7 @@ TOPICS: dict[type[Event], str] = {
     ev.SignalsWritten: "signals",
     ev.Change: "changes",
     ev.KnowledgeChanged: "knowledge",
+    ev.MapChanged: "map",
     ev.RuleChanged: "rules",
     ev.NodeTicked: "tree",
     ev.SubtreeSwapped: "swaps",

@@ -25,6 +25,7 @@ from ..event import (
     Event,
     FollowerStepped,
     KnowledgeChanged,
+    MapChanged,
     MinClearanceLowered,
     MotionHeld,
     MotionReleased,
@@ -291,6 +292,11 @@ def _path_ended(tracks: Tracks, event: TicketChanged) -> None:
         tracks.steps(event.agent, "path").put(event.t, None)
 
 
+def _map(tracks: Tracks, event: MapChanged) -> None:
+    """Each value is a change; the map is the sum of all changes so far."""
+    tracks.steps(event.agent, "map").put(event.t, event)
+
+
 def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
     tracks.steps(event.agent, "truth", "min_clearance").put(event.t, event.distance)
 
@@ -372,6 +378,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "push": {RobotPushed: _push},
     "hold": {MotionHeld: _hold, MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
+    "map": {MapChanged: _map},
     "path": {PathPlanned: _path, TicketChanged: _path_ended},
     "truth": {MinClearanceLowered: _clearance, ContactBegan: _contact},
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},

@@ -10,7 +10,7 @@ from rocs_bt.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.errors import InputError
-from rocs_bt.event import ListSink
+from rocs_bt.event import ListSink, MapChanged
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge
 from rocs_bt.signal import Signal
@@ -152,3 +152,20 @@ def test_contact_comes_sooner_where_a_turn_skids_towards_it():
 def test_what_cannot_be_is_refused():
     with pytest.raises(InputError, match="cell_size, map_size of 'map' must be finite and above 0"):
         Bench(cell_size=0.0, map_size=-1.0)
+
+
+def test_recorded_changes_add_up_to_the_map():
+    bench, cells, times = Bench(), set(), []
+    rng = np.random.default_rng(1)
+    for step in range(400):
+        if step % 20 == 0:
+            place, wall = Pose2(*rng.uniform(-1.0, 1.0, 2), rng.uniform(-0.5, 0.5)), float(rng.uniform(2.0, 4.0))
+        bench.look(place, **({"scan": bench.scan(place, wall)} if step % 2 else {"pose": list(place)}))
+        for event in [e for e in bench.sink.events if isinstance(e, MapChanged)][len(times) :]:
+            assert not cells & {*event.occupied}
+            assert {*event.cleared} <= cells
+            cells = (cells | {*event.occupied}) - {*event.cleared}
+            times.append(event.t)
+            assert cells == {(x, y) for y, x in bench.knowledge.world.occupancy.occupied().tolist()}
+    assert len(times) > 5
+    assert np.diff(times).min() >= 1.0 - 1e-9

@@ -8,6 +8,7 @@ import { Inspector } from "./inspector.js";
 import { About, Knowledge, Log, Signals } from "./panels.js";
 import { Run } from "./run.js";
 import { join } from "./second.js";
+import { Layers } from "./scene.js";
 import { Space } from "./space.js";
 import { Timeline } from "./timeline.js";
 import { chosen, compared, csv, help, report } from "./tools.js";
@@ -72,7 +73,7 @@ const stops = (cursor) => {
 /** Shows a run; returns what takes its changes if it goes on. */
 const open = (run) => {
   const cursor = new Cursor(run), app = document.getElementById("app"), { scenario, bodies = [] } = run.header;
-  const arena = new Arena(run, cursor), tree = new MissionTree(run, cursor), timeline = new Timeline(run, cursor);
+  const layers = new Layers(), arena = new Arena(run, cursor, layers), tree = new MissionTree(run, cursor), timeline = new Timeline(run, cursor);
   const transport = new Transport(run, cursor), inspector = new Inspector(run, cursor);
   const panels = { log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor) };
   const tabs = tabbed(panels, cursor, "side"), fleet = run.agents.length > 1 ? { robots: new Fleet(run, cursor) } : {};
@@ -84,10 +85,10 @@ const open = (run) => {
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
   const what = el("span", { class: "muted time" }, duration(run));
   const cut = run.complete === false ? el("span", { class: "cut" }, "The run was killed: its recording ends here.") : null;
-  const space = new Space(run, cursor, arena.box), flip = staged(run, arena, space);
-  const table = keys(run, cursor, { tabs, panels, flip: flip.act, timeline, tree, mission, inspector });
+  const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
+  const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector });
   const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, transport.box, stops(cursor), menu(run, table));
-  const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, flip.button);
+  const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, layers.box, flip.button);
   app.replaceChildren(
     header, stage, mission.box, el("section", { class: "inspect" }, inspector.box),
     el("section", { class: "time" }, timeline.box), tabs.box,
@@ -150,7 +151,7 @@ const menu = (run, table) => {
 };
 
 /** Keys with their texts for the help; those with `item` are in the menu too. */
-const keys = (run, cursor, { tabs, panels, flip, timeline, tree, mission, inspector }) => {
+const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission, inspector }) => {
   const period = 1 / (run.header.rates?.control ?? 20), find = (tab, { find: input }) => { tabs.choose(tab); input.focus(); };
   const by = (sign) => (wide) => cursor.move(cursor.t + sign * (wide ? 1 : period));
   const next = () => cursor.show(run.agents[(run.agents.indexOf(cursor.agent) + 1) % run.agents.length]);
@@ -175,6 +176,7 @@ const keys = (run, cursor, { tabs, panels, flip, timeline, tree, mission, inspec
     { key: "k", keys: ["k"], text: "search the knowledge", act: () => find("knowledge", panels.knowledge) },
     { key: "r", keys: ["r"], text: "next robot", act: next },
     { key: "3", keys: ["3"], text: "from above or in space", act: flip },
+    { key: "c", keys: ["c"], text: "the camera follows the robot", act: () => layers.toggle("follow") },
     { key: "esc", keys: ["Escape"], text: "select the robot", act: () => cursor.select("") },
     { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await Run.from(document.getElementById("data").textContent); join(first, other); location.hash = ""; open(first); }) },
     { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) compared(run, cursor); } },

@@ -1,8 +1,10 @@
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
 import { FONT, color, el, prepare, upto } from "./dom.js";
+import { OwnMap, believed } from "./scene.js";
 
 const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
 const PAD = 14, HIGH = 0.4; // [px]; [m] from which on a height is written
+const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
 
 /** Point of a body in the world. */
@@ -12,8 +14,8 @@ const placed = (pose, [x, y]) => {
 };
 
 export class Arena {
-  constructor(run, cursor) {
-    Object.assign(this, { run, cursor, zoom: 1, shift: [0, 0], scale: 1 });
+  constructor(run, cursor, layers) {
+    Object.assign(this, { run, cursor, layers, zoom: 1, shift: [0, 0], scale: 1, map: new OwnMap(run) });
     this.canvas = el("canvas", { "aria-label": "arena from above" });
     this.still = el("canvas");
     this.box = this.bounds();
@@ -27,6 +29,11 @@ export class Arena {
     });
     cursor.addEventListener("move", () => this.draw());
     cursor.addEventListener("agent", () => this.draw());
+    layers.addEventListener("change", () => {
+      if (layers.follow && this.zoom === 1) this.zoom = NEAR;
+      if (!layers.follow && this.zoom === NEAR) this.zoom = 1;
+      this.fit();
+    });
   }
 
   /** Takes what is new in a run that goes on: a robot may leave the bounds of an unknown world. */
@@ -143,11 +150,18 @@ export class Arena {
   draw() {
     const { g, run, cursor: { t, agent } } = this;
     if (!g) return;
+    const { layers } = this, eye = layers.follow && run.pose(agent, t);
+    if (eye) {
+      this.left = this.wide / 2 - this.scale * eye.x;
+      this.top = this.high / 2 + this.scale * eye.y;
+      this.world(prepare(this.still, this.wide, this.high));
+    }
     g.clearRect(0, 0, this.wide, this.high);
     g.drawImage(this.still, 0, 0, this.wide, this.high);
+    if (layers.map) this.mapped(g, agent, t);
     g.lineJoin = "round";
     g.lineWidth = 2;
-    for (const { name } of run.header.bodies) {
+    for (const { name } of layers.way ? run.header.bodies : []) {
       const parts = run.get(name, "route")?.spans(run.end) ?? [{ from: -Infinity, to: Infinity, value: "other" }];
       for (const { from, to, value } of parts) {
         if (to < t - WINDOW || from > t) continue;
@@ -155,14 +169,23 @@ export class Arena {
         this.way(g, name, Math.max(from, t - WINDOW), Math.min(to, t));
       }
     }
-    this.planned(g, run.get(agent, "path")?.at(t));
+    if (layers.plan) this.planned(g, run.get(agent, "path")?.at(t));
     for (const info of run.header.bodies) {
       const pose = run.pose(info.name, t);
       if (!pose) continue;
-      if (info.name === agent) this.rays(g, info, pose, t);
+      if (info.name === agent && layers.rays) this.rays(g, info, pose, t);
       this.body(g, info, pose, t);
     }
-    this.believed(g, t);
+    if (layers.beliefs) this.believed(g, t);
+  }
+
+  /** Draws the occupied cells of a robot's own map. */
+  mapped(g, agent, t) {
+    const { cell, cells } = this.map.at(agent, t), side = Math.max(2, cell * this.scale);
+    g.fillStyle = color("belief");
+    g.globalAlpha = 0.45;
+    for (const [x, y] of cells) g.fillRect(this.x(x * cell), this.y((y + 1) * cell), side, side);
+    g.globalAlpha = 1;
   }
 
   planned(g, points) {
@@ -238,13 +261,10 @@ export class Arena {
 
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
   believed(g, t) {
-    const places = new Set((this.run.header.places ?? []).map((p) => p.name));
     g.strokeStyle = g.fillStyle = color("belief");
     g.lineWidth = 1.5;
     g.font = `11px ${FONT}`;
-    for (const track of this.run.of(this.cursor.agent, "fact")) {
-      const [node, attribute] = track.name.split("\n"), at = track.at(t);
-      if (!["pose", "position", "centre"].includes(attribute) || !Array.isArray(at) || places.has(node)) continue;
+    for (const [node, at] of believed(this.run, this.cursor.agent, t)) {
       const x = this.x(at[0]), y = this.y(at[1]);
       g.beginPath();
       for (const [dx, dy] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) g.lineTo(x + dx, y + dy);

@@ -1,8 +1,10 @@
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
 import { color, dark, el, upto } from "./dom.js";
+import { OwnMap, believed, rays } from "./scene.js";
 import { View3d, placed, times } from "./view3d.js";
 
 const WINDOW = 20; // [s] of the way behind a robot
+const LIFT = 0.02, CLOSE = 3; // [m] height of lines over the ground; distance from which a robot is followed
 const LOW = 0.3; // [m] height of what has none in the header
 
 /** Red, green and blue of a colour of the style sheet. */
@@ -25,14 +27,19 @@ const moved = ({ axis: [x, y, z], turns }, value) => {
 };
 
 /** Colour of a shape, nearly grey: strong colours have a meaning on this page. */
-const pale = ([r, g, b]) => [r, g, b].map((part) => 0.25 * part + 0.75 * (0.3 * r + 0.6 * g + 0.1 * b));
+const pale = ([r, g, b]) => [r, g, b].map((part) => {
+  const grey = 0.12 * part + 0.88 * (0.3 * r + 0.6 * g + 0.1 * b);
+  return dark.matches ? 0.4 + 0.6 * grey : grey;
+});
 
 const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math.cos((i * Math.PI) / 12), y + r * Math.sin((i * Math.PI) / 12)]);
 
 export class Space {
-  constructor(run, cursor, box) {
-    Object.assign(this, { run, cursor, box, canvas: el("canvas", { hidden: true, "aria-label": "arena in space" }) });
+  constructor(run, cursor, box, layers) {
+    Object.assign(this, { run, cursor, box, layers, map: new OwnMap(run), canvas: el("canvas", { hidden: true, "aria-label": "arena in space" }) });
     cursor.addEventListener("move", () => this.draw());
+    cursor.addEventListener("agent", () => this.draw());
+    layers.addEventListener("change", () => this.aim());
     dark.addEventListener("change", () => setTimeout(() => { this.view = null; this.draw(); }));
   }
 
@@ -68,8 +75,9 @@ export class Space {
   get made() {
     if (!this.view && !this.broken) {
       const [x0, y0, x1, y1] = this.box;
+      this.far = 0.95 * Math.hypot(x1 - x0, y1 - y0);
       try {
-        this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], 1.15 * Math.hypot(x1 - x0, y1 - y0));
+        this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], this.far);
       } catch (error) {
         this.broken = error.message;
       }
@@ -82,11 +90,43 @@ export class Space {
     const { run, cursor: { t, agent }, view } = this;
     view.sky = rgb("raised");
     const matrices = run.header.bodies.flatMap((body) => this.frames(body, t));
-    const track = run.get(agent, "pose"), points = [];
+    const eye = this.layers.follow && run.pose(agent, t);
+    if (eye) view.target = [eye.x, eye.y, eye.z ?? LOW];
+    view.draw([placed([0, 0, 0]), ...matrices], this.lines(agent, t));
+  }
+
+  /** Points the camera at the robot that it follows, or at the world. */
+  aim() {
+    if (!this.view) return;
+    const [x0, y0, x1, y1] = this.box, { follow } = this.layers;
+    if (follow !== this.follows) Object.assign(this.view, { target: [(x0 + x1) / 2, (y0 + y1) / 2, LOW], distance: follow ? CLOSE : this.far });
+    this.follows = follow;
+    this.draw();
+  }
+
+  /** Lines of the layers: the way driven, the planned path, places, rays, the robot's own map and what it believes. */
+  lines(agent, t) {
+    const { run, layers } = this, found = [], add = (name, points, pairs = false) => found.push({ points, pairs, tint: [...rgb(name), 1] });
+    const track = layers.way && run.get(agent, "pose"), way = [];
     for (let i = track ? upto(track.t, t - WINDOW) : 0; track && i < upto(track.t, t); i++) {
       const [x, y, , z = 0] = track.row(i);
-      points.push([x, y, z + 0.02]);
+      way.push([x, y, z + LIFT]);
     }
-    view.draw([placed([0, 0, 0]), ...matrices], [{ points, tint: [...rgb("deliberative"), 1] }]);
+    add("deliberative", way);
+    const plan = layers.plan && run.get(agent, "path")?.at(t), info = run.header.bodies.find(({ name }) => name === agent);
+    if (plan) add("deliberative", plan.flatMap(([x, y], i) => (i ? [[plan[i - 1][0], plan[i - 1][1], LIFT], [x, y, LIFT]] : [])), true);
+    for (const { x, y, radius = 0 } of run.header.places ?? []) {
+      const ring = circle([x, y], Math.max(radius, 0.1));
+      add("place", [...ring, ring[0]].map((point) => [...point, LIFT]));
+    }
+    if (layers.rays && info) add("beam", rays(run, info, t).flatMap(({ eye, end, heard }) => (heard ? [eye, end] : [])), true);
+    if (layers.map) {
+      const { cell, cells } = this.map.at(agent, t);
+      add("belief", [...cells].flatMap(([x, y]) => [[x * cell, y * cell, LIFT], [(x + 1) * cell, (y + 1) * cell, LIFT]]), true);
+    }
+    for (const [, [x, y]] of layers.beliefs ? believed(run, agent, t) : []) {
+      add("belief", [[x - 0.15, y, LIFT], [x, y - 0.15, LIFT], [x + 0.15, y, LIFT], [x, y + 0.15, LIFT], [x - 0.15, y, LIFT]]);
+    }
+    return found;
   }
 }

@@ -190,10 +190,11 @@ export class View3d {
     };
     show(this.meshes.get("box"), placed([0, 0, -0.01], undefined, [100, 100, 0.01]), [...sky.map((part) => part * 0.94), 1], 1);
     for (const { mesh, body, local, tint } of this.parts) if (bodies[body]) show(mesh, times(bodies[body], local), tint);
-    for (const { points, tint } of ways) this.way(points, tint);
+    for (const { points, tint, pairs } of ways) this.way(points, tint, pairs);
   }
 
-  way(points, tint) {
+  /** Draws lines from each point to the next, or between pairs of points. */
+  way(points, tint, pairs = false) {
     if (points.length < 2) return;
     const { gl, uniforms } = this;
     this.line ??= { vao: gl.createVertexArray(), buffer: gl.createBuffer() };
@@ -207,6 +208,6 @@ export class View3d {
     gl.uniformMatrix4fv(uniforms.place, false, placed([0, 0, 0]));
     gl.uniform4fv(uniforms.tint, tint);
     gl.uniform1f(uniforms.grid, 0);
-    gl.drawArrays(gl.LINE_STRIP, 0, points.length);
+    gl.drawArrays(pairs ? gl.LINES : gl.LINE_STRIP, 0, points.length);
   }
 }

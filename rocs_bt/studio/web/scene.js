@@ -1,0 +1,70 @@
+// What arena and space show besides bodies: layers, the robot's own map, what it believes, and its rays.
+import { el, upto } from "./dom.js";
+
+const NAMES = { way: "way driven", plan: "planned path", rays: "rays", map: "its own map", beliefs: "what it believes" };
+
+/** Layers that are shown, and whether the camera follows the robot; says `change`. */
+export class Layers extends EventTarget {
+  constructor() {
+    super();
+    Object.assign(this, { way: true, plan: true, rays: true, map: true, beliefs: true, follow: false });
+    const follow = el("button", { "aria-pressed": "false", title: "the camera follows the robot (c)", onclick: () => this.toggle("follow") }, "follow");
+    const boxes = Object.entries(NAMES).map(([name, text]) => {
+      const input = el("input", { type: "checkbox", checked: true, onchange: () => this.toggle(name) });
+      return el("label", {}, input, text);
+    });
+    this.addEventListener("change", () => follow.setAttribute("aria-pressed", String(this.follow)));
+    this.box = el("div", { class: "layers" }, follow, el("details", {}, el("summary", {}, "layers"), el("div", {}, ...boxes)));
+  }
+
+  toggle(name) {
+    this[name] = !this[name];
+    this.dispatchEvent(new Event("change"));
+  }
+}
+
+/** Objects with a position in the knowledge of a robot: name and position. */
+export const believed = (run, agent, t) => {
+  const places = new Set((run.header.places ?? []).map((p) => p.name)), found = [];
+  for (const track of run.of(agent, "fact")) {
+    const [node, attribute] = track.name.split("\n"), at = track.at(t);
+    if (["pose", "position", "centre"].includes(attribute) && Array.isArray(at) && !places.has(node)) found.push([node, at]);
+  }
+  return found;
+};
+
+/** The map of a robot at a time: the sum of its changes. */
+export class OwnMap {
+  constructor(run) { Object.assign(this, { run, agent: "", index: 0, cells: new Map(), cell: 0 }); }
+
+  /** Side of a cell [m], and numbers of the occupied cells along x and y. */
+  at(agent, t) {
+    const track = this.run.get(agent, "map"), to = track ? upto(track.t, t) : 0;
+    if (agent !== this.agent || to < this.index) Object.assign(this, { agent, index: 0, cells: new Map() });
+    for (; this.index < to; this.index++) {
+      const { cell, occupied = [], cleared = [] } = track.v[this.index];
+      this.cell = cell;
+      for (const [x, y] of cleared) this.cells.delete(`${x},${y}`);
+      for (const at of occupied) this.cells.set(at.join(), at);
+    }
+    return { cell: this.cell, cells: this.cells.values() };
+  }
+}
+
+/** Rays of a robot at a time: both ends in the world, and whether there is an echo. */
+export const rays = (run, { name, beams = {}, fans = {}, base = 0 }, t) => {
+  const found = [], ray = (pose, x, y, angle, elevation, echo, reach) => {
+    if (Number.isNaN(echo)) return;
+    const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw), z = pose.z ?? base, far = Math.min(echo, reach);
+    const eye = [pose.x + c * x - s * y, pose.y + s * x + c * y, z], flat = far * Math.cos(elevation);
+    const end = [eye[0] + flat * Math.cos(pose.yaw + angle), eye[1] + flat * Math.sin(pose.yaw + angle), z + far * Math.sin(elevation)];
+    found.push({ eye, end, heard: echo < reach });
+  };
+  for (const [sensor, all] of Object.entries({ ...beams, ...fans })) {
+    const track = run.get(name, "scan", sensor), echoes = track?.at(t), pose = track && run.pose(name, track.since(t));
+    if (!echoes || !pose) continue;
+    if (Array.isArray(all)) all.forEach(({ x, y, yaw, elevation = 0, reach }, k) => ray(pose, x, y, yaw, elevation, echoes[k], reach));
+    else echoes.forEach((echo, k) => ray(pose, all.x, all.y, all.yaw + k * all.step * track.ray, 0, echo, all.reach));
+  }
+  return found;
+};

@@ -1,0 +1,90 @@
+"""The arena in a browser: bodies and their links in space, layers, a camera that follows, and no WebGL."""
+
+import msgspec
+import pytest
+
+from rocs_bt.event import BodyMoved, MapChanged, PathPlanned
+from rocs_bt.record.header import BodyLink, BodyShape
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
+from rocs_bt.studio.report import write_report
+
+from .. import synthetic
+from .test_page import click, faults, go, picture, press, show, text, until
+
+STILL, LEVEL, GREY = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 1.0)
+
+
+@pytest.fixture(scope="module")
+def file(tmp_path_factory):
+    """Report of a walking robot: a box with a leg, a path, and a map that grows."""
+    folder = tmp_path_factory.mktemp("arena")
+    header = synthetic.header()
+    shapes = (
+        BodyShape(kind="box", size=(0.3, 0.2, 0.1), position=STILL, quaternion=LEVEL, tint=GREY),
+        BodyShape(kind="capsule", size=(0.1, 0.6, 0.0), position=(0.0, 0.0, 0.6), quaternion=LEVEL, tint=GREY, link=1),
+    )
+    leg = BodyLink(parent=0, position=(0.3, 0.0, 0.0), quaternion=LEVEL, axis=(0.0, 1.0, 0.0))
+    bodies = [
+        msgspec.structs.replace(body, shapes=shapes, links=(leg,), beams={}, fans={}) if body.name == "R2" else body
+        for body in header.bodies
+    ]
+    recorder = Recorder(folder / "run.mcap", msgspec.structs.replace(header, bodies=tuple(bodies)))
+    recorder.emit(PathPlanned(t=0.0, agent="R2", points=((0.0, 0.0), (1.0, 1.0))))
+    for step in range(4):
+        recorder.emit(
+            BodyMoved(t=step, body="R2", x=0.0, y=0.0, yaw=0.0, height=0.3, roll=0.0, pitch=0.0, joints=(step,))
+        )
+        cells = tuple((20 + i, 4 * step) for i in range(8))
+        recorder.emit(MapChanged(t=step, agent="R2", cell=0.05, occupied=cells))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), folder / "report.html")
+    return folder / "report.html"
+
+
+@pytest.mark.browser
+def test_layers_joints_and_the_camera_change_the_picture(browser, file):
+    show(browser, file)
+    until(browser, "document.querySelector('.flip')?.textContent")
+    flipped = text(browser, ".flip")
+    for flat in (True, False):
+        if flat != (text(browser, ".flip") == "3D"):
+            press(browser, "3")
+        if browser.evaluate("document.querySelector('.flip').disabled"):
+            continue  # this browser has no WebGL
+        go(browser, 2.0)
+        before = picture(browser)
+        for layer in ("planned path", "its own map"):
+            click(browser, ".layers label", layer)
+            assert picture(browser) != before, (layer, flat)
+            click(browser, ".layers label", layer)
+            assert picture(browser) == before, (layer, flat)
+        press(browser, "c")
+        assert browser.evaluate("document.querySelector('.layers button').getAttribute('aria-pressed')") == "true"
+        assert picture(browser) != before
+        press(browser, "c")
+        assert picture(browser) == before
+        click(browser, ".layers label", "its own map")
+        go(browser, 3.0)
+        assert (picture(browser) == before) is False
+        click(browser, ".layers label", "its own map")
+    assert flipped == "2D"  # a robot that walks begins in space
+    assert faults(browser) == []
+
+
+@pytest.mark.browser
+def test_without_webgl_the_arena_is_flat(browser, file, tmp_path):
+    page = file.read_text("utf-8")
+    crippled = tmp_path / "report.html"
+    crippled.write_text(page, "utf-8")
+    script = "const get = HTMLCanvasElement.prototype.getContext; HTMLCanvasElement.prototype.getContext = "
+    script += "function (kind, ...rest) { return kind === 'webgl2' ? null : get.call(this, kind, ...rest); };"
+    found = browser.call("Page.addScriptToEvaluateOnNewDocument", source=script)
+    try:
+        show(browser, crippled)
+        until(browser, "document.querySelector('.flip')?.disabled")
+        assert text(browser, ".flip") == "3D"
+        assert "WebGL" in browser.evaluate("document.querySelector('.flip').title")
+        assert browser.evaluate("document.querySelectorAll('.stage canvas:not([hidden])').length") == 1
+    finally:
+        browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=found["identifier"])
