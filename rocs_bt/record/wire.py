@@ -87,7 +87,7 @@ class Command(msgspec.Struct, tag="Command", **_TAG):
 
 
 FORMS = Signals | Reading | Command
-"""Messages that stand for events."""
+"""Forms of events in a recording."""
 
 
 class Outgoing:

@@ -1,5 +1,7 @@
 """The arena in a browser: bodies and their links in space, layers, a camera that follows, and no WebGL."""
 
+import json
+
 import msgspec
 import pytest
 
@@ -10,7 +12,7 @@ from rocs_bt.record.recording import Recording
 from rocs_bt.studio.report import write_report
 
 from .. import synthetic
-from .test_page import click, faults, go, picture, press, show, text, until
+from .test_page import click, faults, go, press, show, text, until
 
 STILL, LEVEL, GREY = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), (0.5, 0.5, 0.5, 1.0)
 
@@ -42,11 +44,29 @@ def file(tmp_path_factory):
     return folder / "report.html"
 
 
+def picture(browser):
+    """The stage as it is on the screen: the canvas of WebGL cannot be read after it was drawn."""
+    box = browser.evaluate("JSON.stringify(document.querySelector('.stage').getBoundingClientRect())")
+    clip = {key: value for key, value in json.loads(box).items() if key in ("x", "y", "width", "height")}
+    clip |= {"width": clip["width"] - 220, "scale": 1}  # without the list of layers
+    browser.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+    return browser.call("Page.captureScreenshot", clip=clip)["data"]
+
+
+@pytest.fixture
+def wide(browser):
+    browser.call("Emulation.setDeviceMetricsOverride", width=1366, height=768, deviceScaleFactor=1, mobile=False)
+    yield browser
+    browser.call("Emulation.clearDeviceMetricsOverride")
+
+
 @pytest.mark.browser
-def test_layers_joints_and_the_camera_change_the_picture(browser, file):
+def test_layers_joints_and_the_camera_change_the_picture(wide, file):
+    browser = wide
     show(browser, file)
     until(browser, "document.querySelector('.flip')?.textContent")
     flipped = text(browser, ".flip")
+    browser.evaluate("document.querySelector('.layers summary').click()")
     for flat in (True, False):
         if flat != (text(browser, ".flip") == "3D"):
             press(browser, "3")
@@ -64,10 +84,8 @@ def test_layers_joints_and_the_camera_change_the_picture(browser, file):
         assert picture(browser) != before
         press(browser, "c")
         assert picture(browser) == before
-        click(browser, ".layers label", "its own map")
         go(browser, 3.0)
-        assert (picture(browser) == before) is False
-        click(browser, ".layers label", "its own map")
+        assert picture(browser) != before
     assert flipped == "2D"  # a robot that walks begins in space
     assert faults(browser) == []
 

@@ -185,10 +185,10 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: "?", keys: ["?"], text: "this list", item: "keys", act: () => help(table.filter(({ text }) => text)) },
   ];
   onkeydown = (event) => {
-    const { tagName } = /** @type {HTMLElement} */ (event.target), found = table.find((each) => each.keys.includes(event.key));
+    const { tagName, type } = /** @type {HTMLInputElement} */ (event.target), ticks = type === "checkbox", found = table.find((each) => each.keys.includes(event.key));
     if (event.key === "Escape" && /^(INPUT|SELECT)$/.test(tagName)) /** @type {HTMLElement} */ (event.target).blur();
-    if (!found || event.ctrlKey || event.metaKey || event.altKey || /^(INPUT|SELECT|TEXTAREA)$/.test(tagName) || document.querySelector("dialog[open]")) return;
-    if (event.key === " " && /^(BUTTON|SUMMARY)$/.test(tagName)) return; // presses the button
+    if (!found || event.ctrlKey || event.metaKey || event.altKey || (!ticks && /^(INPUT|SELECT|TEXTAREA)$/.test(tagName)) || document.querySelector("dialog[open]")) return;
+    if (event.key === " " && (ticks || /^(BUTTON|SUMMARY)$/.test(tagName))) return; // presses the button
     event.preventDefault();
     found.act(event.shiftKey);
   };
