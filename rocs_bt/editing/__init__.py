@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from .edits import insert, move, remove, set_attribute
+from .edits import edit, insert, move, remove, set_attribute
 from .elements import Element, parse
 from .help import Description, Item, Place
 from .marks import Mark, faults
@@ -27,6 +27,7 @@ __all__ = [
     "complete",
     "define",
     "describe",
+    "edit",
     "faults",
     "form",
     "insert",

@@ -7,10 +7,11 @@ behind it on its line; blocks of siblings touch, so that what was moved away and
 from __future__ import annotations
 
 import re
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from ..errors import Fault, InputError
+from ..errors import Fault, InputError, unknown
 from .elements import ENTITIES, Element, parse
 
 Path = tuple[int, ...]
@@ -18,6 +19,50 @@ Path = tuple[int, ...]
 _COMMENT_BEHIND = re.compile(r"[ \t]*<!--[^\n]*?-->")
 _SPACE = re.compile(r"\s*")
 _UNIT = re.compile(r"\n([ \t]+)<")
+
+
+def edit(text: str, asked: Mapping[str, Any]) -> tuple[str, Path]:
+    """Text after an edit that an editor describes, and the path of the node afterwards.
+
+    Args:
+        text: Text of the mission.
+        asked: `do`, one of `insert`, `remove`, `move` and `set`, with the arguments of that function; paths are texts
+            such as `0/1/2`. Without `index`, a node becomes the last child.
+
+    Raises:
+        InputError: The text is not well-formed, the place does not exist, or an argument is missing.
+    """
+    try:
+        if asked["do"] == "set":
+            node = _path(asked["node"])
+            return set_attribute(text, node, str(asked["name"]), asked["value"]), node
+        if asked["do"] == "remove":
+            node = _path(asked["node"])
+            return remove(text, node), node[:-1]
+        parent = _path(asked["parent"])
+        index = asked.get("index", len(_element(_document(text), parent).children))
+        if asked["do"] == "insert":
+            return insert(text, parent, index, str(asked["new"])), (*parent, index)
+        if asked["do"] == "move":
+            node = _path(asked["node"])
+            return move(text, node, parent, index), _moved(node, parent, index)
+    except (KeyError, ValueError, TypeError, AttributeError) as error:
+        raise InputError(f"the edit cannot be read: {error}.") from error
+    raise InputError(unknown("edit", str(asked["do"]), ("insert", "remove", "move", "set")))
+
+
+def _path(written: str) -> Path:
+    return tuple(int(part) for part in written.split("/"))
+
+
+def _moved(node: Path, parent: Path, index: int) -> Path:
+    """Path of a node after its move."""
+    depth, own = len(node) - 1, node[-1]
+    if parent == node[:-1]:
+        index -= index > own
+    elif parent[:depth] == node[:-1] and parent[depth] > own:
+        parent = (*parent[:depth], parent[depth] - 1, *parent[depth + 1 :])
+    return (*parent, index)
 
 
 def insert(text: str, parent: Path, index: int, node: str) -> str:
@@ -61,12 +106,8 @@ def move(text: str, node: Path, parent: Path, index: int) -> str:
         raise InputError(Fault("a node cannot be moved into itself.", hint="Choose a place outside of it."))
     _place(text, parent, index)  # refuses a place that does not exist
     block, rest = _taken(text, node)
-    depth, own = len(node) - 1, node[-1]
-    if parent == node[:-1]:
-        index -= index > own
-    elif parent[:depth] == node[:-1] and parent[depth] > own:
-        parent = (*parent[:depth], parent[depth] - 1, *parent[depth + 1 :])
-    home, place = _place(rest, node[:-1], own), _place(rest, parent, index)
+    *above, index = _moved(node, parent, index)
+    home, place = _place(rest, node[:-1], node[-1]), _place(rest, tuple(above), index)
     return _put(rest, place, _fitted(block, home.lead, place.lead))
 
 

@@ -50,6 +50,7 @@ identify pioneer_p3dx
 docs --path
 doctor
 doctor --ros2 jackal_ros2
+language-server --help
 """
 RUN_ALL = """
 import os, sys

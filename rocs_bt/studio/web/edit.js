@@ -1,0 +1,232 @@
+// @ts-check
+// Editor of a content file. The text is the truth: tree, palette, form and faults are views of it.
+import { Code } from "./code.js";
+import { dialog, el, put } from "./dom.js";
+import { Nodes } from "./nodes.js";
+
+const REST = 180; // [ms] after which a text that rests is checked
+const file = new URLSearchParams(location.search).get("file") ?? "";
+
+const post = async (name, body) => {
+  const reply = await fetch(name, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
+  const text = await reply.text();
+  if (reply.ok) return JSON.parse(text);
+  let message = text;
+  try { message = JSON.parse(text).error ?? text; } catch { /* a plain text */ }
+  throw new Error(message || `the studio answered ${reply.status}`);
+};
+const ask = (name, body) => post(`edit/${name}`, { file, ...body });
+
+class Editor {
+  constructor(given) {
+    Object.assign(this, { given, saved: given.text, hash: given.hash, marks: [], looked: 0, past: [], future: [], last: given.text });
+    this.code = new Code({ change: () => this.change(), moved: () => this.follow(), ask: async (at) => (await this.quiet("complete", at))?.items ?? [] });
+    this.nodes = new Nodes({ edit: (asked) => this.edit(asked), choose: (row) => { this.code.select(row.start, row.inner); this.look(false); }, write: () => this.redraw() });
+    this.mission = given.kind === "mission" && file.endsWith(".xml");
+    this.state = el("output", { role: "status" });
+    this.faults = el("ol", { class: "faults", "aria-label": "faults" });
+    this.tests = el("section", { class: "tests", "aria-label": "tests", hidden: true });
+    this.about = el("p", { class: "about", "aria-live": "polite" });
+    this.scenario = el("select", { "aria-label": "scenario to run" }, ...given.scenarios.map((name) => el("option", {}, name)));
+    const button = (text, title, action, shown = true) => el("button", { title, hidden: !shown, onclick: action }, text);
+    this.keep = button("Save", "save (ctrl s)", () => this.save(), !given.reason);
+    const runs = given.scenarios.length > 0;
+    this.scenario.hidden = !runs;
+    document.title = `${file}: rocs_bt editor`;
+    const header = el(
+      "header", {}, el("a", { href: "./", title: "the project" }, "←"), el("h1", {}, file), this.keep,
+      button("Undo", "undo (ctrl z)", () => this.step(this.past, this.future), !given.reason), button("Redo", "redo (ctrl y)", () => this.step(this.future, this.past), !given.reason),
+      this.scenario, button("▶ Run", "save and run (ctrl enter)", () => this.run(), runs), this.state,
+    );
+    this.box = document.getElementById("editor") ?? el("main");
+    this.box.classList.toggle("text", !this.mission);
+    this.box.replaceChildren(
+      header, el("section", { class: "left" }, this.nodes.palette, this.nodes.tree, this.nodes.form, this.tests),
+      el("section", { class: "code" }, this.code.box, el("div", { class: "below" }, this.about, this.faults)),
+    );
+    this.code.area.readOnly = Boolean(given.reason);
+    this.code.set(given.text);
+    addEventListener("keydown", (event) => this.key(event));
+    addEventListener("beforeunload", (event) => { if (this.code.text !== this.saved) event.preventDefault(); });
+    this.code.marks([]);
+    this.tell();
+    if (this.mission) ask("palette", { text: given.text }).then((found) => { this.nodes.learn(found.nodes); this.look(); }, (error) => this.tell(error.message));
+    else this.look();
+  }
+
+  tell(text = "") {
+    const changed = this.code.text !== this.saved;
+    this.keep.disabled = !changed;
+    put(this.state, text || this.given.reason || (changed ? "not saved" : "saved"));
+  }
+
+  /** Answer about a place; null if there is none, since a person who types did not ask for an error. */
+  async quiet(name, at) {
+    try { return await ask(name, { text: this.code.text, at }); } catch { return null; }
+  }
+
+  change() {
+    const { text } = this.code;
+    if (text === this.last) return;
+    const now = performance.now();
+    if (now - (this.typed ?? -1e9) > 600 || Math.abs(text.length - this.last.length) > 1) this.past.push(this.last); // a word is one step
+    Object.assign(this, { typed: now, last: text, future: [] });
+    this.tell();
+    this.code.marks([]);
+    clearTimeout(this.timer);
+    this.timer = setTimeout(() => this.look(), REST);
+  }
+
+  /** Another text, by an edit or by undo. */
+  put(text) {
+    this.code.set(text);
+    this.last = text;
+    this.typed = undefined;
+    this.tell();
+    return this.look();
+  }
+
+  step(from, to) {
+    const text = from.pop();
+    if (text === undefined || this.given.reason) return;
+    to.push(this.code.text);
+    this.put(text);
+  }
+
+  async edit(asked) {
+    if (this.given.reason) return this.tell(this.given.reason);
+    const before = this.code.text;
+    if (this.drawn !== before) return; // the tree on the screen is that of an older text
+    try {
+      const { text, path, tree } = await ask("edit", { text: before, ...asked });
+      if (this.code.text !== before || text === before) return;
+      this.past.push(before);
+      this.future = [];
+      this.nodes.chosen = path;
+      this.found = { ...this.found, tree, marks: [] };
+      this.drawn = text;
+      const looked = this.put(text);
+      this.redraw();
+      await looked;
+      const row = this.nodes.row(path);
+      if (row) this.code.select(row.start, row.inner);
+    } catch (error) { this.tell(error.message); }
+  }
+
+  /** Checks the text and draws what it is; an answer about an older text, or an older place, is dropped. */
+  async look(check = true) {
+    const { text, at } = this.code, number = this.looked += 1, node = this.mission ? this.quiet("form", at) : null;
+    try {
+      const found = check ? await ask("look", { text }) : this.found;
+      if (text !== this.code.text) return;
+      if (check) { this.found = found; this.drawn = text; this.redraw(); }
+      const form = await node;
+      if (!form || number !== this.looked || text !== this.code.text) return;
+      const typing = this.nodes.form.contains(document.activeElement);
+      if (!typing || form.path === this.nodes.chosen) this.refill(form);
+      if (form.node && !this.nodes.tree.contains(document.activeElement)) this.nodes.choose(form.path, false);
+    } catch (error) { this.tell(error.message); }
+  }
+
+  /** Fills the form again and leaves the cursor in its field. */
+  refill(form) {
+    const active = document.activeElement, name = this.nodes.form.contains(active) ? /** @type {any} */ (active).name : "";
+    this.nodes.fill(form);
+    if (name) /** @type {any} */ (this.nodes.form.elements.namedItem(name))?.focus();
+  }
+
+  redraw() {
+    if (!this.found) return;
+    const { marks, tree, tests } = this.found, errors = marks.filter((mark) => mark.level === "error").length;
+    this.code.marks(marks);
+    if (tree) this.nodes.show(tree, marks);
+    const line = (mark) => el(
+      "li", { class: mark.level }, el("button", { onclick: () => this.go(mark) }, el("b", {}, mark.file ? mark.level : `${mark.line}:${mark.column} ${mark.level}`), ` ${mark.message} ${mark.hint}`),
+      mark.instead && !this.given.reason ? el("button", { class: "fix", onclick: () => this.fix(mark) }, ` → ${mark.instead}`) : null,
+    );
+    this.faults.replaceChildren(...(marks.length ? marks.map(line) : [el("li", { class: "muted" }, "No fault found.")]));
+    const failed = tests.filter((test) => !test.passed);
+    this.tests.hidden = !tests.length;
+    this.tests.replaceChildren(
+      el("h3", {}, `${tests.length - failed.length} of ${tests.length} tests pass`),
+      el("ul", {}, ...[...failed, ...tests.filter((test) => test.passed)].map((test) => el("li", { class: test.passed ? "passed" : "failed", onclick: () => test.line && this.go({ line: test.line, column: 1, end: 1 }) }, el("b", {}, test.passed ? "✓ " : "✗ "), `${test.rule}: ${test.test} (${test.robot})`, test.passed ? null : el("div", {}, test.message)))),
+    );
+    document.body.dataset.errors = String(errors);
+  }
+
+  go(mark) {
+    if (mark.file) return;
+    this.code.select(this.code.offset(mark.line, mark.column), this.code.offset(mark.line, mark.end), true);
+    this.follow();
+  }
+
+  fix(mark) {
+    const start = this.code.offset(mark.line, 1), row = this.code.text.slice(start).split("\n", 1)[0];
+    const wrong = /'([^']*)'/.exec(mark.message.slice(mark.message.lastIndexOf("named")))?.[1] ?? /'([^']*)'/.exec(mark.message)?.[1] ?? "";
+    const at = wrong ? row.indexOf(wrong, Math.max(0, mark.column - 1)) : -1;
+    if (at >= 0) this.code.replace(start + at, start + at + wrong.length, mark.instead);
+  }
+
+  /** What is at the cursor: its description, and the form of its node. */
+  follow() {
+    clearTimeout(this.asking);
+    this.asking = setTimeout(async () => {
+      const { at } = this.code, about = await this.quiet("describe", at);
+      if (at !== this.code.at) return;
+      const { title, detail, doc } = about?.about ?? {}, to = about?.definition;
+      this.about.replaceChildren(title ? el("b", {}, title) : "", title ? ` ${detail}${doc ? ". " + doc : ""} ` : "", to?.file ? this.link(to) : "");
+      if (this.mission) this.look(false);
+    }, 150);
+  }
+
+  link(to) {
+    const here = to.file === file;
+    return el("a", { href: here ? "#" : `edit?file=${encodeURIComponent(to.file)}`, onclick: (event) => { if (here) { event.preventDefault(); this.go({ line: to.line, column: 1, end: 1 }); } } }, `→ ${here ? `line ${to.line}` : to.file}`);
+  }
+
+  async save(hash = this.hash) {
+    if (this.given.reason) return false;
+    const { text } = this.code;
+    try {
+      const reply = await ask("save", { text, hash });
+      if (reply.conflict) { this.differ(reply.conflict); return false; }
+      Object.assign(this, { hash: reply.hash, saved: text });
+      this.tell();
+      return true;
+    } catch (error) { this.tell(error.message); return false; }
+  }
+
+  /** The file has changed on disk: both texts, and the choice. */
+  differ({ text, hash }) {
+    this.tell("the file has changed on disk; it was not overwritten");
+    const rows = (own, other) => {
+      const known = new Set(other.split("\n"));
+      return own.split("\n").flatMap((row) => [known.has(row) ? row : el("ins", {}, row || " "), "\n"]);
+    };
+    const mine = this.code.text, take = () => { box.close(); this.past.push(mine); Object.assign(this, { hash, saved: text }); this.put(text); };
+    const box = dialog(
+      "The file has changed on disk", el("div", { class: "both" },
+        el("section", {}, el("h3", {}, "on disk"), el("pre", {}, ...rows(text, mine)), el("button", { onclick: take }, "Take that of the disk")),
+        el("section", {}, el("h3", {}, "here"), el("pre", {}, ...rows(mine, text)), el("button", { onclick: () => { box.close(); this.save(hash); } }, "Overwrite the disk"))),
+    );
+  }
+
+  async run() {
+    if (this.code.text !== this.saved && !this.given.reason && !(await this.save())) return;
+    try {
+      const { run } = await post("start", { scenario: this.scenario.value });
+      location.href = `run?run=${encodeURIComponent(run)}`;
+    } catch (error) { this.tell(error.message); }
+  }
+
+  key(event) {
+    if (!event.ctrlKey && !event.metaKey) return;
+    const own = { s: () => this.save(), Enter: () => this.run(), z: () => (event.shiftKey ? this.step(this.future, this.past) : this.step(this.past, this.future)), y: () => this.step(this.future, this.past) };
+    const act = own[event.key] ?? own[event.key.toLowerCase()];
+    if (act && !(document.activeElement instanceof HTMLInputElement && event.key !== "s" && event.key !== "Enter")) { event.preventDefault(); act(); }
+  }
+}
+
+ask("open", {}).then((given) => { /** @type {any} */ (globalThis).editor = new Editor(given); }, (error) => {
+  document.getElementById("editor")?.replaceChildren(el("p", { class: "empty" }, `This file cannot be opened: ${error.message}`));
+});
