@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import threading
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -12,6 +13,7 @@ from ..clock import Clock
 from ..errors import InputError, unknown
 from ..event import EventSink, RulesReplaced
 from ..expression import Environment
+from ..files import read_text
 from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
 from ..words import inactive_rule
@@ -54,6 +56,7 @@ class RuleFile:
         self._overrides = overrides
         self._knowledge = knowledge
         self._stamps: dict[Path, tuple[int, int] | None] = {}
+        self._texts: dict[str, str] = {}
         self.model = RuleModel(self._stamped(cached(self._load)))
 
     def changed(self) -> bool:
@@ -90,19 +93,30 @@ class RuleFile:
         return rules
 
     def reload_as(self, agent: str, clock: Clock, sink: EventSink) -> None:
-        """Reload the file, and emit a RulesReplaced event of the agent."""
+        """Reload the file, and emit a RulesReplaced event of the agent, with all that a replay needs."""
+        before, texts = self._texts, dict[str, str]()
         try:
             rules = self.reload()
         except InputError as error:
             first, *more = error.faults
             others = f" ({len(more)} more)" if more else ""
-            accepted, detail = False, f"the old rules stay active: {first}{others}"
+            accepted, detail, before = False, f"the old rules stay active: {first}{others}", {}
         else:
             active = f"active rules ({len(rules.rules)}): {', '.join(r.name for r in rules.rules)}"
             robot = self._knowledge.graph.attributes(agent).get("model", agent)
             inactive = [inactive_rule(rule.name, [robot], rule.missing).rstrip(".") for rule in rules.inactive]
-            accepted, detail = True, "; ".join([active, *inactive])
-        sink.emit(RulesReplaced(t=clock.now(), agent=agent, rules=self.file.stem, accepted=accepted, detail=detail))
+            accepted, detail, texts = True, "; ".join([active, *inactive]), self._texts
+        sink.emit(
+            RulesReplaced(
+                t=clock.now(),
+                agent=agent,
+                rules=self.file.stem,
+                accepted=accepted,
+                detail=detail,
+                before=before,
+                texts=texts,
+            )
+        )
 
     def _load(self) -> RuleSet:
         rules = load_rules(self.file, self._environment, self._actions, overrides=self._overrides)
@@ -112,6 +126,7 @@ class RuleFile:
 
     def _stamped(self, rules: RuleSet) -> RuleSet:
         self._stamps = {path: _stamp(path) for path in rules.files}
+        self._texts = {os.path.relpath(path, self.file.parent): read_text(path) for path in rules.files}
         return rules
 
 

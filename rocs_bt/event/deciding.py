@@ -48,11 +48,15 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
         rules: Name of the rule file.
         accepted: Whether the new rules are active.
         detail: Description of the active rules, or faults of the file.
+        before: Texts of the old rules, by path relative to the rule file's folder; empty if the new ones were refused.
+        texts: Texts of the new rules, likewise.
     """
 
     rules: str
     accepted: bool
     detail: str
+    before: Mapping[str, str] = {}
+    texts: Mapping[str, str] = {}
 
 
 class NodeTicked(Event, frozen=True, kw_only=True):

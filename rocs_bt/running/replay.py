@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace as replace_fault
+from pathlib import Path
 
+from ..agent import Agent
 from ..catalog import Catalog, ScenarioSpec
 from ..clock import SimulatedClock
 from ..errors import InputError, RecordingError, UnknownName, unknown
@@ -19,6 +22,7 @@ from ..event import (
     RulesReplaced,
     RunControlled,
 )
+from ..files import unsaved
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap, compare
 from ..simulation.fact_schedule import fact_schedules
 from .memory import recall
@@ -58,8 +62,8 @@ def replay(
         First event that differs; None if all events are equal, except for fields with wall-clock times.
 
     Raises:
-        RecordingError: The run cannot be repeated: threaded mode, changed content, rules replaced during the run, or
-            measured planning latency.
+        RecordingError: The run cannot be repeated: threaded mode, changed content, or measured planning
+            latency.
         InputError: The scenario or the agent does not exist, or the scenario does not load.
     """
     header = recording.header
@@ -72,13 +76,28 @@ def replay(
     if agent is not None and agent not in names:
         raise InputError(unknown("agent", agent, names, "The run"))
     recorded = list(recording.events())
-    if changed := [e for e in recorded if isinstance(e, RulesReplaced) and e.accepted]:
-        raise RecordingError(
-            f"the rules '{changed[0].rules}' were replaced at {changed[0].t:.2f} s, while '{recording.path}' was "
-            "recorded, so it is not repeatable. Record it without --watch-rules, or query it with --why."
-        )
     catalog = catalog or Catalog.here()
     scenario = _scenario(header.scenario, catalog)
+    replaced = [e for e in recorded if isinstance(e, RulesReplaced) and e.accepted]
+    before: dict[Path, str] = {}
+    for event in reversed(replaced):  # of several, the first has the rules of the beginning
+        before |= _texts(event.before, event, scenario, catalog)
+    with unsaved(before):
+        return _compare(recording, catalog, scenario, recorded, replaced, agent, missions, changed_content)
+
+
+def _compare(
+    recording: Recording,
+    catalog: Catalog,
+    scenario: ScenarioSpec,
+    recorded: Sequence[Event],
+    replaced: Sequence[RulesReplaced],
+    agent: str | None,
+    missions: Mapping[str, Build] | None,
+    changed_content: bool,
+) -> Divergence | None:
+    """Compare, in the context of the rules with which the run began; see `replay`."""
+    header = recording.header
     swaps = [*header.swaps, *controlled_swaps(recorded, catalog, changed_content=changed_content)]
     swapped = swapped_content(header.swaps, scenario, catalog)
     if not changed_content and catalog.digest(scenario, swapped) != header.content_hash:
@@ -93,7 +112,7 @@ def replay(
             'not repeatable. Declare it, as in latency = "0.05 s", or query the recording with --why.'
         )
     recorded = [e for e in recorded if not isinstance(e, _NOT_OF_AGENTS)]
-    found = _decide(scenario, catalog, header, recorded, swaps, missions)
+    found = _decide(scenario, catalog, header, recorded, swaps, replaced, missions)
     if agent is not None:
         recorded, found = ([e for e in events if e.agent == agent] for events in (recorded, found))
     return compare(recorded, found, cut_off=not recording.complete)
@@ -114,6 +133,7 @@ def _decide(
     header: RunHeader,
     recorded: Sequence[Event],
     swaps: Sequence[SubtreeSwap],
+    replaced: Sequence[RulesReplaced],
     missions: Mapping[str, Build] | None,
 ) -> list[Event]:
     """Run the agents of the scenario on recorded sensor data and return their events."""
@@ -123,11 +143,14 @@ def _decide(
     recall(header.recalled, agents)
     schedules, coming = fact_schedules(scenario, agents), SwapSchedule(swaps, agents, catalog)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}
+    reloads = deque(replaced)
     last = round(recorded[-1].t / control.period) if recorded else -1
     for count in range(last + 1):
         for agent in agents:
             if (stop := stops.get(agent.name)) and count >= round(stop.t / control.period):
                 agent.stop(stop.by)
+        while reloads and reloads[0].t <= clock.now():
+            _reload(reloads.popleft(), agents)
         coming.step(clock.now())
         for agent in agents:
             if not agent.stopped:
@@ -136,3 +159,18 @@ def _decide(
             schedule.step(clock.now())
         clock.advance(control.every)
     return sink.events
+
+
+def _reload(event: RulesReplaced, agents: Sequence[Agent]) -> None:
+    """Give an agent the rules that replaced others during the run."""
+    for file in next(agent for agent in agents if agent.name == event.agent).rule_files:
+        if file.file.stem == event.rules:
+            with unsaved({file.file.parent / name: text for name, text in event.texts.items()}):
+                file.reload()
+
+
+def _texts(texts: Mapping[str, str], event: RulesReplaced, scenario: ScenarioSpec, catalog: Catalog) -> dict[Path, str]:
+    """Texts of a rule file, and of those that it includes, by file of this catalog."""
+    rules = next((agent.rules for agent in scenario.agents if agent.name == event.agent), ())
+    found = [catalog.find("rules", name).path for name in rules]
+    return {file.parent / name: text for file in found if file.stem == event.rules for name, text in texts.items()}

@@ -153,3 +153,24 @@ def test_in_threaded_mode_a_pause_holds_the_robots_in_neutral(project):
     (released,) = [e for e in events if isinstance(e, MotionReleased)]
     assert held.reason == "paused by Ann"
     assert held.t < released.t
+
+
+@pytest.mark.parametrize("restored", [False, True])
+def test_a_run_with_reloaded_rules_replays(project, restored):
+    rules = project / "rules/avoid_collision.toml"
+    old = rules.read_text()
+
+    class Editor(Person):
+        def take(self):
+            if self.asked == 3:
+                rules.write_text(old.replace("[rule.Flinch", "[rule.Backwards"))
+            return super().take()
+
+    editor = Editor({6: [{"kind": "reload", "rules": "avoid_collision"}]})
+    found = run("own", Catalog(project), duration=0.6, report=False, control=editor, out=project / "run")
+    recording = Recording.open(found.recording)
+    (made,) = [e for e in recording.events() if isinstance(e, RulesReplaced)]
+    assert (made.before, "Backwards" in made.detail) == ({"avoid_collision.toml": old}, True)
+    if restored:
+        rules.write_text(old)
+    assert replay(recording, Catalog(project)) is None
