@@ -237,6 +237,11 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
         until: Condition that releases it, as written; empty if there is none.
         sources: Both conditions over signals and numbers only, or only the first.
         comparisons: Texts of all comparisons in both conditions, as written, in order.
+        doc: Description of the rule in one sentence.
+        action: Name of the action that the robot executes.
+        priority: Priority of the rule.
+        place: File and line of the rule, such as `avoid_collision.toml:38`.
+        thresholds: Values of the named thresholds in both conditions, with units, after overrides by the robot.
     """
 
     rule: str
@@ -244,6 +249,11 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
     until: str = ""
     sources: tuple[str, ...] = ()
     comparisons: tuple[str, ...] = ()
+    doc: str = ""
+    action: str = ""
+    priority: int = 0
+    place: str = ""
+    thresholds: Mapping[str, str] = {}
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):

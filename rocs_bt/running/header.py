@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import math
 import platform
+import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
@@ -20,6 +21,7 @@ from ..drivers.mujoco.sensors import RangeCone
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
+from ..reactive import RuleSet
 from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
@@ -189,7 +191,8 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
 def _guards(agent: Agent) -> Iterator[GuardInfo]:
     environment = Environment.of(agent.knowledge.signals)
     for file in agent.rule_files:
-        for rule in file.model.rules.rules:
+        rules = file.model.rules
+        for rule in rules.rules:
             guards = [rule.when, *([] if rule.until is None else [rule.until])]
             yield GuardInfo(
                 rule=rule.name,
@@ -197,7 +200,19 @@ def _guards(agent: Agent) -> Iterator[GuardInfo]:
                 until="" if rule.until is None else rule.until.text,
                 sources=tuple(source(guard.node, environment) for guard in guards),
                 comparisons=tuple(n.text for guard in guards for n in guard.node.walk() if n.op == "compare"),
+                doc=rule.doc,
+                action=rule.action,
+                priority=rule.priority,
+                place=f"{at.file.name}:{at.line}" if (at := rule.positions.get("")) and at.file else "",
+                thresholds=_thresholds(rules, " ".join(guard.text for guard in guards)),
             )
+
+
+def _thresholds(rules: RuleSet, text: str) -> dict[str, str]:
+    """Values of the thresholds that a text names, with units."""
+    named = [name for name in rules.thresholds if re.search(rf"\b{name}\b", text)]
+    units = {name: str(rules.dimensions.get(name, "")).removeprefix("1") for name in named}
+    return {name: f"{rules.thresholds[name]:.4g} {units[name]}".strip() for name in named}
 
 
 def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
