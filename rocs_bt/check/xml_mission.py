@@ -23,6 +23,7 @@ from ..trees.xml import (
     outer_trees,
     read_document,
     stub_nodes,
+    survey,
     times,
 )
 
@@ -130,7 +131,8 @@ class _Missions:
     def __init__(self, document: Document, catalog: Catalog, options: MissionOptions) -> None:
         self.catalog = catalog
         self.document, self.file = document, document.root.source.file
-        self.uses = options.together.subtrees
+        own = kind_of(self.file) == "mission" if self.file else False  # then other missions of the project may use it
+        self.uses = {**(survey(catalog.tree_files().values()).subtrees if own else {}), **options.together.subtrees}
         missing = [name for name in sorted(outer_trees(document)) if not self.catalog.is_python_mission(name)]
         self.stubbed = missing if options.stub_unknown else []
 

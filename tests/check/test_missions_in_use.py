@@ -153,7 +153,6 @@ def test_a_tree_that_others_use_gets_its_keys_from_them(tmp_path, given, faults)
     (missions / "part.xml").write_text(SHARED)
     (missions / "whole.xml").write_text(USER % given)
     assert len(checked(missions)) == faults
-    assert [
-        f"the key '{key}' is read, but no node writes it" in text
-        for key, text in zip(("n", "where"), checked(missions / "part.xml"), strict=True)
-    ] == [True] * 2
+    assert not [text for text in checked(missions / "part.xml") if "no node writes it" in text]
+    (missions / "whole.xml").unlink()
+    assert len([text for text in checked(missions / "part.xml") if "no node writes it" in text]) == 2

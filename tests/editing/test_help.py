@@ -156,3 +156,16 @@ def test_the_vocabulary_has_standard_nodes_actions_and_trees(yard):
     assert [p.name for p in found["SubTree Leg"].ports] == ["place"]
     nav2 = vocabulary(yard / "planners" / "missions" / "new.xml", MISSION % "<ControllerSelector/>")
     assert "ComputePathToPose" in nav2
+
+
+def test_a_tree_that_other_missions_use_gets_its_keys_from_them(yard):
+    """A file of a subtree has no warnings that the mission which uses it does not have."""
+    leg, whole = yard / "planners" / "missions" / "leg.xml", yard / "planners" / "missions" / "tour.xml"
+    text = '<root BTCPP_format="4"><BehaviorTree ID="leg"><GoTo goal="{place}"/></BehaviorTree></root>'
+    use = '<root BTCPP_format="4"><BehaviorTree ID="tour"><SubTree ID="leg" place="gate"/></BehaviorTree></root>'
+    assert [f for f in check_content([leg], texts={leg: text}).faults if "no node writes it" in f.message]
+    whole.write_text(use, "utf-8")
+    try:
+        assert not check_content([leg], texts={leg: text}).faults
+    finally:
+        whole.unlink()
