@@ -22,12 +22,32 @@ from ..errors import Fault, InputError
 from ..files import is_file, read_bytes, unsaved, write_whole
 from ..reactive import run_tests, tested_file
 from .pack import Json
+from .requests import Handler, Routes, as_json
+from .site import web_routes
 
 MOST = 2_000_000
 """Maximum size of a file that is edited [bytes]."""
 
-Request = Mapping[str, Any]
+Asked = Mapping[str, Any]
+"""Object of a request."""
+
 _EDITED = (".xml", ".toml", ".py")
+
+
+def edit_routes(catalog: Catalog, *, allow_code: bool = False) -> Routes:
+    """Routes of the editor of a project's files.
+
+    Args:
+        catalog: Content of the project.
+        allow_code: Whether Python files may be changed.
+    """
+    table = Authoring(catalog, allow_code=allow_code).table()
+    answers = {("POST", f"edit/{name}"): _answer(function) for name, function in table.items()}
+    return {**web_routes({"edit": "edit.html"}), **answers}
+
+
+def _answer(function: Callable[[Asked], Json]) -> Handler:
+    return lambda request: as_json(function(request.read(dict)))
 
 
 class Authoring:
@@ -43,12 +63,12 @@ class Authoring:
         self.allow_code = allow_code
         self._saving = threading.Lock()
 
-    def table(self) -> dict[str, Callable[[Request], Json]]:
+    def table(self) -> dict[str, Callable[[Asked], Json]]:
         """Functions by the name of the request."""
         own = (self.open, self.look, self.complete, self.describe, self.form, self.edit, self.palette, self.save)
         return {function.__name__: function for function in own}
 
-    def open(self, asked: Request) -> Json:
+    def open(self, asked: Asked) -> Json:
         """Text of a file with its hash; `reason` says why it cannot be changed."""
         path, own = self._file(asked)
         raw = _read(path)
@@ -62,7 +82,7 @@ class Authoring:
             "scenarios": self._scenarios(path, kind),
         }
 
-    def look(self, asked: Request) -> Json:
+    def look(self, asked: Asked) -> Json:
         """Faults of a text, the tree of a mission, and the results of the tests of a rule file."""
         path, text = self._file(asked)[0], _text(asked, "text")
         if path.suffix not in (".xml", ".toml"):
@@ -71,14 +91,14 @@ class Authoring:
         found = [_mark(asdict(mark), rows) for mark in faults(path, text, code=self.catalog.code)]
         return {"marks": found, "tree": _tree(text) if path.suffix in TREES else None, "tests": self._tests(path, text)}
 
-    def complete(self, asked: Request) -> Json:
+    def complete(self, asked: Asked) -> Json:
         """Proposals at an offset."""
         text = _text(asked, "text")
         items = complete(self._file(asked)[0], text, _offset(asked), code=self.catalog.code)
         spans = {at: _units(text, at) for item in items for at in (item.start, item.end)}
         return {"items": [{**item._asdict(), "start": spans[item.start], "end": spans[item.end]} for item in items]}
 
-    def describe(self, asked: Request) -> Json:
+    def describe(self, asked: Asked) -> Json:
         """Description and definition of what is at an offset; null where there is none."""
         path, text, at = self._file(asked)[0], _text(asked, "text"), _offset(asked)
         found = describe(path, text, at, code=self.catalog.code)
@@ -87,7 +107,7 @@ class Authoring:
         where = None if place is None or name is None else {"file": name, "line": place.line}
         return {"about": found._asdict() if found else None, "definition": where}
 
-    def form(self, asked: Request) -> Json:
+    def form(self, asked: Asked) -> Json:
         """Ports of the node at an offset with their values; null where no node is."""
         path, text = self._file(asked)[0], _text(asked, "text")
         found = form(path, text, _offset(asked), code=self.catalog.code) if path.suffix in TREES else None
@@ -109,12 +129,12 @@ class Authoring:
             "keys": keys_in(text),
         }
 
-    def edit(self, asked: Request) -> Json:
+    def edit(self, asked: Asked) -> Json:
         """Text and tree after an edit of a mission: `insert`, `remove`, `move` or `set`."""
         changed, path = edit(_text(asked, "text"), asked)
         return {"text": changed, "path": "/".join(map(str, path)), "tree": _tree(changed)}
 
-    def palette(self, asked: Request) -> Json:
+    def palette(self, asked: Asked) -> Json:
         """Nodes and trees that a mission may use, with the text of a new one."""
         path, text = self._file(asked)[0], _text(asked, "text")
         if path.suffix not in TREES:
@@ -122,7 +142,7 @@ class Authoring:
         nodes = vocabulary(path, text, code=self.catalog.code).values()
         return {"nodes": [{"name": n.name, "kind": n.kind, "doc": n.doc, "text": n.text} for n in nodes]}
 
-    def save(self, asked: Request) -> Json:
+    def save(self, asked: Asked) -> Json:
         """Write a file whole; one that has changed on disk since it was opened is shown instead.
 
         Raises:
@@ -139,7 +159,7 @@ class Authoring:
             write_whole(path, after)
         return {"hash": _hash(after)}
 
-    def _file(self, asked: Request, *, new: bool = False) -> tuple[Path, bool]:
+    def _file(self, asked: Asked, *, new: bool = False) -> tuple[Path, bool]:
         """File of a request, and whether it is of the project.
 
         Args:
@@ -222,14 +242,14 @@ class Authoring:
         return found
 
 
-def _text(asked: Request, name: str) -> str:
+def _text(asked: Asked, name: str) -> str:
     value = asked.get(name)
     if not isinstance(value, str) or len(value) > MOST:
         raise InputError(f"the request needs '{name}', a text of at most {MOST} characters.")
     return value
 
 
-def _offset(asked: Request) -> int:
+def _offset(asked: Asked) -> int:
     """Offset into the text, from one that counts UTF-16 code units, as a browser does."""
     at = asked.get("at")
     if not isinstance(at, int) or at < 0:

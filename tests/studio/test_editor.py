@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import threading
 import time
-from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from urllib.parse import urlsplit
 
 import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.errors import InputError
-from rocs_bt.studio.authoring import Authoring
-from rocs_bt.studio.page import WEB
+from rocs_bt.studio.authoring import edit_routes
+from rocs_bt.studio.server import Server
 
 from .. import chromium
 
@@ -35,7 +30,6 @@ MISSION = """<root BTCPP_format="4">
 </root>
 """
 KEYS = {"Tab": 9, "Delete": 46, "ArrowUp": 38, "ArrowDown": 40}
-POLICY = "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'"
 
 
 @pytest.fixture(scope="module")
@@ -48,45 +42,10 @@ def yard(tmp_path_factory):
 @pytest.fixture(scope="module")
 def site(yard):
     """Address of a server of the editor's files and requests."""
-    table = Authoring(Catalog(yard)).table()
-    kinds = {".html": "text/html", ".js": "text/javascript", ".css": "text/css"}
-
-    class Handler(BaseHTTPRequestHandler):
-        def do_GET(self):
-            file = WEB / urlsplit(self.path).path[1:].replace(
-                "edit", "edit.html", 1 if self.path.startswith("/edit?") else 0
-            )
-            if file.is_file():
-                self.reply(200, file.read_bytes(), kinds[file.suffix])
-            else:
-                self.reply(204, b"", "text/plain")
-
-        def do_POST(self):
-            body = json.loads(self.rfile.read(int(self.headers["Content-Length"])))
-            try:
-                self.reply(200, json.dumps(table[self.path.removeprefix("/edit/")](body)).encode(), "application/json")
-            except InputError as error:
-                self.reply(400, str(error).encode(), "text/plain")
-
-        def reply(self, code, body, kind):
-            self.send_response(code)
-            self.send_header("Content-Type", kind)
-            self.send_header("Content-Length", str(len(body)))
-            self.send_header("Content-Security-Policy", POLICY)
-            self.end_headers()
-            self.wfile.write(body)
-
-        def log_message(self, *_):
-            pass
-
-    server = ThreadingHTTPServer(("127.0.0.1", 0), Handler)
-    server.daemon_threads = True
-    thread = threading.Thread(target=server.serve_forever, daemon=True)
-    thread.start()
-    yield f"http://127.0.0.1:{server.server_port}/"
-    server.shutdown()
-    server.server_close()
-    thread.join()
+    server = Server("127.0.0.1", 0, "token", edit_routes(Catalog(yard)))
+    server.start()
+    yield server.url
+    server.end()
 
 
 @pytest.fixture(scope="module")
