@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from rocs_bt.drivers.mujoco import SENSORS, Mount, MujocoSensor
+from rocs_bt.record import Fan
 from rocs_bt.units import Metres, Radians
 
 LIDAR: Any = SENSORS["lidar"]  # called with the keys of its table
@@ -58,6 +59,10 @@ class MergedScan(MujocoSensor):
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
         for site in parameters["sites"]:
             LIDAR.prepare(model, name, {"site": site, "rays": 2, "span": 1.0, "range": parameters["range"]})
+
+    def fan(self) -> Fan:
+        """Rays of the merged scan, body frame, for displays."""
+        return Fan(x=0.0, y=0.0, yaw=self._first, step=self._step, rays=self._rays, reach=self._range[1])
 
     def sample(self) -> list[float]:
         ranges = np.array([value for scanner in self._scanners for value in scanner.read().values])

@@ -14,7 +14,9 @@ from ..event import (
     ContentRaised,
     Event,
     KnowledgeChanged,
+    MapChanged,
     MinClearanceLowered,
+    PathPlanned,
     RobotPushed,
     SubtreeSwapped,
     SwapRefused,
@@ -31,7 +33,15 @@ _RECENT = 0.5  # [s] interval before the requested time of which events are list
 _RAISED = 5  # maximum number of listed exceptions of content
 _BRIEF = 10  # maximum number of lines of evidence, unless all of it is requested
 _LONG = 24  # maximum number of printed values; of longer lists only the minimum is printed
-_MINOR = (MinClearanceLowered, KnowledgeChanged, AtomicStarted, BlackboardChanged, Change)  # and many
+_MINOR = (  # and many
+    MinClearanceLowered,
+    KnowledgeChanged,
+    MapChanged,
+    PathPlanned,
+    AtomicStarted,
+    BlackboardChanged,
+    Change,
+)
 _NAMED = ("speed", "turn_rate", "stop_distance", "goal_distance", "front")
 
 

@@ -16,8 +16,6 @@ from ..agent import Agent
 from ..catalog import RobotSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
-from ..drivers.mujoco.lidar import Lidar
-from ..drivers.mujoco.sensors import RangeCone
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
@@ -224,17 +222,17 @@ def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
 
 def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
     sensors = simulated.sensors.get(name, {})
-    beams = {s.name: s.beams() for s in sensors.values() if isinstance(s, RangeCone)}
-    fans = {s.name: s.fan() for s in sensors.values() if isinstance(s, Lidar)}
-    hull, drawn = hull_outline(model, simulated.world.robots[name].hull), RobotShapes(simulated.world, name)
+    beams = {s.name: drawn() for s in sensors.values() if (drawn := getattr(s, "beams", None))}
+    fans = {s.name: drawn() for s in sensors.values() if (drawn := getattr(s, "fan", None))}
+    hull, geometry = hull_outline(model, simulated.world.robots[name].hull), RobotShapes(simulated.world, name)
     return BodyInfo(
         name=name,
         hull=hull,
         beams=beams,
         fans=fans,
-        shapes=drawn.shapes,
-        links=drawn.links,
-        base=drawn.height,
+        shapes=geometry.shapes,
+        links=geometry.links,
+        base=geometry.height,
     )
 
 

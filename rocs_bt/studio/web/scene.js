@@ -51,20 +51,20 @@ export class OwnMap {
   }
 }
 
-/** Rays of a robot at a time: both ends in the world, and whether there is an echo. */
+/** Rays of a robot at a time: both ends in the world, and whether there is an echo, and whether it is of a scan. */
 export const rays = (run, { name, beams = {}, fans = {}, base = 0 }, t) => {
-  const found = [], ray = (pose, x, y, angle, elevation, echo, reach) => {
+  const found = [], ray = (pose, x, y, angle, elevation, echo, reach, wide) => {
     if (Number.isNaN(echo)) return;
     const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw), z = pose.z ?? base, far = Math.min(echo, reach);
     const eye = [pose.x + c * x - s * y, pose.y + s * x + c * y, z], flat = far * Math.cos(elevation);
     const end = [eye[0] + flat * Math.cos(pose.yaw + angle), eye[1] + flat * Math.sin(pose.yaw + angle), z + far * Math.sin(elevation)];
-    found.push({ eye, end, heard: echo < reach });
+    found.push({ eye, end, heard: echo < reach, wide });
   };
   for (const [sensor, all] of Object.entries({ ...beams, ...fans })) {
     const track = run.get(name, "scan", sensor), echoes = track?.at(t), pose = track && run.pose(name, track.since(t));
     if (!echoes || !pose) continue;
-    if (Array.isArray(all)) all.forEach(({ x, y, yaw, elevation = 0, reach }, k) => ray(pose, x, y, yaw, elevation, echoes[k], reach));
-    else echoes.forEach((echo, k) => ray(pose, all.x, all.y, all.yaw + k * all.step * track.ray, 0, echo, all.reach));
+    if (Array.isArray(all)) all.forEach(({ x, y, yaw, elevation = 0, reach }, k) => ray(pose, x, y, yaw, elevation, echoes[k], reach, false));
+    else echoes.forEach((echo, k) => ray(pose, all.x, all.y, all.yaw + k * all.step * track.ray, 0, echo, all.reach, true));
   }
   return found;
 };

@@ -32,6 +32,12 @@ const pale = ([r, g, b]) => [r, g, b].map((part) => {
   return dark.matches ? 0.4 + 0.6 * grey : grey;
 });
 
+/** Point of a ray shortly before its end: of a scan only the echoes are drawn. */
+const tip = (eye, end) => {
+  const part = 1 - Math.min(1, 0.06 / Math.hypot(...end.map((value, i) => value - eye[i])));
+  return eye.map((value, i) => value + part * (end[i] - value));
+};
+
 const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math.cos((i * Math.PI) / 12), y + r * Math.sin((i * Math.PI) / 12)]);
 
 export class Space {
@@ -119,7 +125,7 @@ export class Space {
       const ring = circle([x, y], Math.max(radius, 0.1));
       add("place", [...ring, ring[0]].map((point) => [...point, LIFT]));
     }
-    if (layers.rays && info) add("beam", rays(run, info, t).flatMap(({ eye, end, heard }) => (heard ? [eye, end] : [])), true);
+    if (layers.rays && info) add("beam", rays(run, info, t).flatMap(({ eye, end, heard, wide }) => (!heard ? [] : [wide ? tip(eye, end) : eye, end])), true);
     if (layers.map) {
       const { cell, cells } = this.map.at(agent, t);
       add("belief", [...cells].flatMap(([x, y]) => [[x * cell, y * cell, LIFT], [(x + 1) * cell, (y + 1) * cell, LIFT]]), true);
