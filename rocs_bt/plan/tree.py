@@ -338,7 +338,7 @@ class TreePlan(Plan):
         Children come before parents.
         """
         texts = {node.id: wait_text(node) for node, _ in front(self.root)}
-        now, since, told = self.clock.now(), self._since, ""
+        now, since, first = self.clock.now(), self._since, ""
         self._since = {}
         for node, path in reversed(self._nodes):
             changed, text = node.status is not self._seen[node.id], texts.get(node.id)
@@ -349,8 +349,8 @@ class TreePlan(Plan):
                 feedback = text or node.feedback_message
                 self._mission.note(NodeTicked, node=path, status=node.status.name, feedback=feedback)
                 if node.status is Status.FAILURE and feedback and not node.children:
-                    told = told or f"{path}: {feedback}"
-        self._texts, self._told = texts, told or self._told
+                    first = first or f"{path}: {feedback}"
+        self._texts, self._told = texts, first or self._told
         for subtree, key, value in self._board_changes.take():
             self._mission.note(BlackboardChanged, key=key, value=value, subtree=subtree)
 

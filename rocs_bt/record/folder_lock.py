@@ -43,6 +43,17 @@ class FolderLock:
             self._folder = -1
 
 
+def writer_of(folder: Path) -> str:
+    """Id of the process that writes in a folder; empty if none does, or if the system does not tell it.
+
+    The folder is not locked for a moment to find out, because a run that begins then would be refused.
+    """
+    try:
+        return _owner(folder.stat().st_ino)
+    except OSError:
+        return ""
+
+
 def free_folder(folder: Path) -> Path:
     """First of `NAME-2`, `NAME-3` ... beside a folder that does not exist."""
     number = 2

@@ -53,6 +53,8 @@ class _Contents:
     chunks: list[_Span] = field(default_factory=list)
     complete: bool = False
     summary: Summary | None = None
+    damage: str = ""
+    read: int = len(MCAP0_MAGIC)  # number of bytes that were read
 
 
 def _near(path: Path) -> set[str]:
@@ -69,6 +71,7 @@ class Recording:
         summary: Summary of the run; None if the run did not complete.
         complete: Whether the file is complete. The file of a killed run is not; the events before its end can still be
             read.
+        damage: Fault of the file behind its readable part, if it was opened in spite of it; else empty.
     """
 
     def __init__(self, path: Path, file: BinaryIO, header: RunHeader, contents: _Contents) -> None:
@@ -78,14 +81,18 @@ class Recording:
         self.header = header
         self.complete = contents.complete
         self.summary = contents.summary
-        self._chunks = contents.chunks
+        self.damage = contents.damage
+        self._contents = contents
+        self._fresh = _Decoder(path, codec.KINDS)
+        self._taken = 0  # chunks that `fresh` has read
 
     @classmethod
-    def open(cls, path: str | Path) -> Recording:
+    def open(cls, path: str | Path, *, damaged: bool = False) -> Recording:
         """Open a recording.
 
         Args:
             path: Recording file, or a folder that contains `run.mcap`.
+            damaged: Whether a file that is damaged behind its header is opened too, up to the damage.
 
         Raises:
             RecordingError: The file does not exist, was not written by rocs_bt, or is damaged other than cut off.
@@ -99,7 +106,7 @@ class Recording:
         except OSError as error:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
         try:
-            header, contents = _opened(opened, file)
+            header, contents = _opened(opened, file, damaged)
         except BaseException:
             opened.close()
             raise
@@ -114,27 +121,56 @@ class Recording:
         Raises:
             RecordingError: A message is damaged.
         """
-        wanted, incoming = set[int](), Incoming()
-        schemas: dict[int, str] = {}
-        kinds = frozenset(only or codec.KINDS)
-        read = kinds | {SensorRead} if SignalsWritten in kinds else kinds  # signals repeat readings
-        known = tuple(codec.SCHEMA_PREFIX + kind.__name__ for kind in read)
-        for span in self._chunks:
-            chunk = _chunk(_read(self._file, span, self.path), self.path, span.at)
-            for opcode, body in _records(chunk):
-                if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
-                    # Others are messages for viewers, and events of kinds that a user added.
-                    if _MESSAGE.unpack_from(body)[0] in wanted:
-                        event = incoming.event(codec.decode(body[_MESSAGE.size :]))
-                        if type(event) in kinds:
-                            yield event
-                elif opcode == Opcode.SCHEMA:
-                    schema = _parsed(Schema, body, self.path)
-                    schemas[schema.id] = schema.name
-                elif opcode == Opcode.CHANNEL:
-                    channel = _parsed(Channel, body, self.path)
-                    if _kind(schemas.get(channel.schema_id, "")) in known:
-                        wanted.add(channel.id)
+        decoder = _Decoder(self.path, only or codec.KINDS)
+        for span in self._contents.chunks:
+            yield from decoder.events(self._chunk(span))
+
+    def fresh(self) -> list[Event]:
+        """Events since the last call, with those that the process of the run has written meanwhile.
+
+        Raises:
+            RecordingError: The file is damaged, or cannot be read any more.
+        """
+        contents = self._contents
+        if self._taken == len(contents.chunks) and not self.complete:
+            _walk(self._file, self.path, contents)
+            self.complete = contents.complete
+        spans, self._taken = contents.chunks[self._taken :], len(contents.chunks)
+        return [event for span in spans for event in self._fresh.events(self._chunk(span))]
+
+    def _chunk(self, span: _Span) -> bytes:
+        return _chunk(_read(self._file, span, self.path), self.path, span.at)
+
+
+class _Decoder:
+    """Decodes the events of chunks, in their order."""
+
+    def __init__(self, path: Path, only: Collection[type[Event]]) -> None:
+        self._path = path
+        self._kinds = frozenset(only)
+        # Signals repeat readings.
+        read = self._kinds | {SensorRead} if SignalsWritten in self._kinds else self._kinds
+        self._known = {codec.SCHEMA_PREFIX + kind.__name__ for kind in read}
+        self._schemas: dict[int, str] = {}
+        self._wanted = set[int]()
+        self._incoming = Incoming()
+
+    def events(self, chunk: bytes) -> Iterator[Event]:
+        """Events of the next chunk."""
+        for opcode, body in _records(chunk):
+            if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
+                # Others are messages for viewers, and events of kinds that a user added.
+                if _MESSAGE.unpack_from(body)[0] in self._wanted:
+                    event = self._incoming.event(codec.decode(body[_MESSAGE.size :]))
+                    if type(event) in self._kinds:
+                        yield event
+            elif opcode == Opcode.SCHEMA:
+                schema = _parsed(Schema, body, self._path)
+                self._schemas[schema.id] = schema.name
+            elif opcode == Opcode.CHANNEL:
+                channel = _parsed(Channel, body, self._path)
+                if _kind(self._schemas.get(channel.schema_id, "")) in self._known:
+                    self._wanted.add(channel.id)
 
 
 def _kind(schema: str) -> str:
@@ -142,7 +178,7 @@ def _kind(schema: str) -> str:
     return ".".join(schema.split(".")[:2])
 
 
-def _opened(opened: BinaryIO, file: Path) -> tuple[RunHeader, _Contents]:
+def _opened(opened: BinaryIO, file: Path, damaged: bool) -> tuple[RunHeader, _Contents]:
     """Header and records of a file.
 
     Raises:
@@ -152,7 +188,13 @@ def _opened(opened: BinaryIO, file: Path) -> tuple[RunHeader, _Contents]:
     if begin != MCAP0_MAGIC:
         found = "it is empty" if not begin else f"it begins with {begin!r}"
         raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
-    contents = _walk(opened, file)
+    contents = _Contents()
+    try:
+        _walk(opened, file, contents)
+    except RecordingError as error:
+        if not damaged:
+            raise
+        contents.damage = str(error)
     version = contents.metadata.get("rocs_bt", {}).get("format")
     if version is not None and version != FORMAT:
         raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
@@ -186,34 +228,34 @@ def _read(opened: BinaryIO, span: _Span, file: Path) -> bytes:
         raise RecordingError(f"the recording '{file}' cannot be read: {why}.") from error
 
 
-def _walk(opened: BinaryIO, file: Path) -> _Contents:
-    """Records of a file; of chunks only their places, because a long run does not fit into memory."""
-    size, contents, at = os.fstat(opened.fileno()).st_size, _Contents(), len(MCAP0_MAGIC)
-    while at + _RECORD.size <= size:
+def _walk(opened: BinaryIO, file: Path, contents: _Contents) -> None:
+    """Read the next records of a file; of chunks only their places, because a long run does not fit into memory."""
+    size = os.fstat(opened.fileno()).st_size
+    while (at := contents.read) + _RECORD.size <= size:
         opcode, length = _RECORD.unpack(_read(opened, _Span(at, _RECORD.size), file))
         span = _Span(at + _RECORD.size, length)
-        whole = span.at + length <= size
         if opcode == 0:
             break  # zeros at the end, left by a power failure
-        if opcode == Opcode.CHUNK and whole:
+        if opcode > max(Opcode):
+            raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
+        if span.at + length > size:
+            break  # cut off, or not yet written
+        if opcode == Opcode.CHUNK:
             _chunk(_read(opened, span, file), file, at)
             contents.chunks.append(span)
-        elif opcode == Opcode.ATTACHMENT and whole:
+        elif opcode == Opcode.ATTACHMENT:
             body = _read(opened, span, file)
             attachment = _parsed(Attachment, body, file)
             if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
                 raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
             contents.attachments[attachment.name] = attachment.data
-        elif opcode == Opcode.METADATA and whole:
+        elif opcode == Opcode.METADATA:
             metadata = _parsed(Metadata, _read(opened, span, file), file)
             contents.metadata[metadata.name] = metadata.metadata
-        elif opcode > max(Opcode):
-            raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
-        at = span.at + length
-        if opcode == Opcode.FOOTER:
-            contents.complete = _read(opened, _Span(at, len(MCAP0_MAGIC) + 1), file) == MCAP0_MAGIC
+        elif opcode == Opcode.FOOTER:
+            contents.complete = _read(opened, _Span(span.at + length, len(MCAP0_MAGIC) + 1), file) == MCAP0_MAGIC
             break
-    return contents
+        contents.read = span.at + length
 
 
 def _chunk(body: bytes, file: Path, at: int) -> bytes:

@@ -1,7 +1,7 @@
 """Samples of an agent's signals in each control period, looked up in the tracks of a run.
 
 Values are not interpolated. As in a running agent, a signal keeps its value until it is written again or exceeds its
-`max_age`, and what an analyser writes is read from the next period on. In lockstep the samples are equal, bit by bit,
+`max_age`, and values of an analyser are read from the next period on. In lockstep the samples are equal, bit by bit,
 to those on which the reflexes were evaluated. In threaded mode there is one sample at each time of a write; samples may
 differ from the original ones because of the order of threads.
 """

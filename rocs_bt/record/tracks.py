@@ -34,6 +34,7 @@ from ..event import (
     PathPlanned,
     RobotPushed,
     RuleChanged,
+    RunControlled,
     SensorRead,
     SignalsWritten,
     SubtreeSwapped,
@@ -360,6 +361,11 @@ def _outcome(tracks: Tracks, event: OutcomeDecided) -> None:
     tracks.steps(event.agent, "outcome").put(event.t, event)
 
 
+def _control(tracks: Tracks, event: RunControlled) -> None:
+    if event.command in ("pause", "step", "continue") and not event.refusal:
+        tracks.steps(event.agent, "control").put(event.t, event.command)
+
+
 STREAMS: tuple[type[Event], ...] = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)
 """Types of events that are emitted in every period."""
 
@@ -387,6 +393,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "ticket": {TicketChanged: _ticket},
     "fact": {KnowledgeChanged: _fact},
     "outcome": {OutcomeDecided: _outcome},
+    "control": {RunControlled: _control},
     "event": {kind: _event for kind in KINDS if kind not in STREAMS},
 }
 """Functions that fold events into tracks, by topic and type of event."""

@@ -44,8 +44,8 @@ class Option(msgspec.Struct, frozen=True):
     stage: Literal["", "simulation", "hardware"] = ""
 
 
-class LiveView(EventSink, Protocol):
-    """Live view of a run, such as `rocs_bt.studio.live.LivePage`."""
+class LiveView(EventSink, Control, Protocol):
+    """Live view of a run, such as `rocs_bt.studio.live.LivePage`, with the commands of the people in front of it."""
 
     def begin(self, header: RunHeader) -> None:
         """Show the start of a run."""
@@ -176,12 +176,17 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     ] = None
     control: Annotated[
         Control | None,
-        Option("Source of the commands of a person during the run: pause, step, continue, swap, reload."),
+        Option("Source of the commands of a person during the run: pause, step, continue ...; else the live page."),
     ] = None
     full_control: Annotated[
         bool,
         Option("Accept commands of the live page other than a pause.", ("--control",), stage="hardware"),
     ] = False
+
+    @property
+    def commands(self) -> Control | None:
+        """Source of the commands during the run; None without."""
+        return self.live if self.control is None else self.control
 
     def __post_init__(self) -> None:
         if self.mode not in MODES:

@@ -95,7 +95,7 @@ class Run:
         self._files = RunFiles(None if options.out is None else Path(options.out))
         self._signals = StopSignals() if options.signals is None else options.signals
         self._relay = Relay()
-        self._stack = ExitStack()  # closes what the run has opened, before the report is written
+        self._stack = ExitStack()  # closes all that was opened, before the report is written
         self._summary: Summary | None = None
         self._failure: Exception | None = None
         self._page: Path | None = None
@@ -187,7 +187,7 @@ class Run:
         self._stack.callback(record.flush)
         self._memory.start(f"{self.spec.name}-{options.seed}", patient=lockstep)
         only_pause = self._on_hardware and not options.full_control
-        desk = CommandDesk(options.control, self._swaps, self._rules, self._relay, stage, only_pause=only_pause)
+        desk = CommandDesk(options.commands, self._swaps, self._rules, self._relay, stage, only_pause=only_pause)
 
         def between(t: float) -> bool:
             if lockstep:  # else a thread watches the rule files, so that control never waits for a file

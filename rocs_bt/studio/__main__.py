@@ -15,7 +15,7 @@ from .site import live_routes
 def main() -> None:
     """Serve the page until standard input ends, because the run's process has closed it or died."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is handled by the run, which then closes the pipe
-    stream, feed, back = sys.stdin.buffer, Feed(), frames.Sender(sys.stdout.buffer)
+    stream, feed, back = sys.stdin.buffer, Feed(control=True), frames.Sender(sys.stdout.buffer)
     settings = frames.decode(frames.read(stream) or b"", frames.Settings)
     routes = live_routes(feed, lambda command: back.send(frames.encode(command)))
     try:

@@ -21,7 +21,7 @@ from .requests import Stream
 
 _DIGITS = 5
 _RATE = 10.0  # [Hz] of updates of a browser
-_QUIET = 50  # updates without news, after which a comment is sent
+_QUIET = 50  # updates without a change, after which a comment is sent
 
 
 class Feed:
@@ -33,7 +33,7 @@ class Feed:
     Attributes:
         closed: Whether the run is over.
         version: Number that each change increases.
-        about: What the run's end has added, such as its results; None before.
+        about: Additions of the run's end, such as its results; None before.
     """
 
     def __init__(self, **extra: Any) -> None:

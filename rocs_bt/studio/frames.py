@@ -6,7 +6,7 @@ import threading
 from collections.abc import Sequence
 from functools import reduce
 from operator import or_
-from typing import IO, Any, Literal, Protocol, TypeVar
+from typing import IO, Any, Protocol, TypeVar
 
 import msgspec
 
@@ -33,24 +33,6 @@ class Answer(msgspec.Struct, frozen=True):
 
     url: str = ""
     error: str = ""
-
-
-class Command(msgspec.Struct, frozen=True):
-    """What a person in front of a page wants of the run.
-
-    Attributes:
-        do: What is to be done.
-        agent: Agent whose subtree or rule file it is.
-        node: Path of the subtree that is replaced.
-        mission: XML mission of the new subtree, as FILE or FILE:TREE.
-        rules: Name of the rule file that is read again.
-    """
-
-    do: Literal["pause", "step", "continue", "swap", "reload"]
-    agent: str = ""
-    node: str = ""
-    mission: str = ""
-    rules: str = ""
 
 
 class Target(Protocol):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import queue
 import secrets
 import subprocess
 import sys
@@ -23,8 +22,8 @@ from ..current_folder import safe_path
 from ..errors import InputError
 from ..event import Event
 from ..record import RunHeader
+from ..running.command import RunCommand
 from . import frames
-from .frames import Command
 
 RATE = 10.0
 """Rate of updates of browsers [Hz]."""
@@ -68,7 +67,7 @@ class LivePage:
         self._settings = frames.Settings(host, port, secrets.token_urlsafe(16))
         self._waiting: deque[Event] = deque(maxlen=_BACKLOG)
         self.emit: Callable[[Event], None] = self._waiting.append
-        self._commands: queue.SimpleQueue[Command | None] = queue.SimpleQueue()
+        self._commands: deque[RunCommand] = deque()
         self._leaving = threading.Event()
         self._sender = threading.Thread(target=lambda: None)  # replaced when a run begins
         self._writing_since = math.inf  # [s] on the monotonic clock; infinite while nothing is being written
@@ -105,19 +104,9 @@ class LivePage:
         self._sender = threading.Thread(target=self._send, args=(header,), name="live page", daemon=True)
         self._sender.start()
 
-    def command(self, wait: float) -> Command | None:
-        """Next command of a browser.
-
-        Args:
-            wait: Maximum time to wait for one [s].
-
-        Returns:
-            The command; None if there is none.
-        """
-        try:
-            return self._commands.get(timeout=wait) if wait else self._commands.get_nowait()
-        except queue.Empty:
-            return None
+    def take(self) -> list[RunCommand]:
+        """Commands of the browsers since the last call, in order."""
+        return [self._commands.popleft() for _ in range(len(self._commands))]
 
     def wait(self) -> bool:
         """Keep the page up until Ctrl-C; the page of the studio stays up by itself.
@@ -173,8 +162,9 @@ class LivePage:
         """Take the commands of the browsers; a page that has gone must not keep a run paused."""
         with contextlib.suppress(OSError, ValueError, msgspec.MsgspecError):
             while (data := frames.read(stream)) is not None:
-                self._commands.put(frames.decode(data, Command))
-        self._commands.put(Command("continue"))
+                self._commands.append(frames.decode(data, RunCommand))
+        if not self._leaving.is_set():
+            self._commands.append(RunCommand(kind="continue", by="the end of the page"))
 
     def _send(self, header: RunHeader) -> None:
         connected, leaving = self._write(frames.encode(header)), False

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
 
 from ..errors import Fault, RecordingError
 from ..event import Level, TreeNode
@@ -16,7 +15,7 @@ from ..record.states import LogLine
 from ..record.tracks import Tracks
 from ..words import inactive_rule
 from .numbers import numbers, requirement
-from .pack import pack
+from .pack import Json, pack
 from .page import render_page
 
 
@@ -41,9 +40,9 @@ def write_report(recording: Recording, summary: Summary | None, path: Path, seco
 
 def render_report(recording: Recording, summary: Summary | None, second: Recording | None = None) -> str:
     """Render the report as HTML."""
-    other = b"" if second is None else _packed(second, second.summary)
+    other = b"" if second is None else packed_run(second, second.summary)
     title = recording.header.label if second is None else f"{recording.header.label} and {second.header.label}"
-    return render_page(title, _packed(recording, summary), other)
+    return render_page(title, packed_run(recording, summary), other)
 
 
 def render_knowledge(log: ChangeLog) -> str:
@@ -68,17 +67,30 @@ def render_tree(title: str, doc: str, nodes: Sequence[TreeNode], faults: Iterabl
     return render_page(title, pack(tracks, {}))
 
 
-def _packed(recording: Recording, summary: Summary | None) -> bytes:
-    """Data of a recorded run."""
-    tracks = Tracks(recording.header)
-    tracks.take(recording.events())
+def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool = False) -> bytes:
+    """A run that is over, packed for the page.
+
+    Args:
+        recording: Recording of the run.
+        summary: Summary of the run; None if there is none.
+        damaged: Whether the events before a damaged one are enough.
+
+    Raises:
+        RecordingError: The recording cannot be read.
+    """
+    tracks, damage = Tracks(recording.header), recording.damage
+    try:
+        tracks.take(recording.events())
+    except RecordingError as error:
+        if not damaged:
+            raise
+        damage = str(error)
     comparisons = Comparisons(tracks)
     comparisons.update(over=True)
-    results = {} if summary is None else summary.agents
     about = {
-        "complete": recording.complete,
+        "missing": damage or ("" if recording.complete else "The run was killed: its recording ends here."),
         "guards": comparisons.texts(),
-        "results": {name: _result(result) for name, result in results.items()},
+        "results": {} if summary is None else about_end(summary),
         "inactive": {
             agent.name: [inactive_rule(rule, [agent.robot], missing) for rule, missing in agent.inactive.items()]
             for agent in recording.header.agents
@@ -87,7 +99,12 @@ def _packed(recording: Recording, summary: Summary | None) -> bytes:
     return pack(tracks, about)
 
 
-def _result(result: AgentResult) -> dict[str, Any]:
+def about_end(summary: Summary) -> Json:
+    """Results of the agents, for the page."""
+    return {name: _result(result) for name, result in summary.agents.items()}
+
+
+def _result(result: AgentResult) -> Json:
     return {
         "outcome": result.outcome,
         "reason": result.reason,

@@ -1,4 +1,4 @@
-"""Requests and answers of the server: a strict reader of HTTP/1.1 that takes no request in two ways."""
+"""Requests and answers of the server: a strict reader of HTTP/1.1 for which each request has one meaning."""
 
 from __future__ import annotations
 
@@ -93,7 +93,7 @@ class Answer(msgspec.Struct, frozen=True):
 Handler = Callable[[Request], Answer]
 """Function that answers a request, in a thread of its own."""
 
-Routes = Mapping[tuple[str, str], Handler]
+Routes = dict[tuple[str, str], Handler]
 """Handlers by method and path behind the token."""
 
 
@@ -131,7 +131,7 @@ def parse(head: bytes) -> Request:
 
 
 def _check_length(fields: Mapping[str, str]) -> None:
-    """Refuse a body whose length is not given by exactly one number, because others could read another one."""
+    """Refuse a body without exactly one number as its length, because others could read another one."""
     if "transfer-encoding" in fields:
         raise RefusedError(HTTPStatus.NOT_IMPLEMENTED)
     if "expect" in fields:

@@ -10,6 +10,7 @@ import socket
 import threading
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from http import HTTPStatus
 
 import msgspec
@@ -22,6 +23,7 @@ MOST_CONNECTIONS = 128
 
 _REQUEST_TIME = 5.0  # [s] time limit of a whole request
 _STALLED = 3.0  # [s] time limit of a browser that does not read
+_NO_FILES = 0.1  # [s] until the next try to accept a connection
 _THREADS = 8  # that answer requests
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; base-uri 'none'; "
@@ -80,67 +82,91 @@ class Server:
         self._report = report
         self._connections: dict[asyncio.Task[None], bool] = {}  # whether each has shown the token, oldest first
         self._threads = ThreadPoolExecutor(_THREADS, "http")
-        self._loop = asyncio.new_event_loop()
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._ending = asyncio.Event()
+        self._ready = threading.Event()
         self._thread = threading.Thread(target=self._run, name="http", daemon=True)
 
     def start(self) -> None:
         """Begin to serve."""
         self._thread.start()
+        self._ready.wait()
 
     def end(self) -> None:
         """Take no further requests, let the streams end for a few seconds, and stop."""
-        self._loop.call_soon_threadsafe(self._ending.set)
-        self._thread.join()
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._ending.set)
+            self._thread.join()
+        self._socket.close()
         self._threads.shutdown(wait=False, cancel_futures=True)
 
     def _run(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        try:
-            self._loop.run_until_complete(self._serve())
-        finally:
-            self._loop.close()
+        with asyncio.Runner(loop_factory=asyncio.SelectorEventLoop) as runner:  # others cannot watch a socket
+            runner.run(self._serve())
 
     async def _serve(self) -> None:
-        server = await asyncio.start_server(self._connected, sock=self._socket, limit=MOST_HEAD, backlog=512)
+        self._loop = loop = asyncio.get_running_loop()
+        self._socket.setblocking(False)
+        loop.add_reader(self._socket, self._accept, loop)
+        self._ready.set()
         await self._ending.wait()
-        server.close()
-        if self._connections:
-            await asyncio.wait(self._connections, timeout=_STALLED)
+        loop.remove_reader(self._socket)
+        await self._finished()
         for task in [*self._connections]:
             task.cancel()
+        await self._finished()
+
+    async def _finished(self) -> None:
         if self._connections:
             await asyncio.wait(self._connections, timeout=_STALLED)
 
-    async def _connected(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        if task is None:
-            return
-        if len(self._connections) >= MOST_CONNECTIONS:
-            oldest = next((each for each, known in self._connections.items() if not known), task)
-            self._connections.pop(oldest, None)
-            oldest.cancel()
-        self._connections[task] = False
+    def _accept(self, loop: asyncio.AbstractEventLoop) -> None:
         try:
-            await self._converse(task, reader, writer)
+            client, _ = self._socket.accept()
+        except OSError:  # such as too many open files: it waits until the slow ones are dropped
+            loop.remove_reader(self._socket)
+            loop.call_later(_NO_FILES, self._accept_again, loop)
+            return
+        client.setblocking(False)
+        if len(self._connections) >= MOST_CONNECTIONS:
+            oldest = next((each for each, known in self._connections.items() if not known), None)
+            if oldest is None:
+                client.close()
+                return
+            del self._connections[oldest]
+            oldest.cancel()
+        task = loop.create_task(self._connected(client))
+        self._connections[task] = False
+        task.add_done_callback(partial(self._gone, client))
+
+    def _accept_again(self, loop: asyncio.AbstractEventLoop) -> None:
+        if not self._ending.is_set():
+            loop.add_reader(self._socket, self._accept, loop)
+
+    def _gone(self, client: socket.socket, task: asyncio.Task[None]) -> None:
+        self._connections.pop(task, None)
+        client.close()
+
+    async def _connected(self, client: socket.socket) -> None:
+        reader, writer = await asyncio.open_connection(sock=client, limit=MOST_HEAD)
+        try:
+            await self._converse(reader, writer)
         except (OSError, TimeoutError, asyncio.IncompleteReadError, asyncio.CancelledError):
             pass  # the browser has gone, is too slow, or has to give way
         finally:
-            self._connections.pop(task, None)
             writer.transport.abort() if writer.transport.get_write_buffer_size() else writer.close()
             with contextlib.suppress(OSError):
                 await writer.wait_closed()
 
-    async def _converse(
-        self, task: asyncio.Task[None], reader: asyncio.StreamReader, writer: asyncio.StreamWriter
-    ) -> None:
+    async def _converse(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         try:
             async with asyncio.timeout(_REQUEST_TIME):
                 request = parse(await reader.readuntil(b"\r\n\r\n"))
                 self._check(request)
-                self._connections[task] = True
+                if (task := asyncio.current_task()) in self._connections:
+                    self._connections[task] = True
                 request = msgspec.structs.replace(request, body=await reader.readexactly(request.length))
-            answer = await self._loop.run_in_executor(self._threads, self._answer, request)
+            answer = await asyncio.get_running_loop().run_in_executor(self._threads, self._answer, request)
         except RefusedError as refused:
             answer = _refusal(refused.status)
         except asyncio.LimitOverrunError:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
+
 from ..files import read_bytes
+from ..running.command import RunCommand
 from .feed import Feed, updates
-from .frames import Command
 from .page import WEB
 from .requests import Answer, Handler, Request, Routes
 
@@ -26,7 +28,7 @@ def web_routes(pages: dict[str, str]) -> Routes:
     return {("GET", name): _file(file) for name, file in files.items()}
 
 
-def live_routes(feed: Feed, control: Callable[[Command], object]) -> Routes:
+def live_routes(feed: Feed, control: Callable[[RunCommand], object]) -> Routes:
     """Routes of the page of one run that goes on.
 
     Args:
@@ -35,7 +37,7 @@ def live_routes(feed: Feed, control: Callable[[Command], object]) -> Routes:
     """
 
     def command(request: Request) -> Answer:
-        control(request.read(Command))
+        control(command_of(request))
         return Answer(b"{}")
 
     return {
@@ -44,6 +46,12 @@ def live_routes(feed: Feed, control: Callable[[Command], object]) -> Routes:
         ("GET", "events"): lambda _: stream(feed),
         ("POST", "control"): command,
     }
+
+
+def command_of(request: Request) -> RunCommand:
+    """Command in a request of a browser; its sender is the page, whatever the request says."""
+    command: RunCommand = request.read(RunCommand)
+    return msgspec.structs.replace(command, by="the page")
 
 
 def stream(feed: Feed) -> Answer:

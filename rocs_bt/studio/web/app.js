@@ -1,6 +1,7 @@
 // @ts-check
 // The page: its panels around one cursor.
 import { Arena } from "./arena.js";
+import { Control } from "./control.js";
 import { Cursor } from "./cursor.js";
 import { dark, el, put, short } from "./dom.js";
 import { Fleet } from "./fleet.js";
@@ -24,7 +25,7 @@ const verdict = (run, cursor) => {
   const worst = ["bad", "muted", "good"].find((tone) => outcomes.some((o) => run.tone(o) === tone)) ?? "muted";
   const first = run.agents.find((agent) => run.tone(run.outcome(agent)?.outcome) === worst);
   const go = () => cursor.select(`${first}|outcome|`, run.outcome(first)?.t);
-  const text = run.agents.length === 1 ? outcomes[0] ?? "unknown" : `${good} of ${outcomes.length} success`;
+  const text = run.going && !outcomes.some(Boolean) ? "running" : run.agents.length === 1 ? outcomes[0] ?? "unknown" : `${good} of ${outcomes.length} success`;
   return el("button", { class: `badge ${worst}`, onclick: go }, text);
 };
 
@@ -84,10 +85,10 @@ const open = (run) => {
   );
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
   const what = el("span", { class: "muted time" }, duration(run));
-  const cut = run.complete === false ? el("span", { class: "cut" }, "The run was killed: its recording ends here.") : null;
+  const cut = el("span", { class: "cut" }, run.missing), control = new Control(run, cursor);
   const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
-  const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector });
-  const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, transport.box, stops(cursor), menu(run, table));
+  const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector, control });
+  const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, control.box, transport.box, stops(cursor), menu(run, table));
   const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, layers.box, flip.button);
   app.replaceChildren(
     header, stage, mission.box, el("section", { class: "inspect" }, inspector.box),
@@ -112,12 +113,12 @@ const open = (run) => {
   cursor.say("select");
   cursor.move(cursor.t);
   if (run.other) compared(run, cursor);
-  if (run.going) return live(run, cursor, { arena, tree, timeline, transport, header, panels });
+  if (run.going) return live(run, cursor, { arena, tree, timeline, transport, header, panels, control });
   return () => {};
 };
 
 /** Button at the head of a run that goes on; returns what takes its changes. */
-const live = (run, cursor, { arena, tree, timeline, transport, header, panels }) => {
+const live = (run, cursor, { arena, tree, timeline, transport, header, panels, control }) => {
   const head = el("button", { class: "head", title: "stay at the newest time", onclick: () => cursor.follow() }, "live");
   const show = () => {
     head.classList.toggle("on", cursor.follows);
@@ -135,6 +136,8 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels })
     transport.fit();
     put(header.querySelector(".time"), duration(run));
     header.querySelector(".badge").replaceWith(verdict(run, cursor));
+    put(header.querySelector(".cut"), run.missing);
+    control.update();
     show();
   };
 };
@@ -151,7 +154,7 @@ const menu = (run, table) => {
 };
 
 /** Keys with their texts for the help; those with `item` are in the menu too. */
-const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission, inspector }) => {
+const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission, inspector, control }) => {
   const period = 1 / (run.header.rates?.control ?? 20), find = (tab, { find: input }) => { tabs.choose(tab); input.focus(); };
   const by = (sign) => (wide) => cursor.move(cursor.t + sign * (wide ? 1 : period));
   const next = () => cursor.show(run.agents[(run.agents.indexOf(cursor.agent) + 1) % run.agents.length]);
@@ -178,10 +181,11 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: "3", keys: ["3"], text: "from above or in space", act: flip },
     { key: "c", keys: ["c"], text: "the camera follows the robot", act: () => layers.toggle("follow") },
     { key: "esc", keys: ["Escape"], text: "select the robot", act: () => cursor.select("") },
-    { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await Run.from(document.getElementById("data").textContent); join(first, other); location.hash = ""; open(first); }) },
+    { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await (data ? Run.from(data.textContent) : Run.open(() => {})); join(first, other); location.hash = ""; open(first); }) },
     { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) compared(run, cursor); } },
     { key: "s", keys: ["s"], text: "save the shown signals as CSV", item: "save shown signals as CSV", act: () => csv(run, timeline) },
     { key: "c", keys: ["c"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
+    ...control.keys(),
     { key: "?", keys: ["?"], text: "this list", item: "keys", act: () => help(table.filter(({ text }) => text)) },
   ];
   onkeydown = (event) => {

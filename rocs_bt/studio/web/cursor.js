@@ -15,7 +15,7 @@ export class Cursor extends EventTarget {
     /** @type {Set<string>} addresses of nodes and rules at whose failing or firing the page pauses */
     this.stops = new Set();
     this.agent = run.agents.includes(agent) ? agent : run.agents[0];
-    this.t = this.limited(Number(given.get("t") ?? moment.t));
+    this.t = this.limited(Number(given.get("t") ?? (this.follows ? run.end : moment.t)));
     addEventListener("hashchange", () => {
       const now = new URLSearchParams(location.hash.slice(1)), t = Number(now.get("t") ?? this.t);
       if ((now.get("select") ?? "") !== this.selected) this.select(now.get("select") ?? "", t);

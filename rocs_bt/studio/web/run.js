@@ -81,12 +81,13 @@ export const portsOf = ({ ports = "", keys = {} }) => {
 
 export class Run {
   constructor({ header, end, log = [], tracks = [], texts = [], guards = {}, ...rest }, columns = (_) => []) {
-    const { complete = true, results = {}, inactive = {} } = rest;
+    const { missing = "", control = false, results = {}, inactive = {} } = rest;
     this.header = header;
     this.end = end;
     this.log = log;
     this.guards = guards;
-    this.complete = complete;
+    this.missing = missing; // what the recording lacks, as a sentence
+    this.control = control; // whether the run hears commands
     this.results = results;
     this.inactive = inactive;
     this.start = header.start ?? 0;

@@ -1,0 +1,200 @@
+"""Runs that the studio starts: each is `rocs-bt run --live` in a process of its own, with the studio as its page."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections import deque
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Literal
+
+import msgspec
+
+from ..catalog import Catalog
+from ..current_folder import safe_path
+from ..errors import Fault, InputError, unknown
+from ..record.folder_lock import free_folder, writer_of
+from ..running.command import RunCommand
+from . import frames
+from .feed import Feed
+from .live import STUDIO
+from .runs import Runs, end_of
+
+_PACKAGES = str(Path(__file__).resolve().parents[2])
+_LINES = 60  # of the output of a run that are kept
+_GOODBYE = 10.0  # [s] for the runs to write their files when the studio ends
+
+
+class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A run that a person wants.
+
+    Attributes:
+        scenario: Name of the scenario.
+        seed: Seed of the run.
+        mode: Mode of the run.
+        duration: Maximum duration [s]; None for that of the scenario.
+        watch_rules: Whether to reload rule files that change.
+    """
+
+    scenario: str
+    seed: int = 1
+    mode: Literal["lockstep", "threaded"] = "lockstep"
+    duration: float | None = None
+    watch_rules: bool = False
+
+    def arguments(self) -> list[str]:
+        """Arguments of `rocs-bt run`."""
+        given = [self.scenario, f"--seed={self.seed}", f"--mode={self.mode}"]
+        given += [] if self.duration is None else [f"--for={self.duration:g}"]
+        return [*given, *(["--watch-rules"] if self.watch_rules else [])]
+
+
+class Launcher:
+    """Starts runs of a project, passes commands to them, and ends them.
+
+    Args:
+        catalog: Content of the project.
+        runs: Runs of the project, which show those that go on.
+        url: URL of the studio.
+    """
+
+    def __init__(self, catalog: Catalog, runs: Runs, url: str) -> None:
+        self._catalog = catalog
+        self._runs = runs
+        self._url = url
+        self._children: dict[str, _Child] = {}
+        self._lock = threading.Lock()
+
+    def start(self, wanted: Start) -> str:
+        """Start a run; returns its name.
+
+        Raises:
+            InputError: There is no such scenario, or a value is not possible.
+        """
+        scenarios = {entry.name for entry in self._catalog.list("scenario")}
+        if wanted.scenario not in scenarios:
+            raise InputError(unknown("scenario", wanted.scenario, scenarios))
+        if wanted.seed < 0:
+            raise InputError(f"a seed is 0 or more, found {wanted.seed}.")
+        with self._lock:
+            folder = self._folder(f"{wanted.scenario}-{wanted.seed}")
+            arguments = [*wanted.arguments(), f"--out={folder}", *([] if self._catalog.code else ["--no-code"])]
+            child = self._children[folder.name] = _Child(arguments, folder, self._url, self._place)
+        self._runs.show(folder.name, child.feed)
+        return folder.name
+
+    def control(self, name: str, command: RunCommand) -> None:
+        """Pass a command to a run.
+
+        Raises:
+            InputError: The run was not started here, or is over.
+        """
+        self._child(name).send(command)
+
+    def stop(self, name: str) -> None:
+        """End a run in order, as Ctrl-C does; the second time it ends at once.
+
+        Raises:
+            InputError: The run was not started here, or is over.
+        """
+        self._child(name).stop()
+
+    def end(self) -> None:
+        """End all runs in order."""
+        going = [child for child in self._children.values() if not child.over]
+        for child in going:
+            child.stop()
+        for child in going:
+            child.wait(_GOODBYE)
+
+    @property
+    def _place(self) -> Path:
+        return self._runs.folder.parent
+
+    def _child(self, name: str) -> _Child:
+        child = self._children.get(name)
+        if child is None or child.over:
+            hint = "Only runs that were started here, and that go on, can be controlled."
+            raise InputError(Fault(f"the run '{name}' cannot be controlled.", hint=hint))
+        return child
+
+    def _folder(self, name: str) -> Path:
+        """Folder of a run; one in which no other run writes."""
+        folder, child = self._runs.folder / name, self._children.get(name)
+        busy = (child is not None and not child.over) or (folder.exists() and writer_of(folder))
+        return free_folder(folder) if busy else folder
+
+
+class _Child:
+    """Process of a run.
+
+    Attributes:
+        feed: Feed of the run.
+    """
+
+    def __init__(self, arguments: Sequence[str], folder: Path, url: str, place: Path) -> None:
+        self.feed = Feed(control=True)
+        self._folder = folder
+        self._said: deque[str] = deque(maxlen=_LINES)
+        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-m", "rocs_bt", "run", *arguments, "--live"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            cwd=place,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), STUDIO: url},
+            start_new_session=True,  # Ctrl-C is for the studio, which then ends its runs in order
+        )
+        if self._process.stdin is None:
+            raise RuntimeError("the run's process has no pipe")
+        self._commands = frames.Sender(self._process.stdin)
+        self._reader = threading.Thread(target=self._read, name="run", daemon=True)
+        self._reader.start()
+
+    @property
+    def over(self) -> bool:
+        """Whether the run is over."""
+        return self.feed.closed
+
+    def send(self, command: RunCommand) -> None:
+        """Pass a command to the run."""
+        self._commands.send(frames.encode(command))
+
+    def stop(self) -> None:
+        """Ask the run to end."""
+        if self._process.poll() is None:
+            self._process.send_signal(signal.SIGINT)
+
+    def wait(self, seconds: float) -> None:
+        """Wait until the run has written its files; then it is killed."""
+        self._reader.join(seconds)
+        if self._reader.is_alive():
+            self._process.kill()
+            self._reader.join()
+
+    def _read(self) -> None:
+        process = self._process
+        if process.stdout is None or process.stderr is None or process.stdin is None:
+            return
+        talk = threading.Thread(target=self._listen, daemon=True)
+        talk.start()
+        with process.stdout:
+            frames.receive(process.stdout, self.feed)
+        code = process.wait()
+        talk.join()
+        process.stdin.close()
+        missing = "" if code in (0, 1) else "\n".join(self._said) or f"the run ended with exit code {code}."
+        self.feed.close({"missing": missing, **(end_of(self._folder) or {})})
+
+    def _listen(self) -> None:
+        """Keep the last lines that the run prints; it never waits for a reader."""
+        stream = self._process.stderr
+        if stream is not None:
+            with stream:
+                for line in stream:
+                    self._said.append(line.decode("utf-8", "replace").rstrip("\r\n"))

@@ -1,0 +1,78 @@
+"""The studio of a project: its content and its runs, as routes of the server."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ..catalog import Catalog
+from ..errors import InputError
+from .launch import Launcher, Start
+from .pack import Json
+from .requests import Answer, Request, Routes, as_json
+from .runs import Runs
+from .site import command_of, stream, web_routes
+
+_KINDS = ("scenario", "mission", "rules", "robot")
+
+
+def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher) -> Routes:
+    """Routes of the studio: the first view, and each run.
+
+    Args:
+        catalog: Content of the project.
+        runs: Runs of the project.
+        launcher: Starts runs of the project.
+    """
+
+    def start(request: Request) -> Answer:
+        return as_json({"run": launcher.start(request.read(Start))})
+
+    def stop(request: Request) -> Answer:
+        launcher.stop(_run(request))
+        return as_json({})
+
+    def control(request: Request) -> Answer:
+        launcher.control(_run(request), command_of(request))
+        return as_json({})
+
+    return {
+        **web_routes({"": "home.html", "run": "run.html"}),
+        ("GET", "project"): lambda _: as_json(_project(catalog, runs)),
+        ("GET", "runs"): lambda _: as_json(runs.list()),
+        ("GET", "head"): lambda request: runs.head(_run(request)),
+        ("GET", "events"): lambda request: stream(runs.feed(_run(request))),
+        ("POST", "start"): start,
+        ("POST", "stop"): stop,
+        ("POST", "control"): control,
+    }
+
+
+def _run(request: Request) -> str:
+    """Name of the run in the address of a request.
+
+    Raises:
+        InputError: The address has none.
+    """
+    if not (name := request.query.get("run", "")):
+        raise InputError("the address has no run: add ?run=NAME.")
+    return name
+
+
+def _project(catalog: Catalog, runs: Runs) -> Json:
+    """Name and content of the project; the project's own first."""
+    folder = catalog.project or runs.folder.parent
+    content = {kind: _entries(catalog, kind) for kind in _KINDS}
+    return {"name": folder.name, "folder": str(folder), "own": catalog.project is not None, "content": content}
+
+
+def _entries(catalog: Catalog, kind: str) -> list[Json]:
+    found = sorted(catalog.list(kind), key=lambda entry: (entry.origin != "project", entry.name))
+    return [
+        {"name": e.name, "doc": e.doc, "own": e.origin == "project", "file": _place(e.path, catalog)} for e in found
+    ]
+
+
+def _place(path: Path, catalog: Catalog) -> str:
+    """Path within the project, or within the shipped content."""
+    root = next((root for root in catalog.roots if path.is_relative_to(root)), path.parent)
+    return path.relative_to(root).as_posix()

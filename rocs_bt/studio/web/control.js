@@ -1,0 +1,85 @@
+// @ts-check
+// Control of a run that goes on: pause, step, continue, swap a subtree, reload a rule file; stop, and run again.
+import { el, put } from "./dom.js";
+import { post, runName, start } from "./server.js";
+
+/** Asks in a dialog; the form's values go to `act`. */
+const ask = (title, label, fields, act) => {
+  const close = () => { dialog.close(); dialog.remove(); };
+  const submit = (event) => {
+    event.preventDefault();
+    act(Object.fromEntries(Object.entries(fields).map(([name, field]) => [name, field.value])));
+    close();
+  };
+  const rows = Object.entries(fields).map(([name, field]) => el("label", {}, el("span", {}, name), field));
+  const dialog = el(
+    "dialog", { "aria-label": title, onclose: () => dialog.remove() },
+    el("form", { class: "ask", onsubmit: submit }, el("h3", {}, title), ...rows, el("div", { class: "acts" }, el("button", { type: "button", onclick: close }, "cancel"), el("button", { class: "main" }, label))),
+  );
+  document.body.append(dialog);
+  dialog.showModal();
+};
+
+export class Control {
+  constructor(run, cursor) {
+    const button = (text, title, act) => el("button", { title, onclick: act }, text);
+    Object.assign(this, { run, cursor });
+    this.pause = button("", "pause or continue the run (p)", () => this.toggle());
+    this.step = button("step", "one control period, then pause (x)", () => this.send({ kind: "step" }));
+    this.swap = button("swap …", "replace the selected subtree by that of an XML mission", () => this.askSwap());
+    this.reload = button("reload", "read the rule files of this robot again", () => this.send(...this.rules().map((rules) => ({ kind: "reload", agent: cursor.agent, rules }))));
+    this.stop = button("■ stop", "end the run in order, with its report", () => this.try(post("stop")));
+    this.again = button("↻ again", "run the scenario again (a)", () => this.rerun());
+    this.notice = el("output", { class: "muted", role: "status" });
+    this.box = el("div", { class: "control", role: "group", "aria-label": "control of the run" }, this.pause, this.step, this.swap, this.reload, this.stop, this.again, this.notice);
+    this.update();
+  }
+
+  /** Whether the run waits for a command. */
+  get paused() { return ["pause", "step"].includes(this.run.get("", "control")?.v.at(-1)); }
+
+  rules() { return this.run.info(this.cursor.agent)?.rules ?? []; }
+
+  update() {
+    const { run } = this, heard = Boolean(run.going && run.control), simulated = run.header.simulated ?? true;
+    put(this.pause, this.paused && simulated ? "▶ continue" : "❚❚ pause");
+    for (const button of [this.pause, this.swap, this.reload, this.stop]) button.hidden = !heard;
+    this.step.hidden = !heard || !simulated || run.header.mode === "threaded";
+    this.stop.hidden ||= !runName;
+    this.again.hidden = !runName;
+    this.box.hidden = this.again.hidden && !heard;
+  }
+
+  toggle() { return this.send({ kind: this.paused && (this.run.header.simulated ?? true) ? "continue" : "pause" }); }
+
+  send(...commands) { for (const command of commands) this.try(post("control", command)); }
+
+  try(asked) {
+    put(this.notice, "");
+    return asked.catch((error) => put(this.notice, error.message));
+  }
+
+  rerun() {
+    const { scenario, seed, mode } = this.run.header;
+    this.try(start({ scenario, seed, mode }));
+  }
+
+  askSwap() {
+    const [agent, topic] = this.cursor.selected.split("|", 2), chosen = topic === "node" ? this.cursor.selected.slice(agent.length + 6) : "";
+    const node = el("input", { value: chosen, required: true, placeholder: "select it in the tree, or type its name" });
+    const mission = el("input", { required: true, placeholder: "name of an XML mission" });
+    const tree = el("input", { placeholder: "its main tree" });
+    const act = (values) => this.send({ kind: "swap", agent: this.cursor.agent, ...values });
+    ask("Replace a subtree of the mission", "swap", { node, mission, tree }, act);
+  }
+
+  /** Keys with their texts. */
+  keys() {
+    const press = (button, act) => () => { if (!button.hidden && !this.box.hidden) act(); };
+    return [
+      { key: "p", keys: ["p"], text: "pause or continue a run that goes on", act: press(this.pause, () => this.toggle()) },
+      { key: "x", keys: ["x"], text: "one control period of a run that goes on, then pause", act: press(this.step, () => this.step.click()) },
+      { key: "a", keys: ["a"], text: "run the scenario again, in the studio", act: press(this.again, () => this.rerun()) },
+    ];
+  }
+}

@@ -1,0 +1,314 @@
+"""`rocs-bt studio`: the runs and the content of a project, runs that it starts, and what a person sees of them."""
+
+import json
+import os
+import re
+import shutil
+import signal
+import socket
+import subprocess
+import sys
+import urllib.error
+import urllib.request
+
+import pytest
+
+from rocs_bt.event import OutcomeDecided
+from rocs_bt.record.folder_lock import FolderLock
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.studio.runs import Runs
+
+from .. import synthetic
+from ..pages import unpacked
+from ..waiting import GUARD, until
+from .test_page import click, faults, press, text
+from .test_page import until as shown
+
+SCENARIO = """doc = "A robot drives to the origin."
+base = "exp1"
+"""
+
+
+def record(folder, *, events=(), summary=True):
+    """A run in a folder; without a summary it was killed."""
+    folder.mkdir(parents=True)
+    recorder = Recorder(folder / "run.mcap", synthetic.header())
+    for event in events or synthetic.events(2.0):
+        recorder.emit(event)
+    recorder.close(synthetic.summary() if summary else None)
+    if summary:
+        (folder / "summary.json").write_text(synthetic.summary().to_json())
+
+
+def states(runs):
+    return {run["name"]: run["state"] for run in runs.list()}
+
+
+class TestList:
+    def test_each_run_has_its_state_and_the_newest_is_first(self, tmp_path):
+        record(tmp_path / "done")
+        record(tmp_path / "killed", summary=False)
+        record(tmp_path / "odd")
+        (tmp_path / "odd" / "summary.json").write_text("{")
+        record(tmp_path / "going", summary=False)
+        (tmp_path / "empty").mkdir()
+        for k, name in enumerate(("odd", "done", "going", "killed")):
+            os.utime(tmp_path / name / "run.mcap", (k + 1.0, k + 1.0))
+        lock = FolderLock(tmp_path / "going")
+        runs = Runs(tmp_path)
+        assert [*states(runs).items()] == [
+            ("killed", "cut off"),
+            ("going", "running"),
+            ("done", "over"),
+            ("odd", "damaged"),
+        ]
+        done = runs.list()[2]
+        assert done["outcomes"] == {"R2": synthetic.summary().agents["R2"].outcome}
+        lock.close()
+        assert states(runs)["going"] == "cut off"
+        shutil.rmtree(tmp_path / "done")
+        assert "done" not in states(runs)
+
+    def test_a_project_without_runs_has_none(self, tmp_path):
+        assert Runs(tmp_path / "runs").list() == []
+
+    def test_links_that_lead_out_of_the_project_are_not_shown(self, tmp_path):
+        record(tmp_path / "outside")
+        (tmp_path / "runs").mkdir()
+        (tmp_path / "runs" / "folder").symlink_to(tmp_path / "outside")
+        (tmp_path / "runs" / "file").mkdir()
+        (tmp_path / "runs" / "file" / "run.mcap").symlink_to(tmp_path / "outside" / "run.mcap")
+        runs = Runs(tmp_path / "runs")
+        assert runs.list() == []
+        for name in ("folder", "file", "..", "../outside", ".", "/etc"):
+            with pytest.raises(Exception, match="no run is named"):
+                runs.head(name)
+
+    def test_a_damaged_recording_shows_what_is_before_the_damage(self, tmp_path):
+        record(tmp_path / "whole")
+        about, _ = unpacked(Runs(tmp_path).head("whole").body)
+        assert about["missing"] == ""
+        data = bytearray((tmp_path / "whole" / "run.mcap").read_bytes())
+        data[len(data) // 2] ^= 0xFF
+        record(tmp_path / "broken", summary=False)
+        (tmp_path / "broken" / "run.mcap").write_bytes(data)
+        about, _ = unpacked(Runs(tmp_path).head("broken").body)
+        assert "damaged" in about["missing"]
+        assert about["header"]["scenario"] == synthetic.header().scenario
+        (tmp_path / "broken" / "run.mcap").write_bytes(data[: len(data) // 2])
+        about, _ = unpacked(Runs(tmp_path).head("broken").body)
+        assert "killed" in about["missing"]
+
+    def test_a_recording_that_grows_goes_on_until_its_end(self, tmp_path):
+        folder, events = tmp_path / "going", synthetic.events(4.0)
+        folder.mkdir()
+        lock, recorder = FolderLock(folder), Recorder(folder / "run.mcap", synthetic.header())
+        for event in events[: len(events) // 2]:
+            recorder.emit(event)
+        runs = Runs(tmp_path)
+        until(lambda: runs.head("going").body != b"null")
+        feed, half = runs.feed("going"), json.loads(runs.head("going").body)["end"]
+        assert 1.0 < half < 2.5
+        for event in events[len(events) // 2 :]:
+            recorder.emit(event)
+        until(lambda: json.loads(runs.head("going").body)["end"] > 3.0)
+        recorder.emit(OutcomeDecided(t=4.0, agent="R2", outcome="success"))
+        recorder.close(synthetic.summary())
+        (folder / "summary.json").write_text(synthetic.summary().to_json())
+        lock.close()
+        until(lambda: feed.closed)
+        assert feed.about["missing"] == ""
+        assert feed.about["results"]["R2"]["outcome"] == "success"
+        assert unpacked(runs.head("going").body)[0]["end"] == pytest.approx(4.0)
+
+
+class Studio:
+    """A studio in a process of its own, and requests to it."""
+
+    def __init__(self, folder, *arguments, **environment):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", *arguments],
+            cwd=folder,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env={**os.environ, "SSH_CONNECTION": "", **environment},
+        )
+        self.lines = []
+        for line in self.process.stdout:
+            self.lines.append(line)
+            if "Ctrl-C" in line:
+                break
+        self.url = next(iter(re.findall(r"http://\S+/", "".join(self.lines))), "")
+
+    def get(self, name):
+        with urllib.request.urlopen(self.url + name, timeout=GUARD) as answer:
+            return answer.read()
+
+    def post(self, name, **body):
+        origin = self.url.rsplit("/", 2)[0]
+        fields = {"Origin": origin, "Content-Type": "application/json"}
+        request = urllib.request.Request(self.url + name, json.dumps(body).encode(), fields)
+        try:
+            with urllib.request.urlopen(request, timeout=GUARD) as answer:
+                return json.loads(answer.read())
+        except urllib.error.HTTPError as error:
+            return json.loads(error.read())
+
+    def state(self, name):
+        return next((run["state"] for run in json.loads(self.get("runs")) if run["name"] == name), None)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *exc):
+        self.process.send_signal(signal.SIGINT)
+        self.lines += self.process.communicate(timeout=GUARD)[0]
+
+
+@pytest.fixture(scope="module")
+def project(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("project")
+    (folder / "scenarios").mkdir()
+    (folder / "scenarios" / "mine.toml").write_text(SCENARIO)
+    (folder / "scenarios" / "wrong.toml").write_text('base = "exp1"\nduratoin = "3 s"\n')
+    record(folder / "runs" / "old")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def studio(project):
+    with Studio(project) as studio:
+        yield studio
+
+
+def test_over_ssh_it_prints_the_tunnel_to_type(project):
+    with Studio(project, SSH_CONNECTION="10.0.0.2 50000 192.168.7.9 22") as studio:
+        port = re.search(r":(\d+)/", studio.url)[1]
+    assert f"ssh -N -L {port}:127.0.0.1:{port} " in "".join(studio.lines)
+    assert "@192.168.7.9" in "".join(studio.lines)
+    assert studio.process.returncode == 130
+
+
+def test_a_port_that_was_asked_for_and_is_busy_is_an_error_and_else_the_next_one_is_taken(project, studio):
+    busy = int(re.search(r":(\d+)/", studio.url)[1])
+    done = subprocess.run(
+        [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", "--port", str(busy)],
+        cwd=project,
+        capture_output=True,
+        text=True,
+        timeout=GUARD,
+    )
+    assert done.returncode == 2
+    assert re.search(rf"port {busy} is not available: .*--port", done.stderr)
+    with Studio(project) as second:
+        assert second.url
+        assert f":{busy}/" not in second.url
+
+
+@pytest.mark.parametrize("path", ["nothing", "scenarios/mine.toml"])
+def test_what_is_neither_project_nor_run_is_refused(project, path):
+    done = subprocess.run(
+        [sys.executable, "-m", "rocs_bt", "studio", "--no-browser", path],
+        cwd=project,
+        capture_output=True,
+        text=True,
+        timeout=GUARD,
+    )
+    assert done.returncode == 2
+    assert path in done.stderr
+
+
+def test_wrong_wishes_are_refused_with_the_reason(studio):
+    assert "exp1" in studio.post("start", scenario="exp")["error"]
+    assert "seed" in studio.post("start", scenario="mine", seed=-1)["error"]
+    assert "mode" in studio.post("start", scenario="mine", mode="fast")["error"]
+    assert "out" in studio.post("start", scenario="mine", out="/etc")["error"]
+    assert "cannot be controlled" in studio.post("control?run=old", kind="pause")["error"]
+    assert "cannot be controlled" in studio.post("stop?run=--help")["error"]
+    assert "no run" in studio.post("stop")["error"]
+    assert "kind" in studio.post("control?run=old", kind="explode")["error"]
+
+
+def test_a_scenario_with_faults_tells_them(studio):
+    name = studio.post("start", scenario="wrong")["run"]
+    with pytest.raises(urllib.error.HTTPError) as refused:
+        until(lambda: studio.get(f"head?run={name}") != b"null")
+    assert "duratoin" in json.loads(refused.value.read())["error"]
+
+
+def arrives(browser, script):
+    """Wait until an expression is true in the page to which the browser goes."""
+
+    def look():
+        try:
+            return browser.evaluate(f"Boolean({script})")
+        except RuntimeError:  # it is on its way
+            return False
+
+    until(look)
+
+
+@pytest.mark.browser
+def test_a_project_in_a_browser_from_its_list_to_a_run_that_is_controlled(browser, studio, project):
+    browser.open(studio.url)
+    shown(browser, "document.querySelector('.run')")
+    assert "old" in text(browser, ".runs")
+    assert text(browser, ".kind li").split("\n")[0].strip().startswith("▶")
+    browser.evaluate("document.querySelector('[aria-label=\"run mine\"]').click()")
+    arrives(browser, "location.pathname.endsWith('/run') && document.querySelector('.clock')")
+    shown(browser, "parseFloat(document.querySelector('.clock').textContent) > 0.2")
+    press(browser, "p")
+    shown(browser, "document.querySelector('.control').innerText.includes('continue')")
+    press(browser, "x")
+    shown(browser, "document.querySelector('.log').innerText.includes('step')")
+    press(browser, "Home")
+    assert text(browser, ".clock") == "0.00 s"  # scrubbed back while the run is paused
+    browser.evaluate("document.querySelector('.head').click()")
+    click(browser, ".control button", "reload")
+    shown(browser, "document.querySelector('.log').innerText.includes('reload')")
+    click(browser, ".control button", "▶ continue")
+    shown(browser, "document.querySelector('.control').innerText.includes('pause')")
+    click(browser, ".control button", "■ stop")
+    shown(browser, "document.querySelector('.head').textContent === 'ended'")
+    shown(browser, "document.querySelector('.badge').textContent === 'interrupted'")
+    assert studio.state("mine-1") == "over"
+    summary = json.loads((project / "runs" / "mine-1" / "summary.json").read_text())
+    assert summary["agents"]["R2"]["outcome"] == "interrupted"
+    press(browser, "a")  # again
+    arrives(browser, "document.querySelector('.head')?.textContent === 'live'")
+    browser.open(studio.url)
+    shown(browser, "document.querySelector('.run .badge')?.textContent === 'running'")
+    browser.call("Emulation.setDeviceMetricsOverride", width=390, height=800, deviceScaleFactor=1, mobile=True)
+    assert browser.evaluate("document.documentElement.scrollWidth") <= 390
+    browser.call("Emulation.clearDeviceMetricsOverride")
+    browser.open(studio.url + "run?run=old")
+    shown(browser, "document.querySelector('header')")
+    assert "again" in text(browser, ".control")
+    browser.open("about:blank")
+    assert faults(browser) == []
+
+
+def test_a_studio_that_ends_ends_its_runs_in_order(project):
+    with Studio(project) as studio:
+        name = studio.post("start", scenario="mine", seed=7)["run"]
+        until(lambda: b"header" in studio.get(f"head?run={name}"))
+    assert (
+        json.loads((project / "runs" / name / "summary.json").read_text())["agents"]["R2"]["outcome"] == "interrupted"
+    )
+    assert (project / "runs" / name / "report.html").exists()
+
+
+def test_a_studio_that_is_killed_leaves_its_run_to_end_whole(project):
+    studio = Studio(project)
+    name = studio.post("start", scenario="mine", seed=8, duration=1.5)["run"]
+    until(lambda: b"header" in studio.get(f"head?run={name}"))
+    studio.post(f"control?run={name}", kind="pause")
+    studio.process.kill()
+    studio.process.communicate(timeout=GUARD)
+    until(lambda: (project / "runs" / name / "summary.json").exists())  # a pause without a page ends
+
+
+def test_a_port_of_a_stranger_is_left_alone(project):
+    with socket.create_server(("127.0.0.1", 0)) as taken, Studio(project) as studio:
+        assert f":{taken.getsockname()[1]}/" not in studio.url
