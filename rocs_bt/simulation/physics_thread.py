@@ -11,7 +11,7 @@ from ..errors import BlockError
 _FORGIVE = 0.25  # [s] delay above which physics skips the lost time instead of catching up
 
 
-def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> float:
+def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> None:
     """Advance a world step by step in real time until `stop` is set.
 
     After a short delay, steps follow without a pause until the world has caught up with the clock. After a delay of
@@ -21,25 +21,16 @@ def run_physics(world: MujocoWorld, clock: WallClock, stop: threading.Event) -> 
         world: World on the same clock.
         clock: Wall clock.
         stop: Event that ends the loop.
-
-    Returns:
-        Maximum delay behind the clock [s].
     """
-    due, worst = clock.now(), 0.0
+    due = clock.now()
     while clock.wait_until(due, stop):
         world.advance(1)
         late = clock.now() - due
-        worst = max(worst, late)
         due = clock.now() if late > _FORGIVE else due + world.step
-    return worst
 
 
 class PhysicsThread:
-    """Runs `run_physics` in a thread while its context is open; sets `stop` if it fails.
-
-    Attributes:
-        worst: Maximum delay of physics behind the clock [s]; valid after the context is left.
-    """
+    """Runs `run_physics` in a thread while its context is open; sets `stop` if it fails."""
 
     def __init__(self, world: MujocoWorld, clock: WallClock, stop: threading.Event) -> None:
         self._world = world
@@ -47,7 +38,6 @@ class PhysicsThread:
         self._stop = stop
         self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
         self._failure: Exception | None = None
-        self.worst = 0.0
 
     def __enter__(self) -> PhysicsThread:
         self._thread.start()
@@ -70,7 +60,7 @@ class PhysicsThread:
 
     def _run(self) -> None:
         try:
-            self.worst = run_physics(self._world, self._clock, self._stop)
+            run_physics(self._world, self._clock, self._stop)
         except Exception as error:  # noqa: BLE001 - thread boundary: `raise_failure` raises it
             self._failure = error
             self._stop.set()
