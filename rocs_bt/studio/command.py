@@ -31,9 +31,10 @@ _TRIES = 20  # ports, before any free one
 @click.argument("path", required=False, type=click.Path(path_type=Path))
 @click.option("--port", type=click.IntRange(1, 65535), help=f"Port; by default the first free one from {PORT} on.")
 @click.option("--no-browser", is_flag=True, help="Open no browser; print the address only.")
+@click.option("--allow-code", is_flag=True, help="Let the editor of the page change Python files.")
 @no_code_option
-def command(path: Path | None, port: int | None, no_browser: bool, no_code: bool) -> None:
-    """Open a project or a run in the browser: watch runs, start and control them.
+def command(path: Path | None, port: int | None, no_browser: bool, allow_code: bool, no_code: bool) -> None:
+    """Open a project or a run in the browser: watch, start and control runs, and edit content.
 
     PATH is the folder of a project, by default that of the current folder, or the folder of a run, or its run.mcap.
     The page is served on this machine only, at an address that contains a secret. Ctrl-C ends it and the runs that it
@@ -54,7 +55,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, no_code: bool
     routes: Routes = {}
     server = _server(port, routes)
     launcher = Launcher(catalog, runs, server.url)
-    routes.update(project_routes(catalog, runs, launcher))
+    routes.update(project_routes(catalog, runs, launcher, allow_code=allow_code))
     server.start()
     try:
         _open(f"{server.url}{'' if run is None else f'run?run={quote(run.name)}'}", server.port, no_browser)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..catalog import Catalog
 from ..errors import InputError
+from .authoring import edit_routes
 from .launch import Launcher, Start
 from .pack import Json
 from .requests import Answer, Request, Routes, as_json
@@ -15,13 +16,14 @@ from .site import command_of, stream, web_routes
 _KINDS = ("scenario", "mission", "rules", "robot")
 
 
-def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher) -> Routes:
-    """Routes of the studio: the first view, and each run.
+def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_code: bool = False) -> Routes:
+    """Routes of the studio: the first view, each run, and the editor.
 
     Args:
         catalog: Content of the project.
         runs: Runs of the project.
         launcher: Starts runs of the project.
+        allow_code: Whether Python files may be changed.
     """
 
     def start(request: Request) -> Answer:
@@ -37,6 +39,7 @@ def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher) -> Routes:
 
     return {
         **web_routes({"": "home.html", "run": "run.html"}),
+        **edit_routes(catalog, allow_code=allow_code),
         ("GET", "project"): lambda _: as_json(_project(catalog, runs)),
         ("GET", "runs"): lambda _: as_json(runs.list()),
         ("GET", "head"): lambda request: runs.head(_run(request)),

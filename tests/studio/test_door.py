@@ -312,3 +312,21 @@ def test_a_studio_that_is_killed_leaves_its_run_to_end_whole(project):
 def test_a_port_of_a_stranger_is_left_alone(project):
     with socket.create_server(("127.0.0.1", 0)) as taken, Studio(project) as studio:
         assert f":{taken.getsockname()[1]}/" not in studio.url
+
+
+@pytest.mark.browser
+def test_a_scenario_is_edited_saved_and_run_by_one_key(browser, studio, project):
+    browser.open(studio.url)
+    shown(browser, "document.querySelector('.kind .own a')")
+    browser.evaluate("document.querySelector('.kind a[title=\"scenarios/mine.toml\"]').click()")
+    arrives(browser, "globalThis.editor?.drawn")
+    browser.evaluate("editor.code.area.setSelectionRange(0, 0), editor.code.replace(0, 0, '# mine\\n')")
+    shown(browser, "editor.drawn === editor.code.text && editor.drawn.startsWith('# mine')")
+    browser.evaluate("editor.run()")
+    arrives(browser, "location.pathname.endsWith('/run') && document.querySelector('.clock')")
+    assert (project / "scenarios" / "mine.toml").read_text().startswith("# mine\n")
+    name = browser.evaluate("new URLSearchParams(location.search).get('run')")
+    studio.post(f"stop?run={name}")
+    until(lambda: studio.state(name) == "over")
+    browser.open("about:blank")
+    assert faults(browser) == []

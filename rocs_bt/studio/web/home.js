@@ -83,7 +83,8 @@ const starter = (scenario, tell) => {
 };
 
 const entry = (kind, { name, doc, own, file }, tell) => {
-  const row = el("li", { class: own ? "own" : "" }, el("b", { title: file }, name), el("span", { class: "muted" }, doc));
+  const link = el("a", { href: `edit?file=${encodeURIComponent(file)}`, title: file }, name);
+  const row = el("li", { class: own ? "own" : "" }, el("b", {}, link), el("span", { class: "muted" }, doc));
   if (kind !== "scenario") return row;
   const more = el("button", { "aria-expanded": "false", title: "options of the run", onclick: () => open() }, "…");
   const open = () => {
