@@ -70,6 +70,7 @@ export class Track {
   }
 }
 
+const BEFORE = 0.01; // [s] before an outcome, when the nodes are not halted yet
 const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
 
 /** Ports of a node: name, text as given, and the name of the track of the blackboard's entry that it refers to. */
@@ -236,9 +237,10 @@ export class Run {
       const last = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((x, y) => y.name.length - x.name.length)[0];
       const leaf = this.get(failed, "node", this.failing(failed, t).at(-1) ?? last?.name);
       if (leaf && this.get(failed, "note", leaf.name)?.at(t)) return { t: leaf.since(t), address: leaf.address };
-      const told = this.told(failed, t); // a leaf such as AlwaysFailure says nothing about the cause: one before it often does
+      // A leaf such as AlwaysFailure says nothing about the cause: one before it often does.
+      const told = this.outcome(failed).outcome === "failed" ? this.told(failed, t) : null;
       if (told ?? leaf) return told ?? { t: leaf.since(t), address: leaf.address };
-      return { t, address: `${failed}|outcome|` };
+      return { t: Math.max(this.start, t - BEFORE), address: `${failed}|outcome|` };
     }
     for (const agent of this.agents) {
       const fired = this.log.find(([, a, , , about]) => a === agent && about.startsWith(`${agent}|rule|`));

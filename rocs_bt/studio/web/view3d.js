@@ -1,3 +1,4 @@
+// @ts-check
 // Shapes in three dimensions with plain WebGL: boxes, spheres, ellipsoids, cylinders, capsules, prisms and lines.
 
 const VERTEX = `#version 300 es
@@ -100,7 +101,16 @@ export class View3d {
   constructor(canvas, shapes, target, distance) {
     const gl = canvas.getContext("webgl2", { antialias: true });
     if (!gl) throw new Error("this browser has no WebGL 2");
-    Object.assign(this, { canvas, gl, target, distance, turn: -1.2, tilt: 0.7, sky: [1, 1, 1], ways: [] });
+    this.canvas = canvas;
+    this.gl = gl;
+    this.target = target;
+    this.distance = distance;
+    this.turn = -1.2;
+    this.tilt = 0.7;
+    this.sky = [1, 1, 1];
+    this.bodies = [];
+    this.ways = [];
+    this.line = null;
     this.program();
     this.meshes = new Map(Object.entries({ box: box(), sphere: turned(ARC), cylinder: turned(CAN) }).map(([name, data]) => [name, this.mesh(data)]));
     this.parts = shapes.flatMap((shape) => this.partsOf(shape));
@@ -172,7 +182,8 @@ export class View3d {
   /** Draws the bodies at their matrices, of which the first is the world, and ways: points of the world with a colour. */
   draw(bodies = this.bodies, ways = this.ways) {
     const { gl, uniforms, canvas, sky } = this, ratio = devicePixelRatio || 1;
-    Object.assign(this, { bodies, ways });
+    this.bodies = bodies;
+    this.ways = ways;
     if (!bodies || !canvas.clientWidth) return;
     canvas.width = canvas.clientWidth * ratio;
     canvas.height = canvas.clientHeight * ratio;
