@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import click
@@ -24,9 +23,9 @@ def command(planner: str, scene: str, seed: int, out: Path | None, no_code: bool
 
     SCENE is a scenario, or a scene of a family such as barn_like-17. Exit codes are those of `rocs-bt run`.
     """
-    from ..compare.replay import replay_episode
+    from ..compare.replay import episode_folder, replay_episode
 
-    folder = out or Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
+    folder = out or episode_folder(planner, scene, seed)
     result = replay_episode(planner, scene, seed, Catalog.here(code=not no_code), folder)
     show_warnings(result.warnings)
     echo(str(result))

@@ -29,6 +29,17 @@ def episode_command(planner: str, scene: str, seed: int) -> str:
     return shlex.join(["rocs-bt", "episode", planner, scene, "--seed", str(seed)])
 
 
+def episode_folder(planner: str, scene: str, seed: int) -> Path:
+    """Default folder of the files of an episode that is played again."""
+    return Path("runs") / re.sub(r"[^\w.=-]+", "_", f"{planner}-{scene}-{seed}")
+
+
+def both_command(one: EpisodeRecord, other: EpisodeRecord) -> str:
+    """Shell command that shows two episodes over each other on one page, after both were played again."""
+    folders = (str(episode_folder(each.planner, each.scene, each.seed)) for each in (one, other))
+    return shlex.join(["rocs-bt", "plot", *folders])
+
+
 def scene_by_name(name: str, catalog: Catalog) -> SceneRef:
     """Scene with a name as records contain it: `barn_like-17`, `crowd(people=12)-17`, `exp1`, `exp3:R2`.
 

@@ -11,6 +11,7 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..event import TicketChanged
 from ..record import RunHeader
 from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
@@ -26,7 +27,7 @@ _TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threa
 _LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values
 WIDE, FEW = 24, 3  # values above which only the least of a signal is shown; the same of distances, which repeat a scan
-HIDDEN = ("wheels", "solve")  # topics that the page does not show
+HIDDEN = ("wheels", "solve", "atomic")  # topics that the page does not show
 
 
 class Columns:
@@ -122,7 +123,7 @@ def plain(value: object) -> object:
 def _packed(columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve) -> list[Any]:
     """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
     if isinstance(track, Steps):
-        found = [texts.setdefault(text(value), len(texts)) for value in track.v]
+        found = [texts.setdefault(text(value), len(texts)) for value in _once(track.v)]
         return [address(key), "text", columns.real(track.t, _resolution(track.t)), columns.whole(found)]
     t, rows = np.array(track.t), track.rows()
     if shown != key:
@@ -135,6 +136,12 @@ def _packed(columns: Columns, texts: dict[str, int], key: Key, shown: Key, track
     return [address(shown), "number", columns.real(t, _TIME), index, width, ray]
 
 
+def _once(values: Sequence[Any]) -> Iterator[Any]:
+    """Values of a track; of a ticket only the first has its parameters, which the others share."""
+    for i, value in enumerate(values):
+        yield msgspec.structs.replace(value, parameters={}) if i and isinstance(value, TicketChanged) else value
+
+
 def _resolution(t: Sequence[float]) -> float:
     """Resolution of times [s]."""
     off = np.abs(np.array(t) / _TIME - np.round(np.array(t) / _TIME)).max(initial=0.0)
@@ -143,7 +150,10 @@ def _resolution(t: Sequence[float]) -> float:
 
 def text(value: object) -> str:
     """JSON of one value of a track; numbers that are not finite become texts."""
-    return msgspec.json.encode(_finite(msgspec.to_builtins(value)), enc_hook=plain).decode()
+    plain_value = _finite(msgspec.to_builtins(value))
+    if isinstance(value, TicketChanged):  # there are many, and their tracks name the rest
+        plain_value = {name: each for name, each in plain_value.items() if name not in ("event", "t", "agent")}
+    return msgspec.json.encode(plain_value, enc_hook=plain).decode()
 
 
 def _finite(value: Any) -> Any:

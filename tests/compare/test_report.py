@@ -14,7 +14,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison
-from rocs_bt.compare.replay import replay_command
+from rocs_bt.compare.replay import episode_folder, replay_command
 from rocs_bt.compare.report import exported, markdown, render_comparison, sceneries, standings, write_comparison
 from rocs_bt.errors import RecordingError
 from rocs_bt.record import Outline, RunHeader
@@ -84,6 +84,10 @@ def test_every_failure_and_disagreement_can_be_played_again(comparison, page):
                 page.count(replay_command(record).replace("'", "&#39;").replace("<", "&lt;").replace(">", "&gt;")) >= 2
             )
     assert page.count('class="disagreement"') == 12
+    both = re.findall(r'data-copy="(rocs-bt plot \S+ \S+)"', page)
+    assert len(both) == 12
+    replayed = {str(episode_folder(r.planner, r.scene, r.seed)) for r in comparison.records}
+    assert {folder for command in both for folder in command.split()[2:]} <= replayed
     assert 'id="disagreement-0-outline-0"' in page  # what stands there is drawn
     assert page.count('id="disagreement-3-end"') == 1
 

@@ -18,7 +18,7 @@ from ...words import counted
 from ..comparison import Comparison, Disagreement
 from ..key import computing
 from ..metric import DEFAULT_METRICS, METRICS, SHARES, Metric, metric
-from ..replay import replay_command
+from ..replay import both_command, replay_command
 from ..verdict import Verdict
 from . import figures
 from .figures import draw_disagreement, picture_size, theme, themed
@@ -123,6 +123,7 @@ def render_comparison(
         points=points,
         counted=counted,
         replay=replay_command,
+        both=both_command,
         shares=SHARES,
     )
 

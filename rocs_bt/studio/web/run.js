@@ -73,6 +73,9 @@ export class Track {
 const BEFORE = 0.01; // [s] before an outcome, when the nodes are not halted yet
 const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
 
+/** Values of a ticket share the parameters of the first. */
+const shared = (values) => (values[0]?.parameters && values[0].action ? values.map((value) => ({ ...value, parameters: values[0].parameters })) : values);
+
 /** Ports of a node: name, text as given, and the name of the track of the blackboard's entry that it refers to. */
 export const portsOf = ({ ports = "", keys = {} }) => {
   const given = new Map(Array.from(ports.matchAll(PORT), ([, name, text]) => [name, text.replace(/^"|"$/g, "")]));
@@ -102,7 +105,7 @@ export class Run {
     /** @type {Map<string, Track[]>} */
     this.topics = new Map();
     for (const [address, kind, t, v, width, ray] of tracks) {
-      if (kind === "text") this.add(new Track(address, columns(t), Array.from(columns(v), (i) => texts[i])));
+      if (kind === "text") this.add(new Track(address, columns(t), shared(Array.from(columns(v), (i) => texts[i]))));
       else this.add(new Track(address, columns(t), columns(v), width, ray));
     }
   }
