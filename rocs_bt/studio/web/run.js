@@ -220,7 +220,7 @@ export class Run {
   }
 
   /** The last leaf that failed with a message before a time; of several at once the last of the tree. */
-  told(agent, end) {
+  said(agent, end) {
     let found = null;
     for (const { path, children = [] } of this.get(agent, "tree")?.at(end) ?? []) {
       const track = this.get(agent, "node", path), note = this.get(agent, "note", path);
@@ -241,8 +241,8 @@ export class Run {
       const leaf = this.get(failed, "node", this.failing(failed, t).at(-1) ?? last?.name);
       if (leaf && this.get(failed, "note", leaf.name)?.at(t)) return { t: leaf.since(t), address: leaf.address };
       // A leaf such as AlwaysFailure says nothing about the cause: one before it often does.
-      const told = this.outcome(failed).outcome === "failed" ? this.told(failed, t) : null;
-      if (told ?? leaf) return told ?? { t: leaf.since(t), address: leaf.address };
+      const said = this.outcome(failed).outcome === "failed" ? this.said(failed, t) : null;
+      if (said ?? leaf) return said ?? { t: leaf.since(t), address: leaf.address };
       return { t: Math.max(this.start, t - BEFORE), address: `${failed}|outcome|` };
     }
     for (const agent of this.agents) {
