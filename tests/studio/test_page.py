@@ -100,6 +100,10 @@ def test_text_has_sizes_of_the_scale_only_and_none_below_11_pixels():
         assert all(int(size) >= 11 for size in re.findall(r"(\d+)px \$\{FONT\}", module.read_text("utf-8")))
 
 
+def test_the_types_of_every_module_are_checked():
+    assert [m.name for m in WEB.glob("*.js") if not m.read_text("utf-8").startswith("// @ts-check")] == []
+
+
 def test_modules_have_the_types_that_they_declare():
     tsc = shutil.which("tsc")
     if tsc is None:

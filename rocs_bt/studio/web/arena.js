@@ -1,3 +1,4 @@
+// @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
 import { FONT, color, el, prepare, upto } from "./dom.js";
 import { OwnMap, believed } from "./scene.js";
@@ -8,14 +9,20 @@ const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
 
 /** Point of a body in the world. */
-const placed = (pose, [x, y]) => {
+const placed = (pose, /** @type {number[]} */ [x, y]) => {
   const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw);
   return [pose.x + c * x - s * y, pose.y + s * x + c * y];
 };
 
 export class Arena {
   constructor(run, cursor, layers) {
-    Object.assign(this, { run, cursor, layers, zoom: 1, shift: [0, 0], scale: 1, map: new OwnMap(run) });
+    this.run = run;
+    this.cursor = cursor;
+    this.layers = layers;
+    this.zoom = 1;
+    this.shift = [0, 0];
+    this.scale = 1;
+    this.map = new OwnMap(run);
     this.canvas = el("canvas", { "aria-label": "arena from above" });
     this.still = el("canvas");
     this.box = this.bounds();
@@ -62,7 +69,8 @@ export class Arena {
   fit() {
     const { clientWidth: wide, clientHeight: high } = this.canvas.parentElement ?? this.canvas;
     if (!wide || !high) return;
-    Object.assign(this, { wide, high });
+    this.wide = wide;
+    this.high = high;
     const [x0, y0, x1, y1] = this.box, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - 2 * PAD) / (y1 - y0));
     this.scale = Math.max(1e-3, fits) * this.zoom;
     this.left = wide / 2 - (this.scale * (x0 + x1)) / 2 + this.shift[0];

@@ -19,7 +19,14 @@ const ask = (name, body) => post(`edit/${name}`, { file, ...body });
 
 class Editor {
   constructor(given) {
-    Object.assign(this, { given, saved: given.text, hash: given.hash, marks: [], looked: 0, past: [], future: [], last: given.text });
+    this.given = given;
+    this.saved = given.text;
+    this.hash = given.hash;
+    this.marks = [];
+    this.looked = 0;
+    this.past = [];
+    this.future = [];
+    this.last = given.text;
     this.code = new Code({ change: () => this.change(), moved: () => this.follow(), ask: async (at) => (await this.quiet("complete", at))?.items ?? [] });
     this.nodes = new Nodes({ edit: (asked) => this.edit(asked), choose: (row) => { this.code.select(row.start, row.inner); this.look(false); }, write: () => this.redraw() });
     this.mission = given.kind === "mission" && file.endsWith(".xml");
@@ -70,7 +77,9 @@ class Editor {
     if (text === this.last) return;
     const now = performance.now();
     if (now - (this.typed ?? -1e9) > 600 || Math.abs(text.length - this.last.length) > 1) this.past.push(this.last); // a word is one step
-    Object.assign(this, { typed: now, last: text, future: [] });
+    this.typed = now;
+    this.last = text;
+    this.future = [];
     this.tell();
     this.code.marks([]);
     clearTimeout(this.timer);
@@ -190,7 +199,8 @@ class Editor {
     try {
       const reply = await ask("save", { text, hash });
       if (reply.conflict) { this.differ(reply.conflict); return false; }
-      Object.assign(this, { hash: reply.hash, saved: text });
+      this.hash = reply.hash;
+      this.saved = text;
       this.tell();
       return true;
     } catch (error) { this.tell(error.message); return false; }

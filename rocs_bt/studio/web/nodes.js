@@ -11,7 +11,13 @@ const index = (path) => Number(path.slice(path.lastIndexOf("/") + 1));
 export class Nodes {
   /** @param {{edit: (asked: any) => Promise<void>, choose: (row: any) => void, write: (item: any) => void}} on */
   constructor(on) {
-    Object.assign(this, { on, rows: [], folded: new Set(), chosen: "", held: null, kinds: new Map(), whole: true });
+    this.on = on;
+    this.rows = [];
+    this.folded = new Set();
+    this.chosen = "";
+    this.held = null;
+    this.kinds = new Map();
+    this.whole = true;
     this.find = el("input", { type: "search", placeholder: "search nodes", "aria-label": "search nodes", oninput: () => this.offer() });
     this.offers = el("div");
     this.palette = el("section", { class: "palette", "aria-label": "palette" }, this.find, this.offers);

@@ -1,3 +1,4 @@
+// @ts-check
 // What arena and space show besides bodies: layers, the robot's own map, what it believes, and its rays.
 import { el, upto } from "./dom.js";
 
@@ -7,7 +8,12 @@ const NAMES = { way: "way driven", plan: "planned path", rays: "rays", map: "its
 export class Layers extends EventTarget {
   constructor() {
     super();
-    Object.assign(this, { way: true, plan: true, rays: true, map: true, beliefs: true, follow: false });
+    this.way = true;
+    this.plan = true;
+    this.rays = true;
+    this.map = true;
+    this.beliefs = true;
+    this.follow = false;
     const follow = el("button", { "aria-pressed": "false", title: "the camera follows the robot (c)", onclick: () => this.toggle("follow") }, "follow");
     const boxes = Object.entries(NAMES).map(([name, text]) => {
       const input = el("input", { type: "checkbox", checked: true, onchange: () => this.toggle(name) });
@@ -35,7 +41,13 @@ export const believed = (run, agent, t) => {
 
 /** The map of a robot at a time: the sum of its changes. */
 export class OwnMap {
-  constructor(run) { Object.assign(this, { run, agent: "", index: 0, cells: new Map(), cell: 0 }); }
+  constructor(run) {
+    this.run = run;
+    this.agent = "";
+    this.index = 0;
+    this.cells = new Map();
+    this.cell = 0;
+  }
 
   /** Side of a cell [m], and numbers of the occupied cells along x and y. */
   at(agent, t) {

@@ -1,3 +1,4 @@
+// @ts-check
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
 import { color, dark, el, upto } from "./dom.js";
 import { OwnMap, believed, rays } from "./scene.js";
@@ -42,7 +43,12 @@ const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math
 
 export class Space {
   constructor(run, cursor, box, layers) {
-    Object.assign(this, { run, cursor, box, layers, map: new OwnMap(run), canvas: el("canvas", { hidden: true, "aria-label": "arena in space" }) });
+    this.run = run;
+    this.cursor = cursor;
+    this.box = box;
+    this.layers = layers;
+    this.map = new OwnMap(run);
+    this.canvas = el("canvas", { hidden: true, "aria-label": "arena in space" });
     cursor.addEventListener("move", () => this.draw());
     cursor.addEventListener("agent", () => this.draw());
     layers.addEventListener("change", () => this.aim());

@@ -35,7 +35,7 @@ export const times = (a, b) => {
 };
 
 /** Matrix of a position, a quaternion (w, x, y, z) and a scale. */
-export const placed = ([x, y, z], [w, i, j, k] = [1, 0, 0, 0], [a, b, c] = [1, 1, 1]) => new Float32Array([
+export const placed = (/** @type {number[]} */ [x, y, z], /** @type {number[]} */ [w, i, j, k] = [1, 0, 0, 0], /** @type {number[]} */ [a, b, c] = [1, 1, 1]) => new Float32Array([
   a * (1 - 2 * (j * j + k * k)), a * 2 * (i * j + k * w), a * 2 * (i * k - j * w), 0,
   b * 2 * (i * j - k * w), b * (1 - 2 * (i * i + k * k)), b * 2 * (j * k + i * w), 0,
   c * 2 * (i * k + j * w), c * 2 * (j * k - i * w), c * (1 - 2 * (i * i + j * j)), 0,
@@ -124,7 +124,7 @@ export class View3d {
 
   program() {
     const { gl } = this, program = gl.createProgram();
-    for (const [kind, text] of [[gl.VERTEX_SHADER, VERTEX], [gl.FRAGMENT_SHADER, FRAGMENT]]) {
+    for (const { kind, text } of [{ kind: gl.VERTEX_SHADER, text: VERTEX }, { kind: gl.FRAGMENT_SHADER, text: FRAGMENT }]) {
       const shader = gl.createShader(kind);
       gl.shaderSource(shader, text);
       gl.compileShader(shader);
@@ -188,7 +188,7 @@ export class View3d {
     canvas.width = canvas.clientWidth * ratio;
     canvas.height = canvas.clientHeight * ratio;
     gl.viewport(0, 0, canvas.width, canvas.height);
-    gl.clearColor(...sky, 1);
+    gl.clearColor(sky[0], sky[1], sky[2], 1);
     gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST);
     gl.uniformMatrix4fv(uniforms.view, false, this.camera());
