@@ -100,6 +100,12 @@ def test_text_has_sizes_of_the_scale_only_and_none_below_11_pixels():
         assert all(int(size) >= 11 for size in re.findall(r"(\d+)px \$\{FONT\}", module.read_text("utf-8")))
 
 
+def test_no_key_has_two_meanings():
+    keys = re.findall(r'"([^"]+)"', "".join(re.findall(r"keys: \[(.*?)\]", (WEB / "app.js").read_text("utf-8"))))
+    assert len(keys) > 20
+    assert sorted(set(keys)) == sorted(keys)
+
+
 def test_the_types_of_every_module_are_checked():
     assert [m.name for m in WEB.glob("*.js") if not m.read_text("utf-8").startswith("// @ts-check")] == []
 

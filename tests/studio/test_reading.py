@@ -127,7 +127,7 @@ class TestPlantedFault:
         lines = browser.evaluate("window.saved.text()").splitlines()
         assert lines[0].startswith('"t [s]","R2 goal_distance","R2 speed"')
         assert len(lines) > 20
-        press(browser, "c")
+        press(browser, "i")
         copied = browser.evaluate("document.querySelector('dialog[open] textarea').value")
         for part in ("rocs-bt run", "R2 collision: it ran into box", "does not hold by 0.1 m/s", "collision with box"):
             assert part in copied

@@ -184,7 +184,7 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await (data ? Run.from(data.textContent) : Run.open(() => {})); join(first, other); location.hash = ""; open(first); }) },
     { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) compared(run, cursor); } },
     { key: "s", keys: ["s"], text: "save the shown signals as CSV", item: "save shown signals as CSV", act: () => csv(run, timeline) },
-    { key: "c", keys: ["c"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
+    { key: "i", keys: ["i"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
     ...control.keys(),
     { key: "?", keys: ["?"], text: "this list", item: "keys", act: () => help(table.filter(({ text }) => text)) },
   ];
