@@ -101,7 +101,8 @@ def test_text_has_sizes_of_the_scale_only_and_none_below_11_pixels():
 
 
 def test_no_key_has_two_meanings():
-    keys = re.findall(r'"([^"]+)"', "".join(re.findall(r"keys: \[(.*?)\]", (WEB / "app.js").read_text("utf-8"))))
+    modules = "".join((WEB / name).read_text("utf-8") for name in ("app.js", "control.js"))
+    keys = re.findall(r'"([^"]+)"', "".join(re.findall(r"keys: \[(.*?)\]", modules)))
     assert len(keys) > 20
     assert sorted(set(keys)) == sorted(keys)
 

@@ -23,7 +23,8 @@ const ask = (title, label, fields, act) => {
 export class Control {
   constructor(run, cursor) {
     const button = (text, title, act) => el("button", { title, onclick: act }, text);
-    Object.assign(this, { run, cursor });
+    this.run = run;
+    this.cursor = cursor;
     this.pause = button("", "pause or continue the run (p)", () => this.toggle());
     this.step = button("step", "one control period, then pause (x)", () => this.send({ kind: "step" }));
     this.swap = button("swap …", "replace the selected subtree by that of an XML mission", () => this.askSwap());

@@ -50,7 +50,8 @@ class Runs {
     if (document.hidden) return;
     const all = await get("runs"), text = JSON.stringify(all) + Math.floor(Date.now() / 60000);
     if (text === this.text) return;
-    Object.assign(this, { text, all });
+    this.text = text;
+    this.all = all;
     this.show();
   }
 
