@@ -111,6 +111,9 @@ class Server:
         self._ready.set()
         await self._ending.wait()
         loop.remove_reader(self._socket)
+        for task, known in self._connections.items():
+            if not known:
+                task.cancel()
         await self._finished()
         for task in [*self._connections]:
             task.cancel()
@@ -219,9 +222,10 @@ class Server:
 
 
 async def _written(writer: asyncio.StreamWriter, data: bytes) -> None:
-    """Write data; a browser that does not read ends the connection."""
+    """Write data; a browser that does not read, or has gone, ends the connection."""
     writer.write(data)
-    while (size := writer.transport.get_write_buffer_size()) > 0:
+    while True:
+        size = writer.transport.get_write_buffer_size()
         try:
             async with asyncio.timeout(_STALLED):
                 await writer.drain()

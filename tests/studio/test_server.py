@@ -1,5 +1,7 @@
 """The server of the page: who is refused, with what, and that slow connections cost nobody anything."""
 
+import asyncio
+import gc
 import socket
 import threading
 import time
@@ -270,3 +272,43 @@ def test_the_end_does_not_wait_for_strangers():
         begin = time.monotonic()
         server.end()
         assert time.monotonic() - begin < GUARD
+
+
+def test_a_stream_ends_when_its_browser_has_gone():
+    ended = threading.Event()
+
+    async def forever():
+        try:
+            while True:
+                yield b"data: 1\n\n"
+                await asyncio.sleep(0.001)
+        finally:
+            ended.set()
+
+    server = Server("127.0.0.1", 0, TOKEN, {("GET", "events"): lambda _: Answer(forever(), "text/event-stream")})
+    server.start()
+    with socket.create_connection(("127.0.0.1", server.port), GUARD) as client:
+        client.sendall(f"GET /{TOKEN}/events HTTP/1.1\r\nHost: 127.0.0.1:{server.port}\r\n\r\n".encode())
+        assert client.recv(100)
+    assert ended.wait(GUARD)
+    server.end()
+
+
+@pytest.mark.filterwarnings("error")
+def test_the_end_closes_connections_in_every_state():
+    """Also those that were accepted in the moment of the end: a connection that is left open is an error here."""
+    for sent in (b"", b"GET /", f"GET /{TOKEN}/ HTTP/1.1\r\nHost: 127.0.0.1:{{}}\r\n\r\n".encode()) * 3:
+        server = Server("127.0.0.1", 0, TOKEN, ROUTES)
+        server.start()
+        clients = [socket.create_connection(("127.0.0.1", server.port), GUARD) for _ in range(20)]
+        for client in clients[::2]:
+            client.sendall(sent.replace(b"{}", str(server.port).encode()))
+        for client in clients[1::2]:
+            client.close()
+        for client in clients[::4]:
+            client.close()
+        server.end()
+        for client in clients:
+            client.close()
+        del server
+        gc.collect()
