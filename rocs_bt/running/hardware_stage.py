@@ -76,7 +76,7 @@ class HardwareStage:
         self._options = options
         self._sink = sink
         self._period = spec.rate.control_rate.period
-        self._late: set[tuple[str, str]] = set()  # agents, and their actuators whose processes are late
+        self._late: set[tuple[str, str]] = set()  # agents, and their actuators with a late process
         self._stuck: set[str] = set()
         self._devices = HardwareDevices(self.clock, self._period, sink, options)
         self.agents = self._build(catalog, stack)

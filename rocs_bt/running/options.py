@@ -53,7 +53,7 @@ class LiveView(EventSink, Control, Protocol):
 
 
 class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
-    """Options of a run, in simulation with `run` or on hardware with `drive`, whose mode is always `threaded`."""
+    """Options of a run, in simulation with `run` or on hardware with `drive`, which is always `threaded`."""
 
     seed: Annotated[int, Option("Seed of the episode, and of random choices of missions.", ("--seed",), least=0)] = 1
     mode: Annotated[

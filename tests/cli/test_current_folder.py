@@ -51,6 +51,7 @@ docs --path
 doctor
 doctor --ros2 jackal_ros2
 language-server --help
+studio --help
 """
 RUN_ALL = """
 import os, sys
