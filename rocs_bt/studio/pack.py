@@ -149,7 +149,7 @@ def _resolution(t: Sequence[float]) -> float:
 
 
 def text(value: object) -> str:
-    """JSON of one value of a track; numbers that are not finite become texts."""
+    """JSON of one value of a track; numbers have eight digits, and those that are not finite become texts."""
     plain_value = _finite(msgspec.to_builtins(value))
     if isinstance(value, TicketChanged):  # there are many, and their tracks name the rest
         plain_value = {name: each for name, each in plain_value.items() if name not in ("event", "t", "agent")}
@@ -157,7 +157,9 @@ def text(value: object) -> str:
 
 
 def _finite(value: Any) -> Any:
-    if isinstance(value, float) and not math.isfinite(value):
+    if isinstance(value, float) and math.isfinite(value):
+        return float(f"{value:.8g}")
+    if isinstance(value, float):
         return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
     if isinstance(value, dict):
         return {name: _finite(inner) for name, inner in value.items()}

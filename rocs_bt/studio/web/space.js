@@ -87,7 +87,7 @@ export class Space {
   get made() {
     if (!this.view && !this.broken) {
       const [x0, y0, x1, y1] = this.box;
-      this.far = 0.95 * Math.hypot(x1 - x0, y1 - y0);
+      this.far = 0.95 * Math.hypot(x1 - x0, y1 - y0) * Math.max(1, (1.5 * this.canvas.clientHeight) / (this.canvas.clientWidth || 1));
       try {
         this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], this.far);
       } catch (error) {
