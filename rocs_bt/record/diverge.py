@@ -153,7 +153,7 @@ class Difference(NamedTuple):
 def first_difference(a: Tracks, b: Tracks) -> Difference | None:
     """First difference of two runs; None if all of their tracks are equal.
 
-    Of several tracks that differ first at the same time, it is the one whose topic is first in `TOPICS`: what was
+    Of several tracks that differ first at the same time, the one with the first topic in `TOPICS` counts: what was
     sensed is before what was decided.
 
     Args:

@@ -289,6 +289,23 @@ def test_a_project_in_a_browser_from_its_list_to_a_run_that_is_controlled(browse
     assert faults(browser) == []
 
 
+def test_a_subtree_is_swapped_while_the_run_is_paused_and_a_refused_swap_changes_nothing(studio):
+    name = studio.post("start", scenario="mine", seed=9, duration=2.0)["run"]
+    until(lambda: b"header" in studio.get(f"head?run={name}"))
+    head = json.loads(studio.get(f"head?run={name}"))["header"]["agents"][0]
+    node = head["nodes"][-1]["path"]
+    studio.post(f"control?run={name}", kind="pause", by="a stranger")
+    studio.post(f"control?run={name}", kind="swap", agent=head["name"], node=node, mission="nothing")
+    studio.post(f"control?run={name}", kind="swap", agent=head["name"], node=node, mission="dock")
+    studio.post(f"control?run={name}", kind="continue")
+    until(lambda: studio.state(name) == "over")
+    about, _ = unpacked(studio.get(f"head?run={name}"))
+    said = [text for _, _, _, text, _ in about["log"] if text.startswith("the page: ")]
+    assert [text.split()[2] for text in said] == ["pause", "swap", "swap", "continue"]
+    assert "refused: no mission is named 'nothing'" in said[1]
+    assert "refused" not in said[2]
+
+
 def test_a_studio_that_ends_ends_its_runs_in_order(project):
     with Studio(project) as studio:
         name = studio.post("start", scenario="mine", seed=7)["run"]
