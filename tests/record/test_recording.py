@@ -7,6 +7,7 @@ import sys
 import textwrap
 import threading
 import tracemalloc
+from collections.abc import Mapping
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -78,6 +79,7 @@ fields[tuple[tuple[int, int], ...]] = st.lists(cells, max_size=3).map(tuple)
 keys = st.dictionaries(text, text, max_size=2)
 nodes = st.builds(ev.TreeNode, path=text, type=text, children=st.just(("a", "b")), ports=text, board=text, keys=keys)
 fields[tuple[ev.TreeNode, ...]] = st.lists(nodes, max_size=3).map(tuple)
+fields[Mapping[str, str]] = st.dictionaries(text, text, max_size=3)
 
 
 @st.composite
