@@ -92,7 +92,10 @@ class SensorTopics:
     def _limits(self, sensor: str, reach: float) -> tuple[float, float]:
         """Minimum and maximum range of a sensor [m]."""
         spec = self._sensors.get(sensor)
-        return (spec.parameters.get("range", (0.0,))[0] if spec else 0.0), reach
+        match spec.parameters.get("range") if spec else None:
+            case (float(least), *_):
+                return least, reach
+        return 0.0, reach  # the keys of a driver of the user have any form
 
     def _beam_names(self, sensor: str) -> Sequence[str]:
         """Names of the beams of a sensor: its sites if known."""
