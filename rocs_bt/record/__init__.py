@@ -4,7 +4,6 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
-from ..event import TreeNode
 from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_difference
 from .figures import write_figures
 from .folder_lock import FolderLock
@@ -70,7 +69,6 @@ __all__ = [
     "Summary",
     "TrackingError",
     "Tracks",
-    "TreeNode",
     "Why",
     "WhyNot",
     "compare",
