@@ -16,6 +16,7 @@ import click
 from ..cli.content import no_code_option
 from ..cli.terminal import echo, echo_traceback
 from ..errors import Fault, InputError
+from ..files import check_regular
 
 if TYPE_CHECKING:
     from .requests import Routes
@@ -73,6 +74,11 @@ def _run_of(path: Path | None) -> Path | None:
     """
     if path is None or (path.is_dir() and not (path / "run.mcap").exists()):
         return None
+    if not path.is_dir():
+        try:
+            check_regular(path)
+        except OSError as error:
+            raise InputError(Fault(f"cannot read '{path}': {error.strerror}.")) from error
     if not path.is_dir() and not (path.is_file() and path.suffix == ".mcap"):
         hint = "Give the folder of a project, the folder of a run, or its run.mcap."
         raise InputError(Fault(f"'{path}' is no project and no run.", hint=hint))

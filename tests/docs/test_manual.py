@@ -23,7 +23,7 @@ PAGES = {
     p.relative_to(DOCS).with_suffix("").as_posix() for p in DOCS.rglob("*.md") if p not in (DOCS / "README.md",)
 } - {"index"}
 INTERNAL = {  # modules and packages that the API reference omits
-    "arguments", "cli", "confine", "current_folder", "dialect", "document", "files", "nesting",
+    "arguments", "cli", "confine", "current_folder", "dialect", "document", "editing", "files", "nesting",
     "python_content", "raised", "registered", "toml_edit", "toml_text", "version", "words",
 }  # fmt: skip  # a table
 
