@@ -32,7 +32,7 @@ class Editor {
     this.mission = given.kind === "mission" && file.endsWith(".xml");
     this.state = el("output", { role: "status" });
     this.faults = el("ol", { class: "faults", "aria-label": "faults" });
-    this.tests = el("section", { class: "tests", "aria-label": "tests", hidden: true });
+    this.tests = el("section", { class: "tests", "aria-label": "tests", hidden: given.kind !== "rules" });
     this.about = el("p", { class: "about", "aria-live": "polite" });
     this.scenario = el("select", { "aria-label": "scenario to run" }, ...given.scenarios.map((name) => el("option", {}, name)));
     const button = (text, title, action, shown = true) => el("button", { title, hidden: !shown, onclick: action }, text);
@@ -47,6 +47,7 @@ class Editor {
     );
     this.box = document.getElementById("editor") ?? el("main");
     this.box.classList.toggle("text", !this.mission);
+    this.box.classList.toggle("alone", !this.mission && given.kind !== "rules");
     this.box.replaceChildren(
       header, el("section", { class: "left" }, this.nodes.palette, this.nodes.tree, this.nodes.form, this.tests),
       el("section", { class: "code" }, this.code.box, el("div", { class: "below" }, this.about, this.faults)),
@@ -155,11 +156,11 @@ class Editor {
     );
     this.faults.replaceChildren(...(marks.length ? marks.map(line) : [el("li", { class: "muted" }, "No fault found.")]));
     const failed = tests.filter((test) => !test.passed);
-    this.tests.hidden = !tests.length;
-    this.tests.replaceChildren(
+    const name = file.replace(/^.*\//, "");
+    this.tests.replaceChildren(...(!tests.length ? [el("p", { class: "empty" }, errors ? "Tests run when the file has no error." : `No tests. Those in rules/tests/${name} run here as you type.`)] : [
       el("h3", {}, `${tests.length - failed.length} of ${tests.length} tests pass`),
       el("ul", {}, ...[...failed, ...tests.filter((test) => test.passed)].map((test) => el("li", { class: test.passed ? "passed" : "failed", onclick: () => test.line && this.go({ line: test.line, column: 1, end: 1 }) }, el("b", {}, test.passed ? "✓ " : "✗ "), `${test.rule}: ${test.test} (${test.robot})`, test.passed ? null : el("div", {}, test.message)))),
-    );
+    ]));
     document.body.dataset.errors = String(errors);
   }
 

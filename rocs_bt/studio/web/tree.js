@@ -214,7 +214,7 @@ class Blackboard {
     const { run, cursor } = this;
     this.rows = run.of(cursor.agent, "board").map((track) => {
       const [subtree, key] = track.name.split("\n"), value = el("dd"), go = () => cursor.select(track.address);
-      const label = el("dt", { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go }, subtree && subtree.includes("/") ? el("small", {}, `${subtree.slice(subtree.lastIndexOf("/") + 1)} `) : null, key);
+      const label = el("dt", { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go }, subtree ? el("small", {}, `${subtree.slice(subtree.lastIndexOf("/") + 1)} `) : null, key);
       value.addEventListener("click", go);
       return { track, value, label };
     });
