@@ -170,12 +170,10 @@ class Authoring:
             InputError: It is not a content file of the project or of rocs_bt.
         """
         name = _text(asked, "file")
-        if Path(name).suffix not in _EDITED or kind_of(tested_file(Path(name))) is None:
-            raise InputError(
-                Fault(f"'{name}' is no content file.", hint="Open a mission, rule file, robot or scenario.")
-            )
+        _require_content(name, Path(name))
         for root in self.catalog.roots:
             path = confined(name, root, (root,))
+            _require_content(name, path.relative_to(root.resolve()))  # a link may lead to any file
             if is_file(path):
                 return path, root == self.catalog.project
         if new and self.catalog.project is not None:
@@ -240,6 +238,19 @@ class Authoring:
             if make_entry(tested_file(path), kind, "file").name in names.get(kind, ()) if kind else False:
                 found.append(entry.name)
         return found
+
+
+def _require_content(name: str, path: Path) -> None:
+    """Check that a path in a project is one of content.
+
+    Raises:
+        InputError: It is not.
+    """
+    if path.suffix not in _EDITED or kind_of(tested_file(path)) is None:
+        leads = "" if path == Path(name) else f", which leads to '{path}',"
+        raise InputError(
+            Fault(f"'{name}'{leads} is no content file.", hint="Open a mission, rule file, robot or scenario.")
+        )
 
 
 def _text(asked: Asked, name: str) -> str:

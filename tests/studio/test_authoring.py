@@ -158,3 +158,23 @@ def test_the_palette_has_the_text_of_new_nodes(ask):
     assert nodes["GoTo"]["text"] == '<GoTo goal=""/>'
     assert {"Sequence", "RetryUntilSuccessful", "navigate", "Main"} <= nodes.keys()
     assert ask("open", "rules/keep_clear.toml")["scenarios"] == ["first"]
+
+
+@pytest.mark.parametrize("target", [".git/config", "pyproject.toml", ".git/new.toml"])
+def test_a_link_to_a_file_that_is_no_content_is_neither_read_nor_written(ask, yard, target):
+    (yard / ".git").mkdir(exist_ok=True)
+    if "new" not in target:
+        (yard / target).write_text("mine")
+    (yard / "rules").mkdir(exist_ok=True)
+    (yard / "rules" / "a.toml").symlink_to(yard / target)
+    with pytest.raises(InputError, match=r"leads to .* no content file"):
+        ask("open", file="rules/a.toml")
+    for before in (b"mine", b""):
+        with pytest.raises(InputError, match=r"leads to .* no content file"):
+            ask("save", file="rules/a.toml", text="x", hash=hashlib.sha256(before).hexdigest())
+    assert not (yard / target).exists() if "new" in target else (yard / target).read_text() == "mine"
+
+
+def test_a_link_to_other_content_of_the_project_is_opened(ask, yard):
+    (yard / "planners" / "missions" / "same.xml").symlink_to(yard / FILE)
+    assert ask("open", file="planners/missions/same.xml")["text"] == MISSION
