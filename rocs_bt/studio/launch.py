@@ -73,7 +73,7 @@ class Launcher:
         """Start a run; returns its name.
 
         Raises:
-            InputError: There is no such scenario, or a value is not possible.
+            InputError: There is no such scenario, a value is not possible, or the run's folder has links.
         """
         scenarios = {entry.name for entry in self._catalog.list("scenario")}
         if wanted.scenario not in scenarios:
@@ -126,7 +126,21 @@ class Launcher:
         """Folder of a run; one in which no other run writes."""
         folder, child = self._runs.folder / name, self._children.get(name)
         busy = (child is not None and not child.over) or (folder.exists() and writer_of(folder))
-        return free_folder(folder) if busy else folder
+        return _unlinked(free_folder(folder) if busy else folder, self._runs.folder)
+
+
+def _unlinked(folder: Path, runs: Path) -> Path:
+    """Folder for a run, checked: the run's files stay in the folder of the runs and replace nothing outside.
+
+    Raises:
+        InputError: The folder leads out of that of the runs, or has a link in it.
+    """
+    links = [folder] if not folder.resolve().is_relative_to(runs.resolve()) else []
+    links += [path for path in sorted(folder.iterdir()) if path.is_symlink()] if folder.is_dir() else []
+    if links:
+        message = f"the run cannot write to '{folder}': '{links[0]}' is a link, which leads to '{links[0].resolve()}'."
+        raise InputError(Fault(message, hint="Remove the link, or choose another seed."))
+    return folder
 
 
 class _Child:

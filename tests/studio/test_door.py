@@ -13,9 +13,11 @@ import urllib.request
 
 import pytest
 
+from rocs_bt.errors import InputError
 from rocs_bt.event import OutcomeDecided
 from rocs_bt.record.folder_lock import FolderLock
 from rocs_bt.record.recorder import Recorder
+from rocs_bt.studio.launch import _unlinked
 from rocs_bt.studio.runs import Runs
 
 from .. import synthetic
@@ -235,6 +237,33 @@ def test_a_scenario_with_faults_tells_them(studio):
     with pytest.raises(urllib.error.HTTPError) as refused:
         until(lambda: studio.get(f"head?run={name}") != b"null")
     assert "duratoin" in json.loads(refused.value.read())["error"]
+
+
+@pytest.mark.parametrize("linked", ["", "run.mcap", "summary.json", "report.html"])
+@pytest.mark.parametrize("name", ["mine-5", "mine-5-2"])
+def test_a_run_does_not_write_through_links(tmp_path, linked, name):
+    (tmp_path / "outside").mkdir()
+    (tmp_path / "outside" / "file").write_text("mine")
+    folder = tmp_path / "runs" / name
+    folder.parent.mkdir()
+    if linked:
+        folder.mkdir()
+        (folder / linked).symlink_to(tmp_path / "outside" / "file")
+    else:
+        folder.symlink_to(tmp_path / "outside" / "new")  # leads to nothing yet
+    with pytest.raises(InputError, match=rf"{name}.*is a link"):
+        _unlinked(folder, folder.parent)
+    assert _unlinked(folder.parent / "other-1", folder.parent) == folder.parent / "other-1"
+
+
+def test_a_start_whose_recording_is_a_link_is_refused(project, studio):
+    folder, outside = project / "runs" / "mine-55", project / "outside"
+    folder.mkdir()
+    outside.write_text("mine")
+    (folder / "run.mcap").symlink_to(outside)
+    assert "is a link" in studio.post("start", scenario="mine", seed=55)["error"]
+    assert outside.read_text() == "mine"
+    shutil.rmtree(folder)
 
 
 def arrives(browser, script):
