@@ -73,6 +73,9 @@ class Runs:
             if not live.closed:
                 return Answer(head)
             if head == b"null":  # it has ended before it began, such as after the check of its content
+                with self._lock:
+                    if name in self._folders() and self._live.get(name) is live:
+                        del self._live[name]  # then the earlier recording of this name is shown
                 raise InputError(str((live.about or {}).get("missing", "the run did not begin.")))
         file = self._folder(name) / _RECORDING
         if _grows(file):
@@ -85,10 +88,10 @@ class Runs:
         Raises:
             InputError: The run does not go on.
         """
-        feed = self._live.get(name) or self._growing.get(name)
-        if feed is None:
+        feeds = [feed for known in (self._live, self._growing) if (feed := known.get(name)) is not None]
+        if not feeds:
             raise InputError(Fault(f"the run '{name}' does not go on.", hint="Load the page again."))
-        return feed
+        return min(feeds, key=lambda feed: feed.closed)  # another process may write a new run of this name
 
     def _folders(self) -> dict[str, Path]:
         """Folders of runs by name; links that lead out of the folder are left out."""

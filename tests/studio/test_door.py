@@ -17,6 +17,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import OutcomeDecided
 from rocs_bt.record.folder_lock import FolderLock
 from rocs_bt.record.recorder import Recorder
+from rocs_bt.studio.feed import Feed
 from rocs_bt.studio.launch import _unlinked
 from rocs_bt.studio.runs import Runs
 
@@ -122,6 +123,34 @@ class TestList:
         assert feed.about["missing"] == ""
         assert feed.about["results"]["R2"]["outcome"] == "success"
         assert unpacked(runs.head("going").body)[0]["end"] == pytest.approx(4.0)
+
+    def test_a_start_that_fails_says_why_and_leaves_the_earlier_recording(self, tmp_path):
+        record(tmp_path / "mine-1")
+        runs = Runs(tmp_path)
+        for name in ("mine-1", "new-1"):
+            runs.show(name, feed := Feed())
+            feed.close({"missing": "a fault of the content"})
+            with pytest.raises(InputError, match="a fault of the content"):
+                runs.head(name)
+        assert unpacked(runs.head("mine-1").body)[0]["missing"] == ""
+        with pytest.raises(InputError, match="a fault of the content"):  # there is nothing else to show
+            runs.head("new-1")
+
+    def test_a_run_that_goes_on_is_followed_after_one_of_the_same_name_that_was_started_here(self, tmp_path):
+        runs = Runs(tmp_path)
+        runs.show("mine-1", over := Feed())
+        over.begin(synthetic.header())
+        over.close()
+        assert runs.feed("mine-1") is over
+        folder = tmp_path / "mine-1"
+        folder.mkdir()
+        lock, recorder = FolderLock(folder), Recorder(folder / "run.mcap", synthetic.header())
+        until(lambda: runs.head("mine-1").body != b"null")
+        growing = runs.feed("mine-1")
+        assert not growing.closed
+        recorder.close(synthetic.summary())
+        lock.close()
+        until(lambda: growing.closed)
 
 
 class Studio:
