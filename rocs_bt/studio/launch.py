@@ -192,18 +192,30 @@ class _Child:
             self._reader.join()
 
     def _read(self) -> None:
-        process = self._process
+        """Feed what the run sends until it ends; the feed ends with it, also after data that cannot be read."""
+        missing = "the studio cannot read the data of the run."
+        try:
+            missing = self._receive()
+        finally:
+            self.feed.close({"missing": missing, **(end_of(self._folder) or {})})
+
+    def _receive(self) -> str:
+        """Feed what the run sends until it has ended; returns why the page is not complete, empty if it is."""
+        process, wrong = self._process, ""
         if process.stdout is None or process.stderr is None or process.stdin is None:
-            return
+            return "the run's process has no pipe."
         talk = threading.Thread(target=self._listen, daemon=True)
         talk.start()
-        with process.stdout:
-            frames.receive(process.stdout, self.feed)
+        try:
+            with process.stdout:
+                frames.receive(process.stdout, self.feed)
+        except Exception as error:  # noqa: BLE001 - boundary: a run may send anything
+            wrong = f"the studio cannot read the data of the run, and has ended it: {error}"
+            self.stop()
         code = process.wait()
         talk.join()
         process.stdin.close()
-        missing = "" if code in (0, 1) else "\n".join(self._said) or f"the run ended with exit code {code}."
-        self.feed.close({"missing": missing, **(end_of(self._folder) or {})})
+        return wrong or ("" if code in (0, 1) else "\n".join(self._said) or f"the run ended with exit code {code}.")
 
     def _listen(self) -> None:
         """Keep the last lines that the run prints; it never waits for a reader."""

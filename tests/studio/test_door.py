@@ -18,7 +18,7 @@ from rocs_bt.event import OutcomeDecided
 from rocs_bt.record.folder_lock import FolderLock
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.studio.feed import Feed
-from rocs_bt.studio.launch import _unlinked
+from rocs_bt.studio.launch import _Child, _unlinked
 from rocs_bt.studio.runs import Runs
 
 from .. import synthetic
@@ -293,6 +293,14 @@ def test_a_start_whose_recording_is_a_link_is_refused(project, studio):
     assert "is a link" in studio.post("start", scenario="mine", seed=55)["error"]
     assert outside.read_text() == "mine"
     shutil.rmtree(folder)
+
+
+def test_a_run_that_sends_what_cannot_be_read_ends_and_says_so(tmp_path, monkeypatch):
+    popen, code = subprocess.Popen, "import os, time; os.write(1, bytes([1, 0, 0, 0, 0xC1])); time.sleep(600)"
+    monkeypatch.setattr(subprocess, "Popen", lambda _, **given: popen([sys.executable, "-c", code], **given))
+    child = _Child([], tmp_path, "", tmp_path)
+    until(lambda: child.over)
+    assert "cannot read the data of the run" in child.feed.about["missing"]
 
 
 def arrives(browser, script):
