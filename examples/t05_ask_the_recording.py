@@ -48,8 +48,8 @@ with tempfile.TemporaryDirectory() as folder:
         print(f"  {event.t:5.2f} s  {event.action} was cancelled by {event.by}")
 
     why = explain(recording, fired[0].t, "R2")
-    left, right = why.commands["wheels"].values
-    print(f"R2 at {why.t:.2f} s: front >= {min(why.signals['front'][1]):.2f} m, plan: {', '.join(why.tree.events)}")
+    front, (left, right) = why.value("signal", "front"), why.value("command", "wheels")
+    print(f"R2 at {why.t:.2f} s: front >= {min(front):.2f} m, plan: {', '.join(why.mission.waiting())}")
     print(f"  active rule: {', '.join(why.rules)}, wheel commands: {left:+.2f} and {right:+.2f} m/s")
 
     figures = write_figures([recording], Path(folder), ["svg"])

@@ -109,6 +109,9 @@ class Outgoing:
     def form(self, event: Event) -> Event | FORMS:
         """The message of an event; the event itself if it has no other form."""
         kind = type(event)
+        stamp = event.stamp if kind is SignalsWritten or kind is SensorRead else None  # type: ignore[attr-defined]
+        if not math.isfinite(event.t if stamp is None else event.t + stamp):
+            return event
         if kind is SignalsWritten:
             return self._signals(event)  # type: ignore[arg-type]  # its class was compared, which is faster
         if kind is SensorRead:

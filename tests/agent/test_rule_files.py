@@ -44,7 +44,7 @@ class Folder:
 
     def look(self):
         before = len(self.sink.events)
-        self.rules.reload_if_changed("R1", SimulatedClock(0.05), self.sink)
+        RuleWatch([("R1", self.rules)], SimulatedClock(0.05), self.sink, watching=True).check()
         return [(e.accepted, e.detail) for e in self.sink.events[before:]]
 
     def latched(self, front, t):
@@ -149,8 +149,8 @@ def test_a_watching_thread_that_fails_says_so_where_it_is_waited_for(tmp_path, m
     def broken(*args):
         raise RuntimeError("a defect")
 
-    monkeypatch.setattr(RuleFile, "reload_if_changed", broken)
+    monkeypatch.setattr(RuleFile, "changed", broken)
     monkeypatch.setattr("rocs_bt.agent.rule_files.POLL", 0.001)
-    watch = RuleWatch([("R1", folder.rules)], SimulatedClock(0.05), folder.sink)
+    watch = RuleWatch([("R1", folder.rules)], SimulatedClock(0.05), folder.sink, watching=True)
     with pytest.raises(RuntimeError, match="a defect"), watch:
         watch._thread.join(5.0)

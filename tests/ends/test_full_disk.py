@@ -70,7 +70,7 @@ def test_a_report_of_what_a_full_disk_left_goes_elsewhere(small_disk, start, tmp
 def test_where_only_the_report_does_not_fit_the_rest_is_kept(project, start):
     """RLIMIT_FSIZE: a file that would become larger is refused, that of a short recording is not."""
     out = project / "out"
-    code, told, err = start(*RUN, "exp1", "--for", "0.2", "--out", "out", file_size=100_000).end()
+    code, told, err = start(*RUN, "exp1", "--for", "0.2", "--out", "out", file_size=70_000).end()
     assert code == 1
     assert told.startswith("R2 timeout")
     assert err == f"the report 'out/report.html' cannot be written: {os.strerror(errno.EFBIG)}.\n"

@@ -231,8 +231,9 @@ def test_playing_pauses_when_a_node_with_a_stop_fails(browser, recorded):
     show(browser, recorded(header, [NodeTicked(t=t, agent="R", node="go", status=s) for t, s in states]))
     browser.evaluate("document.querySelector('.tree li').click()")
     press(browser, "Home")
+    until(browser, "document.querySelector('.clock').textContent === '0.00 s'")
     press(browser, "b")
-    assert "pauses at go" in text(browser, ".stops")
+    until(browser, "document.querySelector('.stops').textContent.includes('pauses at go')")
     press(browser, " ")
     until(browser, "document.querySelector('[title^=play]').textContent === '▶'")
     assert text(browser, ".clock") == "0.40 s"
