@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import pairwise
 
 from ..units import NONE, Dimension
 
@@ -83,6 +84,17 @@ class Node:
         yield self
         for arg in self.args:
             yield from arg.walk()
+
+    @property
+    def pairs(self) -> tuple[Node, ...]:
+        """Comparisons of two operands each that a `compare`, such as `a < b < c`, joins by "and"."""
+        if len(self.signs) < 2:
+            return (self,)
+        found = zip(self.signs, pairwise(self.args), strict=True)
+        return tuple(
+            Node("compare", self.kind, (a, b), signs=(sign,), text=f"{a.text} {sign} {b.text}", column=a.column)
+            for sign, (a, b) in found
+        )
 
     def reads(self) -> set[int]:
         """All indices of the snapshot that the node reads."""

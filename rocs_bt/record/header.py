@@ -236,7 +236,7 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
         when: Condition on which the rule latches, as written.
         until: Condition that releases it, as written; empty if there is none.
         sources: Both conditions over signals and numbers only, or only the first.
-        comparisons: Texts of all comparisons in both conditions, as written, in order.
+        comparisons: Texts of all comparisons in both conditions, as written, in order; of a chain one for each sign.
         doc: Description of the rule in one sentence.
         action: Name of the action that the robot executes.
         priority: Priority of the rule.

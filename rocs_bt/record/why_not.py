@@ -27,12 +27,14 @@ class Held(NamedTuple):
         left: Value of its left side, SI units; of a group the deciding one.
         right: Value of its right side, SI units.
         unit: Their unit; may be empty.
+        holds: Whether it is true and must not be, because it is under a `not`.
     """
 
     text: str
     left: float
     right: float
     unit: str
+    holds: bool = False
 
     @property
     def gap(self) -> float:
@@ -44,7 +46,8 @@ class Held(NamedTuple):
             return f"'{self.text}' is not decided, because a value is not known"
         unit = f" {self.unit}" if self.unit else ""
         by = f" by {self.gap:.3g}{unit}" if math.isfinite(self.gap) else ""
-        return f"'{self.text}' does not hold{by} ({self.left:.3g} against {self.right:.3g}{unit})"
+        holds = "must not hold, but holds" if self.holds else "does not hold"
+        return f"'{self.text}' {holds}{by} ({self.left:.3g} against {self.right:.3g}{unit})"
 
 
 class WhyNot(NamedTuple):
@@ -95,7 +98,7 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     found, texts = list[Held](), guard.texts["comparisons"]
     for i in holding(guard.texts["tree"], rows, want=True):
         if (row := rows[i]) is not None:
-            found.append(Held(texts[i]["text"], row[0], row[1], texts[i]["unit"]))
+            found.append(Held(texts[i]["text"], row[0], row[1], texts[i]["unit"], row[2] == 1.0))
     return WhyNot(rule, " and ".join(map(str, found)) or "its comparisons hold", tuple(found))
 
 

@@ -197,7 +197,7 @@ def _guards(agent: Agent) -> Iterator[GuardInfo]:
                 when=rule.when.text,
                 until="" if rule.until is None else rule.until.text,
                 sources=tuple(source(guard.node, environment) for guard in guards),
-                comparisons=tuple(n.text for guard in guards for n in guard.node.walk() if n.op == "compare"),
+                comparisons=tuple(p.text for g in guards for n in g.node.walk() if n.op == "compare" for p in n.pairs),
                 doc=rule.doc,
                 action=rule.action,
                 priority=rule.priority,

@@ -20,7 +20,7 @@ from rocs_bt.record import Recording, environment_of, samples
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.record.why import Why
-from rocs_bt.record.why_not import holding, why_not
+from rocs_bt.record.why_not import Held, holding, why_not
 from rocs_bt.studio.page import bundle
 from rocs_bt.studio.report import render_report
 
@@ -134,3 +134,13 @@ def test_what_held_a_rule_back_makes_its_guard_true_and_nothing_less_does(tracks
 def test_the_fewest_comparisons_are_named(tree, truths, held):
     rows = [(1.0, 1.0 + 1.0 / (i + 1), truth) for i, truth in enumerate(truths)]
     assert holding(tree, rows, want=True) == held
+
+
+@pytest.mark.parametrize("row", [(0.5, 1.0, 1.0), (2.0, 1.0, 0.0)])
+def test_the_page_tells_what_must_not_hold_as_the_command_line_does(browser, row):
+    tree = ["not", 0] if row[2] else 0
+    guard = {"comparisons": [{"name": "c", "text": "y < 1 m", "unit": "m"}], "tree": tree}
+    get = f"(agent, topic) => (topic === 'compare' ? {{ at: () => {list(row)} }} : undefined)"
+    run = f"{{ get: {get}, guards: {{ a: {{ r: {guard} }} }}, info: () => ({{}}) }}"
+    script = f"{bundle('why.js')}\nreturn $why.whyNot({run}, 'a', 'r', 0).because;"
+    assert browser.evaluate(f"(() => {{ {script} }})()") == str(Held("y < 1 m", *row[:2], "m", row[2] == 1.0))

@@ -189,9 +189,10 @@ export const whyNot = (run, agent, rule, t) => {
   if (!guard) return { because: "the values of its guard are not recorded", held: [] };
   const rows = guard.comparisons.map(({ name }) => run.get(agent, "compare", name)?.at(now));
   const held = holding(guard.tree, rows, 1).filter((i) => rows[i]).map((i) => {
-    const { text, unit, name } = guard.comparisons[i], [left, right] = rows[i], gap = Math.abs(left - right), si = unit && ` ${unit}`;
+    const { text, unit, name } = guard.comparisons[i], [left, right, truth] = rows[i], gap = Math.abs(left - right), si = unit && ` ${unit}`;
     const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "";
-    const because = Number.isNaN(gap) ? `'${text}' is not decided, because a value is not known` : `'${text}' does not hold${by} (${three(left)} against ${three(right)}${si})`;
+    const holds = truth === 1 ? "must not hold, but holds" : "does not hold";
+    const because = Number.isNaN(gap) ? `'${text}' is not decided, because a value is not known` : `'${text}' ${holds}${by} (${three(left)} against ${three(right)}${si})`;
     return { name, text, left, right, unit, because };
   });
   return { because: held.map((each) => each.because).join(" and ") || "its comparisons hold", held };
