@@ -102,7 +102,7 @@ class Guard:
             if rows is not None:
                 tracks.curve(agent, "compare", comparison.name, 3).extend(t, rows)
         if (way := _combined(self._tree, found, want=True)) is not None:
-            if (truth := self._truth) is not None:  # parts that cannot be told apart must not say what is not so
+            if (truth := self._truth) is not None:  # parts that look the same must not say what is not so
                 true = [truth(row, when) is True for row, when in zip(x, t, strict=True)]
                 way = np.where(true, 1.0, np.minimum(way, _ALMOST))
             tracks.curve(agent, "near", self.info.rule, 1).extend(t, way[:, None])

@@ -117,6 +117,8 @@ def test_neutral_until_a_release_and_a_go(counterpart, tmp_path):
     robot.until("speeds[0] > 0.1")
     thread.join(60.0)
     assert found[0].outcomes == {"R2": "success"}
-    reasons = [event.reason for event in sink.events if isinstance(event, MotionHeld)]
+    # A busy machine can hold the robot too, for another reason.
+    held = [event.reason for event in sink.events if isinstance(event, MotionHeld)]
+    reasons = [reason for reason in held if reason.startswith("emergency stop")]
     assert reasons[0] == "emergency stop: topic /r1/emergency_stop"
     assert reasons[-1] == "emergency stop released, waiting for go"
