@@ -217,6 +217,32 @@ FINITE = Bounds()
 POSITIVE = Bounds(0.0, above=True)
 NOT_NEGATIVE = Bounds(0.0)
 
+
+def read_quantity(text: str, dimension: Dimension, what: str, bounds: Bounds = FINITE) -> float:
+    """Read what a person types at a prompt: a quantity such as `3 s`, or a plain number in SI units.
+
+    Args:
+        text: Text to read.
+        dimension: Expected dimension.
+        what: Name of the value, for messages.
+        bounds: Range of valid values, SI units.
+
+    Raises:
+        UnitError: The text is no quantity, or one of another dimension or out of its bounds.
+    """
+    unit = "" if dimension == NONE else f" {dimension}"
+    wanted, example = f"{what} must be a {'quantity in' if unit else 'number'}{unit}", f"Write for example '3{unit}'."
+    try:
+        quantity = parse_quantity(text)
+    except UnitError as error:
+        raise UnitError(Fault(f"{wanted}, found '{text}'.", hint=example)) from error
+    if quantity.dimension not in (dimension, NONE):
+        raise UnitError(Fault(f"{wanted}, found '{text}', which is in {quantity.dimension}.", hint=example))
+    if not bounds.admit(quantity.value):
+        raise UnitError(Fault(f"{what} must be {bounds}, found {quantity.value:g}{unit}."))
+    return quantity.value
+
+
 # Annotations for parameters of actions and missions. Each means a float in SI units, which in files needs a unit of
 # this dimension. Any finite number is valid, unless the type is Positive... or Annotated[Metres, NOT_NEGATIVE].
 Metres = Annotated[float, LENGTH]

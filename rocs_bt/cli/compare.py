@@ -16,9 +16,11 @@ import click
 from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..files import check_writable, write_whole
+from ..units import POSITIVE
 from ..words import counted
 from .content import no_code_option
 from .progress import Progress
+from .quantity import QuantityType
 from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
@@ -72,7 +74,13 @@ _WIDE = 1000  # characters, wider than any table
 )
 @click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
 @click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
-@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
+@click.option(
+    "--wall-limit",
+    type=QuantityType(bounds=POSITIVE),
+    default=300.0,
+    show_default=True,
+    help="Wall-clock limit of an episode.",
+)
 @click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error or at the limit.")
 @click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write a report as one HTML page.")
 @click.option(

@@ -19,8 +19,10 @@ from ..catalog import Catalog
 from ..current_folder import safe_path
 from ..errors import Fault, InputError, RocsError
 from ..reactive import kernel_missing
+from ..units import Bounds
 from .docs import find_manual
 from .doctor_ros2 import examine_ros2
+from .quantity import QuantityType
 from .terminal import echo, styled
 
 _BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
@@ -50,8 +52,7 @@ class _Finding:
 @click.option(
     "--for",
     "duration",
-    metavar="SECONDS",
-    type=click.FloatRange(0.1, 600.0),
+    type=QuantityType(bounds=Bounds(0.1)),
     default=3.0,
     show_default=True,
     help="With --ros2: duration of the measurement.",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +13,8 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError, KnowledgeError
 from ..files import read_text, write_whole
 from ..geometry import Pose2
+from ..units import NOT_NEGATIVE
+from .quantity import QuantityType
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -28,16 +29,8 @@ run_number_option = click.option(
 )
 
 
-class _Moment(click.FloatRange):
-    """Time of a run [s], at least 0; refuses NaN, which FloatRange accepts."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        t = float(super().convert(value, param, ctx))
-        return self.fail("a time must be a number of seconds, found nan.", param, ctx) if math.isnan(t) else t
-
-
 at_option = click.option(
-    "--at", "t", type=_Moment(min=0.0), metavar="SECONDS", help="Time of the state; by default the end."
+    "--at", "t", type=QuantityType(bounds=NOT_NEGATIVE), help="Time of the state; by default the end."
 )
 
 

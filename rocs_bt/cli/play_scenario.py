@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, get_args, get_origin
 import click
 
 from ..catalog import CachingCatalog, Catalog
-from ..errors import Fault, InputError
 from ..event import Event, RulesReplaced
 from .content import catalog_for, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
+from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
 """Function that runs a scenario: `rocs_bt.run` or `rocs_bt.drive`."""
 
-_MOST = 1e6  # [s] of a waiting time
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
 _LOCAL = (
@@ -77,14 +76,12 @@ def _option(name: str, kind: Any, declared: Option) -> Callable[..., Any]:
         words |= {"type": click.Choice(declared.choices), "show_default": True}
     elif Path in kinds:
         words["type"] = click.Path(path_type=Path, dir_okay=name == "out")
-    elif declared.least is not None:
-        least, whole = declared.least, int in kinds
-        limited = click.IntRange(min=int(least)) if whole else click.FloatRange(min=least, max=_MOST)
-        words |= {"type": limited, "show_default": True}
-    elif get_origin(kind) is not None and float not in kinds:
+    elif int in kinds:
+        words |= {"type": click.IntRange(min=int(declared.bounds.low)), "show_default": True}
+    elif float in kinds:
+        words |= {"type": QuantityType(bounds=declared.bounds), "show_default": default is not None}
+    elif get_origin(kind) is not None:
         words["multiple"] = True
-    else:
-        words["type"] = float if float in kinds else str
     return click.option(*declared.flags, name, **words)
 
 
@@ -118,9 +115,6 @@ def play_scenario(
     from ..check import check_scenario, mission_notes
     from ..running import RunOptions, StopSignals
 
-    duration = given["duration"]
-    if duration is not None and not 0.0 < duration < float("inf"):
-        raise InputError(Fault(f"--for must be positive and finite, found {duration:g} s."))
     project = catalog_for(scenario, no_code=no_code)
     catalog = CachingCatalog(project.project, code=project.code)  # the check and the run read each file once
     findings = check_scenario(scenario, catalog)
@@ -134,7 +128,7 @@ def play_scenario(
     if given["watch_rules"]:
         given["sinks"] = [*given.get("sinks", ()), _Replacements()]
     with _live(port) if show_live else nullcontext() as live:
-        with Progress(spec.name, duration or spec.duration, unit) as shown:
+        with Progress(spec.name, given["duration"] or spec.duration, unit) as shown:
 
             def show(t: float) -> None:
                 if progress is not None:

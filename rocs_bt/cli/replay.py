@@ -8,15 +8,16 @@ from pathlib import Path
 import click
 
 from ..catalog import Catalog
-from ..errors import InputError
+from ..units import FREQUENCY, NOT_NEGATIVE, POSITIVE
 from ..words import counted
 from .content import catalog_for, no_code_option
+from .quantity import QuantityType
 from .terminal import echo
 
 
 @click.command()
 @click.argument("run", type=click.Path(path_type=Path), required=False)
-@click.option("--why", metavar="SECONDS", type=float, help="Explain the decision at this time.")
+@click.option("--why", type=QuantityType(), help="Explain the decision at this time.")
 @click.option("--all", "everything", is_flag=True, help="Print all evidence, or the whole of the first difference.")
 @click.option("--agent", help="Name of the agent; by default all.")
 @click.option("--changed-content", is_flag=True, help="Compare although robots, rules or other files have changed.")
@@ -28,9 +29,11 @@ from .terminal import echo
     type=click.Path(path_type=Path, file_okay=False),
     help="With --bag: output folder; by default runs/<name of the bag>.",
 )
-@click.option("--from", "begin", metavar="SECONDS", type=float, help="With --bag: begin at this time in the bag.")
-@click.option("--for", "duration", metavar="SECONDS", type=float, help="With --bag: end after this time.")
-@click.option("--rate", metavar="HZ", type=float, help="With --bag: control rate; by default 20 Hz.")
+@click.option(
+    "--from", "begin", type=QuantityType(bounds=NOT_NEGATIVE), help="With --bag: begin at this time in the bag."
+)
+@click.option("--for", "duration", type=QuantityType(bounds=POSITIVE), help="With --bag: end after this time.")
+@click.option("--rate", type=QuantityType(FREQUENCY, POSITIVE), help="With --bag: control rate; by default 20 Hz.")
 @no_code_option
 def command(
     run: Path | None,
@@ -107,8 +110,6 @@ def _replay_bag(
     from .rules import replay_rules_on
 
     limit = math.inf if duration is None else duration
-    if not (0.0 <= begin < math.inf and limit > 0.0):
-        raise InputError(f"--from must be 0 or more seconds and --for positive, found {begin:g} and {limit:g}.")
     catalog = catalog_for(robot, no_code=no_code)
     files = [catalog_for(file, no_code=no_code).find("rules", file).path for file in rules]
     folder = out or Path("runs") / bag.resolve().stem

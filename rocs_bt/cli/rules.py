@@ -157,7 +157,7 @@ def tune(
     from ..record import Recording
     from ..record.figures.rules import draw_sweep, write_picture
     from ..running.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
-    from ..units import convert
+    from ..units import read_quantity
 
     catalog = catalog_for(file, no_code=no_code)
     path = catalog.find("rules", file).path
@@ -173,8 +173,8 @@ def tune(
     dimension = threshold_dimension(threshold, rules)
     now = [own.thresholds[threshold] for _, own in fitted]  # robots may override it
     around = [factor * present for present in now for factor in (0.5, 2.0)]
-    minimum = min(around) if low is None else convert(low, dimension, "--from")
-    maximum = max(around) if high is None else convert(high, dimension, "--to")
+    minimum = min(around) if low is None else read_quantity(low, dimension, "--from")
+    maximum = max(around) if high is None else read_quantity(high, dimension, "--to")
     if not minimum < maximum:
         raise InputError(f"--from must be less than --to, found {minimum:g} and {maximum:g} {dimension}.")
     values = np.array(_with_present(np.linspace(minimum, maximum, steps).tolist(), now))

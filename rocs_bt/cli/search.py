@@ -13,9 +13,11 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
+from ..units import POSITIVE
 from ..words import counted
 from .content import no_code_option
 from .progress import Progress
+from .quantity import QuantityType
 from .terminal import echo, show_warnings
 
 if TYPE_CHECKING:
@@ -58,7 +60,13 @@ _LISTED = 12  # maximum number of listed obstacles
     help="Folder of stored episodes, which are not played again.",
 )
 @click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
-@click.option("--wall-limit", type=float, default=300.0, show_default=True, help="Wall-clock limit of an episode [s].")
+@click.option(
+    "--wall-limit",
+    type=QuantityType(bounds=POSITIVE),
+    default=300.0,
+    show_default=True,
+    help="Wall-clock limit of an episode.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print JSON, including scenario and world of the scene.")
 @no_code_option
 def command(

@@ -10,8 +10,10 @@ import click
 
 from ..errors import Fault, InputError
 from ..event import CommandExpired, ContactBegan, Event
+from ..units import NONE, NOT_NEGATIVE, POSITIVE
 from ..words import counted
 from .content import catalog_for, no_code_option
+from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_table
 
 if TYPE_CHECKING:
@@ -27,9 +29,13 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
 @click.option("--ros2", is_flag=True, help="Simulate the robots as ROS 2 robots.")
 @click.option("--seed", type=click.IntRange(min=0), default=1, show_default=True, help="Seed of the start poses.")
 @click.option(
-    "--rate", type=float, default=1.0, show_default=True, help="Speed relative to real time; 0: as fast as possible."
+    "--rate",
+    type=QuantityType(NONE, NOT_NEGATIVE),
+    default=1.0,
+    show_default=True,
+    help="Speed relative to real time; 0: as fast as possible.",
 )
-@click.option("--for", "duration", metavar="SECONDS", type=float, help="End after this simulated time.")
+@click.option("--for", "duration", type=QuantityType(bounds=POSITIVE), help="End after this simulated time.")
 @click.option("--namespace", default="", help="Namespace of the topics and prefix of the frames.")
 @click.option(
     "--cmd-vel",
@@ -41,8 +47,7 @@ _SLOW = 0.95  # fraction of the requested rate below which a simulation was too 
 @click.option(
     "--command-timeout",
     "timeout",
-    metavar="SECONDS",
-    type=float,
+    type=QuantityType(bounds=POSITIVE),
     default=0.5,
     show_default=True,
     help="A robot stops without a new command for this simulated time.",
@@ -114,11 +119,6 @@ def command(
     if not ros2:
         hint = f"Write: rocs-bt sim {scenario} --ros2. To run its missions, write: rocs-bt run {scenario}."
         raise InputError(Fault("rocs-bt sim needs a network for the robots.", hint=hint))
-    for option, number in (("--for", duration), ("--command-timeout", timeout)):
-        if number is not None and not 0.0 < number < math.inf:
-            raise InputError(Fault(f"{option} must be positive and finite, found {number:g} s."))
-    if not 0.0 <= rate < math.inf:
-        raise InputError(Fault(f"--rate must be 0 or more and finite, found {rate:g}."))
     settings = Ros2Settings(transport=transport, distro=distro, network=network, namespace=namespace)
     catalog = catalog_for(scenario, no_code=no_code)
     spec = catalog.load_scenario(scenario, missions=False)

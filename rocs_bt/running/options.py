@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
@@ -14,6 +13,7 @@ from ..errors import InputError
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
+from ..units import FINITE, NOT_NEGATIVE, POSITIVE, Bounds
 from .command import Control
 from .preflight import PreflightReport
 from .stop_signals import StopSignals
@@ -31,7 +31,7 @@ class Option(msgspec.Struct, frozen=True):
         help: Meaning of the option.
         flags: Names on the command line, such as `--for`; empty if only programs give the option.
         metavar: Name of the value on the command line.
-        least: Minimum of a number.
+        bounds: Range of valid numbers; a number that is not whole is a time [s].
         choices: Possible values of a text.
         stage: Kind of run that has the option, `simulation` or `hardware`; empty for both.
     """
@@ -39,7 +39,7 @@ class Option(msgspec.Struct, frozen=True):
     help: str
     flags: tuple[str, ...] = ()
     metavar: str | None = None
-    least: float | None = None
+    bounds: Bounds = FINITE
     choices: tuple[str, ...] = ()
     stage: Literal["", "simulation", "hardware"] = ""
 
@@ -55,7 +55,9 @@ class LiveView(EventSink, Control, Protocol):
 class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     """Options of a run, in simulation with `run` or on hardware with `drive`, which is always `threaded`."""
 
-    seed: Annotated[int, Option("Seed of the episode, and of random choices of missions.", ("--seed",), least=0)] = 1
+    seed: Annotated[
+        int, Option("Seed of the episode, and of random choices of missions.", ("--seed",), bounds=NOT_NEGATIVE)
+    ] = 1
     mode: Annotated[
         str,
         Option(
@@ -67,7 +69,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
     ] = "lockstep"
     duration: Annotated[
         float | None,
-        Option("End this time after the start [s]; by default that of the scenario.", ("--for",), "SECONDS"),
+        Option("End this time after the start [s]; by default that of the scenario.", ("--for",), bounds=POSITIVE),
     ] = None
     out: Annotated[
         Path | str | None,
@@ -139,8 +141,7 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
         Option(
             "Give up if a needed sensor has no fresh values for this time [s].",
             ("--wait",),
-            "SECONDS",
-            least=0.0,
+            bounds=NOT_NEGATIVE,
             stage="hardware",
         ),
     ] = 10.0
@@ -193,8 +194,10 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             raise InputError(f"unknown mode '{self.mode}'. Modes: {', '.join(MODES)}.")
         if self.follow and self.video is None:
             raise InputError(f"a camera that follows '{self.follow}' needs a video: name its file with --video FILE.")
-        if not 0.0 <= self.wait < math.inf:
-            raise InputError(f"the time to wait for sensors must be 0 s or more and finite, found {self.wait:g} s.")
+        for name, (_, each) in declared_options().items():
+            value = getattr(self, name)
+            if isinstance(value, (int, float)) and not each.bounds.admit(value):
+                raise InputError(f"the option {name} must be {each.bounds}, found {value:g}.")
 
     def refuse_simulation(self) -> None:
         """Refuse the options that need a simulated world.

@@ -18,7 +18,7 @@ from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
 from ..trees.error import TreeError
 from ..trees.nodes import Node
-from ..units import TIME, convert
+from ..units import TIME, read_quantity
 from .options import Build
 from .replayed_agents import replayed_agents
 
@@ -39,11 +39,7 @@ def read_swap(text: str) -> SubtreeSwap:
     file, _, tree = mission.partition(":")
     if not (node and file and time):
         raise InputError(Fault(f"'{text}' is not a swap of a subtree.", hint=_FORM))
-    try:
-        at = float(time)
-    except ValueError:
-        at = convert(time, TIME, f"the time of the swap '{text}'")
-    return SubtreeSwap(node, file, at, tree)
+    return SubtreeSwap(node, file, read_quantity(time, TIME, f"the time of the swap '{text}'"), tree)
 
 
 class SwapSchedule:

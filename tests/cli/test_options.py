@@ -7,6 +7,7 @@ import msgspec
 import pytest
 
 from rocs_bt.cli.main import COMMANDS, group
+from rocs_bt.cli.quantity import QuantityType
 from rocs_bt.errors import InputError
 from rocs_bt.running import RunOptions, declared_options
 
@@ -54,6 +55,33 @@ def test_one_name_for_one_thing():
     assert {type(options(name)["--out"].type) for name in FOUND if "--out" in options(name)} == {click.Path}
     for flag in ("--json", "--no-code"):
         assert all(options(name)[flag].is_flag for name in FOUND if flag in options(name))
+
+
+QUANTITIES = [
+    (name, text, o) for name in FOUND for text, o in options(name).items() if isinstance(o.type, QuantityType)
+]
+
+
+def test_no_option_takes_a_number_without_a_unit():
+    assert len(QUANTITIES) > 14
+    plain = (click.types.FloatParamType, click.FloatRange)
+    assert [(name, o.opts) for name in FOUND for o in options(name).values() if isinstance(o.type, plain)] == []
+
+
+@pytest.mark.parametrize(("name", "text", "option"), QUANTITIES, ids=lambda each: each if isinstance(each, str) else "")
+def test_each_quantity_has_a_unit_or_is_in_si_units(name, text, option):
+    def read(given):
+        return option.type.convert(given, option, None)
+
+    unit, shorter = {"SECONDS": ("s", "ms"), "HZ": ("Hz", "kHz")}.get(option.type.get_metavar(option), ("", "%"))
+    assert read("4.5") == read(f"4.5 {unit}") == read(f"4.5{unit}") == 4.5
+    factor = {"ms": 1e-3, "kHz": 1e3, "%": 1e-2}[shorter]
+    assert read(f"4500{shorter}") == pytest.approx(4500 * factor)
+    for wrong in ("4 kg", "4 parsec", "", "four", "inf", "nan", "-1", "4 4"):
+        if text == "--why" and wrong == "-1":
+            continue
+        with pytest.raises(InputError, match=f"^{text} must be"):
+            read(wrong)
 
 
 @pytest.mark.parametrize(("name", "stage"), [("run", "simulation"), ("drive", "hardware")])
