@@ -41,6 +41,7 @@ from ..event import (
     TicketChanged,
     pack,
 )
+from .alternation import Alternation, Turns
 from .codec import KINDS
 from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
@@ -74,6 +75,7 @@ class Tracks:
         self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
         self._movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
+        self._turns: dict[str, Turns] = {}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
         self._scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
         self._scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
@@ -173,6 +175,11 @@ class Tracks:
         """Ticket of the action that runs now, of a reflex first; None if no action runs."""
         found = [event for (name, _), event in self._running.items() if name == agent]
         return min(found, key=lambda event: event.priority, default=None)  # "HIGH" < "NORMAL"
+
+    def alternation(self, event: TicketChanged) -> Alternation | None:
+        """Alternation of an agent's rules and actions after a change of a ticket; None if there is none."""
+        pose = self.get(event.agent, "pose")
+        return self._turns.setdefault(event.agent, Turns()).take(event, pose if isinstance(pose, Curve) else None)
 
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
@@ -338,6 +345,12 @@ def _ticket(tracks: Tracks, event: TicketChanged) -> None:
     track.put(event.t, event)
 
 
+def _alternation(tracks: Tracks, event: TicketChanged) -> None:
+    found = tracks.alternation(event)
+    if found is not None or tracks.get(event.agent, "alternation") is not None:
+        tracks.steps(event.agent, "alternation").put(event.t, found)
+
+
 def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
     r"""Facts are named `node`, `node\nattribute` and `node\nrelation\ntarget`; names contain no line breaks."""
     if event.what == "node added":
@@ -391,6 +404,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},
     "ticket": {TicketChanged: _ticket},
+    "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},
     "outcome": {OutcomeDecided: _outcome},
     "control": {RunControlled: _control},

@@ -28,15 +28,19 @@ class Why(Moment):
     @property
     def answer(self) -> str:
         """Sentence with the motion of the robot, and what caused it: a rule, a leaf of the mission, a wait, an end."""
+        turns = self.value("alternation")
+        return f"{self._answer()}; {turns.text}." if turns is not None and turns.lasts(self.t) else f"{self._answer()}."
+
+    def _answer(self) -> str:
         motion, cause = self.value("motion") or "acted", self._cause()
         if tilt := self.value("motion", "true tilt") or self.value("motion", "tilt"):
-            return f"{self.agent} {tilt}, while {cause}."
+            return f"{self.agent} {tilt}, while {cause}"
         push = self.value("push")
         if isinstance(push, RobotPushed) and push.t - SLACK <= self.t <= push.t + push.duration + _PUSHED:
-            return f"{self.agent} {motion} and was {push.sentence}{since(push.t, self.t)}, while {cause}."
+            return f"{self.agent} {motion} and was {push.sentence}{since(push.t, self.t)}, while {cause}"
         if held := self._held():
-            return f"{self.agent} {motion} because {held}, while {cause}."
-        return f"{self.agent} {self._linked(motion, cause)}."
+            return f"{self.agent} {motion} because {held}, while {cause}"
+        return f"{self.agent} {self._linked(motion, cause)}"
 
     def text(self, *, everything: bool = False) -> str:
         """The answer and its evidence, a few lines or all of it."""

@@ -28,6 +28,7 @@ from ..event import (
     TicketChanged,
 )
 from ..record import AgentInfo, AgentResult, Finding, Following, RunHeader, SolveTime, TrackingError
+from ..record.alternation import livelock
 from ..record.track import Curve
 from ..record.tracks import Tracks
 from .follow_metrics import following
@@ -38,7 +39,7 @@ E = TypeVar("E", bound=Event)
 _HELD = 0.2  # [s] maximum time that a command counts as driving; then the watchdog stops the wheels
 _ENDED = ("SUCCEEDED", "FAILED", "CANCELLED")
 _FAULTS = (SensorFailed, BlockFailed, ContentRaised, CommandExpired, PeerFault, MotionHeld, Stuck)
-_TOPICS = ("pose", "drive", "follower", "event")
+_TOPICS = ("pose", "drive", "follower", "alternation", "event")
 
 
 class Metrics:
@@ -75,6 +76,7 @@ class Metrics:
         failed, phases = events.first(BlockFailed), Counter(event.phase for event in events.all(RuleChanged))
         touches = Counter(event.kind for event in events.all(ContactBegan))
         clearance, times = events.last(MinClearanceLowered), _Times(tracks, name)
+        lock = livelock(tracks.get(name, "alternation"), judged, tracks.header.start)
         cross = _column(tracks, name, "follower", "error")
         solve = _column(tracks, name, "solve", "")
         return AgentResult(
@@ -83,7 +85,7 @@ class Metrics:
             rules=agent.rules,
             inactive_rules=agent.inactive,
             outcome=judged.outcome,
-            reason=judged.reason,
+            reason="; ".join(filter(None, (judged.reason, "" if lock is None else lock.text))),
             time_to_goal=judged.time_to_goal,
             failed_block=None if failed is None else failed.block,
             failed_owner=None if failed is None else failed.owner,

@@ -17,7 +17,7 @@ OUTCOMES = ("error", "collision", "fell", "success", "failed", "stuck", "interru
 """All outcomes in order of precedence: the outcome of an agent is the first that applies."""
 
 HELD = 0.25
-"""Share of the time in which reflexes held the robot, from which the reason of a timeout or failure names the rules."""
+"""Share of the time in which reflexes held the robot, from which the reason of a timeout or failure names the rule."""
 
 
 @dataclass(frozen=True)
@@ -282,7 +282,7 @@ class Judge:
     def _held(self) -> str:
         """Part of a reason about the reflexes that held the robot, if they did for a large part of the time."""
         took, total = self._now - self._start, self._reflexes.total
-        if total <= HELD * took and not self._reflexes.alternating:
+        if total <= HELD * took:
             return ""
         rules = self._reflexes.text(self._reading)
         return f"reflexes held it for {total:.1f} s of {took:.1f} s ({100.0 * total / max(took, 1e-9):.0f} %): {rules}"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from itertools import combinations, pairwise
+from itertools import combinations
 from pathlib import Path
 
 import pytest
@@ -218,7 +218,7 @@ def test_being_there_at_the_end_makes_up_for_nothing(worse: str) -> None:
 
 
 @given(st.lists(st.sampled_from(["", "r/A", "r/B"]), min_size=40, max_size=200), st.sampled_from(["timeout", "failed"]))
-def test_a_timeout_or_failure_under_reflexes_names_the_rules_and_their_time(rules: list[str], outcome: str) -> None:
+def test_a_timeout_or_failure_under_reflexes_names_the_rule_and_its_time(rules: list[str], outcome: str) -> None:
     """The reason counts what a second count of the periods gives."""
     judge, mind = Judge(GOAL, end_on_stuck=False), Mind()
     for k, rule in enumerate(rules, 1):
@@ -229,14 +229,9 @@ def test_a_timeout_or_failure_under_reflexes_names_the_rules_and_their_time(rule
     verdict = judge.verdict()
     assert verdict.outcome == outcome
     times = {rule: 0.5 * rules.count(rule) for rule in ("r/A", "r/B")}
-    firing = [rule for rule in rules if rule]
-    changes = sum(a != b for a, b in pairwise(firing))
     total = sum(times.values())
     named = [rule for rule in times if f"{rule} for {times[rule]:.1f} s (front = 0.21 m)" in verdict.reason]
-    if changes >= 6:
-        assert named == ["r/A", "r/B"]
-        assert f"which alternated {changes} times" in verdict.reason
-    elif total > 0.25 * 0.5 * len(rules):
+    if total > 0.25 * 0.5 * len(rules):
         assert max(times.values()) in [times[rule] for rule in named]
     else:
         assert named == []

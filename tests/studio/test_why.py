@@ -14,6 +14,7 @@ from rocs_bt.event import (
     MotionHeld,
     MotionReleased,
     RobotPushed,
+    TicketChanged,
 )
 from rocs_bt.expression import evaluate, parse
 from rocs_bt.record import Recording, environment_of, samples
@@ -35,6 +36,11 @@ HARM = [
     BlockFailed(t=4.2, agent="R2", block="plan", kind="raised", detail="KeyError: 3\nand more"),
     AgentStopped(t=4.3, agent="R2", by="its failure"),
 ]
+TURNS = [
+    TicketChanged(t=1.9 + 0.06 * k, agent="R2", ticket=90 + k, action="Flinch", priority="HIGH", state=state, by=by)
+    for k, by in enumerate(["late/TurnAway", "late/Flinch"] * 5)
+    for state in ("RUNNING", "CANCELLED")
+]
 
 
 @pytest.fixture(scope="module", params=[("exp1", 6.0), ("exp3", 6.0), ("exp1_quadruped", 4.0), ("harm", 5.0)])
@@ -47,7 +53,7 @@ def recorded(request, tmp_path_factory):
         return found
     recorder = Recorder(out / "harm.mcap", found.header)
     whole = [e for e in found.events() if e.t < 4.3 and not isinstance(e, AgentStopped)]
-    for event in sorted([*whole, *HARM], key=lambda e: e.t):
+    for event in sorted([*whole, *HARM, *TURNS], key=lambda e: e.t):
         recorder.emit(event)
     recorder.close()
     return Recording.open(recorder.path)
@@ -78,6 +84,8 @@ def test_the_page_says_why_with_the_words_of_the_command_line(tracks, page):
         at = times(tracks)
         found = page.evaluate(f"{at}.map((t) => $why.why(found, '{agent}', t))")
         assert found == [Why(tracks, t, agent).answer for t in at]
+        alternate = any("alternate" in text for text in found)
+        assert alternate == (tracks.get(agent, "alternation") is not None)
 
 
 def parts(text):

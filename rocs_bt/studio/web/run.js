@@ -230,11 +230,20 @@ export class Run {
     return found;
   }
 
+  /** The longest alternation of an agent that explains its outcome, as in record/alternation.py; undefined without one. */
+  livelock(agent) {
+    const { outcome, t: at } = this.outcome(agent), found = this.get(agent, "alternation")?.v.filter(Boolean) ?? [], took = (a) => a.last - a.begin;
+    const longest = found.sort((a, b) => took(b) - took(a))[0];
+    const lasts = longest && at - longest.last <= longest.pause + 1e-6, long = longest && outcome === "timeout" && took(longest) >= (at - this.start) / 4;
+    return ["timeout", "failed", "stuck"].includes(outcome) && (lasts || long) ? longest : undefined;
+  }
+
   /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
   moment() {
     const failed = this.agents.find((a) => this.outcome(a) && this.outcome(a).outcome !== "success");
     if (failed) {
-      const { t } = this.outcome(failed);
+      const { t } = this.outcome(failed), locked = this.livelock(failed);
+      if (locked) return { t: locked.begin, address: `${failed}|alternation|` };
       const cause = this.log.findLast(([at, agent, level, , about]) => agent === failed && level >= 4 && at <= t && about);
       if (cause) return { t: cause[0], address: cause[4] };
       const last = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((x, y) => y.name.length - x.name.length)[0];

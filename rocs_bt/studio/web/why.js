@@ -86,6 +86,11 @@ class Mission {
 
 /** Why the robot of an agent moved as it did at a time: one sentence. */
 export const why = (run, agent, t) => {
+  const turns = run.get(agent, "alternation")?.at(t + SLACK);
+  return `${answer(run, agent, t)}${turns && t - turns.last <= turns.pause + 1e-6 ? `; ${turns.text}` : ""}.`;
+};
+
+const answer = (run, agent, t) => {
   const now = t + SLACK, mission = new Mission(run, agent, now);
   const value = (topic, name = "") => run.get(agent, topic, name)?.at(now);
   const since = (topic, name = "") => ago(run.get(agent, topic, name).since(now), t);
@@ -151,14 +156,14 @@ export const why = (run, agent, t) => {
 
   const motion = value("motion") ?? "acted", because = cause(), push = value("push");
   const tilt = value("motion", "true tilt") || value("motion", "tilt");
-  if (tilt) return `${agent} ${tilt}, while ${because}.`;
+  if (tilt) return `${agent} ${tilt}, while ${because}`;
   if (push && push.t - SLACK <= t && t <= push.t + push.duration + PUSHED) {
     const force = `${three(Math.hypot(...push.force))} N for ${three(push.duration)} s`;
-    return `${agent} ${motion} and was ${push.agent ? "" : `${push.body} was `}pushed by ${force}${ago(push.t, t)}, while ${because}.`;
+    return `${agent} ${motion} and was ${push.agent ? "" : `${push.body} was `}pushed by ${force}${ago(push.t, t)}, while ${because}`;
   }
   const [held] = run.of(agent, "hold").filter((track) => track.at(now)).sort((a, b) => a.since(now) - b.since(now));
-  if (held) return `${agent} ${motion} because a safety gate holds '${held.name}' in neutral${ago(held.since(now), t)} (${held.at(now)}), while ${because}.`;
-  return `${agent} ${linked(motion, because)}.`;
+  if (held) return `${agent} ${motion} because a safety gate holds '${held.name}' in neutral${ago(held.since(now), t)} (${held.at(now)}), while ${because}`;
+  return `${agent} ${linked(motion, because)}`;
 };
 
 /** Relative distance of both sides of a comparison. */
