@@ -12,6 +12,7 @@ import click
 from ..dialect import DIALECTS
 from ..errors import Fault
 from ..words import counted
+from .content import json_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 @click.command()
 @click.argument("paths", nargs=-1, type=click.Path(path_type=Path))
-@click.option("--json", "as_json", is_flag=True, help="Print JSON: files, and faults with file, line and column.")
+@json_option("Print JSON: files, and faults with file, line and column.")
 @click.option("--strict", is_flag=True, help="Exit with 2 for warnings too (for CI); notes do not count.")
 @click.option("--no-code", is_flag=True, help="Parse Python content without running it.")
 @click.option(

@@ -18,7 +18,7 @@ from ..errors import Fault, InputError
 from ..files import check_writable, write_whole
 from ..units import POSITIVE
 from ..words import counted
-from .content import no_code_option
+from .content import json_option, no_code_option
 from .progress import Progress
 from .quantity import QuantityType
 from .terminal import echo, show_table, show_warnings
@@ -87,9 +87,7 @@ _WIDE = 1000  # characters, wider than any table
     "--markdown", type=click.Path(path_type=Path, dir_okay=False), help="Write the tables of the report in Markdown."
 )
 @click.option("--export", type=click.Path(path_type=Path, dir_okay=False), help="Write the episodes as JSON lines.")
-@click.option(
-    "--json", "as_json", is_flag=True, help="Print results and verdicts as JSON; equal content gives equal bytes."
-)
+@json_option("Print results and verdicts as JSON; equal content gives equal bytes.")
 @no_code_option
 def command(
     planners: Sequence[str],

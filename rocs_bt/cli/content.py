@@ -2,16 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+
+from .terminal import own_stdout
 
 if TYPE_CHECKING:
     from ..catalog import Catalog
 
+F = TypeVar("F", bound=Callable[..., Any])
+
 no_code_option = click.option("--no-code", is_flag=True, help="Refuse Python content.")
 """Option of every command that runs Python content."""
+
+
+def json_option(text: str) -> Callable[[F], F]:
+    """Option `--json`, passed as `as_json`; with it standard output has the JSON only (see `own_stdout`).
+
+    Args:
+        text: Help of the option.
+    """
+    return click.option("--json", "as_json", is_flag=True, help=text, callback=_reserve)
+
+
+def _reserve(context: click.Context, _: click.Parameter, wanted: bool) -> bool:
+    if wanted:
+        context.with_resource(own_stdout())
+    return wanted
 
 
 def catalog_for(name: str, *, no_code: bool) -> Catalog:

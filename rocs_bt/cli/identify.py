@@ -14,7 +14,7 @@ import click
 
 from ..errors import Fault, InputError
 from ..files import check_writable, read_text, write_whole
-from .content import catalog_for, no_code_option
+from .content import catalog_for, json_option, no_code_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 @click.command()
 @click.argument("robot")
 @click.option("--write", is_flag=True, help="Correct robot.toml where it differs in a harmful direction.")
-@click.option("--json", "as_json", is_flag=True, help="As JSON, SI units.")
+@json_option("As JSON, SI units.")
 @click.option("--dry-run", is_flag=True, help="Write no file.")
 @no_code_option
 def command(robot: str, write: bool, as_json: bool, dry_run: bool, no_code: bool) -> None:

@@ -14,6 +14,7 @@ from ..errors import Fault, InputError, KnowledgeError
 from ..files import read_text, write_whole
 from ..geometry import Pose2
 from ..units import NOT_NEGATIVE
+from .content import json_option
 from .quantity import QuantityType
 from .terminal import echo
 
@@ -185,7 +186,7 @@ def _beside(run: Path) -> Path:
 @agent_option
 @run_number_option
 @at_option
-@click.option("--json", "as_json", is_flag=True, help="Print the answers as JSON.")
+@json_option("Print the answers as JSON.")
 def query(run: Path, text: str, agent: str | None, run_number: int | None, t: float | None, as_json: bool) -> int:
     """Query the knowledge of an agent, such as "object where moves and distance(pose, robot) < 2 m".
 

@@ -10,6 +10,7 @@ from urllib.parse import unquote, urlparse
 import click
 
 from ..errors import InputError, RocsError
+from .terminal import own_stdout
 
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
@@ -27,7 +28,9 @@ def command(no_code: bool) -> None:
 
     The editor starts it and speaks with it on its standard input and output, by the Language Server Protocol.
     """
-    make_server(code=not no_code).start_io()
+    server = make_server(code=not no_code)
+    with own_stdout() as stdout:  # the protocol's: content may print
+        server.start_io(stdout=stdout.buffer)
 
 
 def make_server(*, code: bool = True) -> LanguageServer:

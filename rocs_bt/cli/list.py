@@ -7,12 +7,13 @@ import json
 import click
 
 from ..catalog import KINDS, Catalog, Entry
+from .content import json_option
 from .terminal import echo, styled
 
 
 @click.command()
 @click.argument("kind", required=False)
-@click.option("--json", "as_json", is_flag=True, help="As JSON: name, kind, path, doc, origin.")
+@json_option("As JSON: name, kind, path, doc, origin.")
 def command(kind: str | None, as_json: bool) -> None:
     """List the content of the project and of rocs_bt, by kind and name.
 

@@ -10,7 +10,7 @@ from ..catalog import Catalog
 from ..dialect import DIALECTS
 from ..files import write_whole
 from .content import no_code_option
-from .terminal import echo
+from .terminal import echo, own_stdout
 
 
 @click.command()
@@ -33,6 +33,7 @@ def command(out: Path | None, dialect: str, no_code: bool) -> None:
     from ..plan import mission_nodes, shipped_nodes
     from ..trees.xml import palette
 
+    click.get_current_context().with_resource(own_stdout())
     catalog = Catalog.here(code=not no_code)
     shipped = shipped_nodes(dialect)
     own = [node for node in catalog.load_nodes() if node.tag not in shipped] if catalog.code else []

@@ -11,7 +11,7 @@ import click
 
 from ..catalog import CachingCatalog, Catalog
 from ..event import Event, RulesReplaced
-from .content import catalog_for, no_code_option
+from .content import catalog_for, json_option, no_code_option
 from .outcome import exit_code, outcome_text
 from .progress import Progress
 from .quantity import QuantityType
@@ -30,7 +30,7 @@ _LOCAL = (
     click.option(
         "--port", type=click.IntRange(0, 65535), default=0, help="Port of the live page; by default any free port."
     ),
-    click.option("--json", "as_json", is_flag=True, help="Print the summary as JSON."),
+    json_option("Print the summary as JSON."),
     no_code_option,
 )
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
+from .content import json_option
 from .terminal import echo, styled
 
 if TYPE_CHECKING:
@@ -23,7 +24,7 @@ _COLOURS = {"satisfied": "green", "violated": "red", "unknown": "yellow"}
     "--require", "texts", metavar="TEXT", multiple=True, help="Check this requirement instead; may be repeated."
 )
 @click.option("--agent", help="Name of the agent; by default all.")
-@click.option("--json", "as_json", is_flag=True, help="As JSON, by agent.")
+@json_option("As JSON, by agent.")
 def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool) -> int:
     """Check the requirements of RUN's scenario, or others, on its recording: verdict, minimum margin and its time.
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..catalog import Catalog
-from .content import no_code_option
+from .content import json_option, no_code_option
 from .terminal import echo
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 @click.option("--set", "values", multiple=True, metavar="NAME=VALUE", help="A parameter, such as 'people=12'.")
 @click.option("--out", type=click.Path(path_type=Path, file_okay=False), default=Path(), help="Project folder.")
 @click.option("--dry-run", is_flag=True, help="Print the difficulty; write nothing.")
-@click.option("--json", "as_json", is_flag=True, help="Difficulty as JSON, SI units.")
+@json_option("Difficulty as JSON, SI units.")
 @no_code_option
 def command(
     family: str,

@@ -15,7 +15,7 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..units import POSITIVE
 from ..words import counted
-from .content import no_code_option
+from .content import json_option, no_code_option
 from .progress import Progress
 from .quantity import QuantityType
 from .terminal import echo, show_warnings
@@ -67,7 +67,7 @@ _LISTED = 12  # maximum number of listed obstacles
     show_default=True,
     help="Wall-clock limit of an episode.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON, including scenario and world of the scene.")
+@json_option("Print JSON, including scenario and world of the scene.")
 @no_code_option
 def command(
     planner: str,

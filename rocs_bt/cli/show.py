@@ -12,7 +12,7 @@ from ..files import write_whole
 from ..units import Quantity
 from ..words import inactive_rule
 from .content import catalog_for, no_code_option
-from .terminal import echo
+from .terminal import echo, own_stdout
 
 
 @click.command()
@@ -49,6 +49,7 @@ def command(
     """
     from ..check import draw_mission
 
+    click.get_current_context().with_resource(own_stdout())
     catalog = catalog_for(name, no_code=no_code)
     rules = compiled or name.endswith(".toml") or name not in {e.name for e in catalog.list("mission")}
     if rules and (name.endswith(".toml") or compiled or name in {e.name for e in catalog.list("rules")}):

@@ -15,7 +15,7 @@ import threading
 import traceback
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, redirect_stdout, suppress
 from typing import Any, TextIO
 
 import click
@@ -29,6 +29,7 @@ _UNSAFE = re.compile(
     "\u2028\u2029\ud800-\udfff]"  # other line separators; surrogates, which no stream can encode
 )
 _MARK = os.urandom(8).hex()  # secret, so that content cannot style text
+_stdout: TextIO | None = None  # standard output of a command that has it to itself
 _STYLED = re.compile(rf"\x00{_MARK}:([0-9;]*)\x00")
 
 
@@ -100,7 +101,7 @@ def show_table(
         table.add_column(Text(safe(name)), justify="right" if i in right else "left", no_wrap=i == 0 and bool(right))
     for i, row in enumerate(rows):
         table.add_row(*(Text(safe(cell)) for cell in row), style=(styles or {}).get(i))
-    terminal, text = (sys.stderr if err else sys.stdout).isatty(), io.StringIO()
+    terminal, text = _stream(err).isatty(), io.StringIO()
     width = max(Console().width, 80 if terminal else edge)
     Console(file=text, width=width - indent, force_terminal=terminal, highlight=False).print(table)
     for line in text.getvalue().rstrip("\n").split("\n"):
@@ -136,6 +137,39 @@ def guard_streams() -> None:
 
 
 @contextmanager
+def own_stdout() -> Iterator[TextIO]:
+    """Context in which standard output belongs to the command: content and its processes print to standard error.
+
+    Yields:
+        Standard output, to which `echo` writes.
+    """
+    global _stdout
+    before, kept = sys.stdout, -1
+    if _is_stdout(before):  # not where a caller has put another stream in its place
+        before.flush()
+        kept = os.dup(1)
+        os.dup2(2, 1)
+    _stdout = before if kept < 0 else os.fdopen(os.dup(kept), "w", encoding=before.encoding, newline="")
+    try:
+        with redirect_stdout(sys.stderr):
+            yield _stdout
+    finally:
+        if kept >= 0:
+            with suppress(OSError, ValueError):  # it is closed
+                _stdout.close()
+            os.dup2(kept, 1)
+            os.close(kept)
+        _stdout = None
+
+
+def _is_stdout(stream: TextIO) -> bool:
+    try:
+        return stream.fileno() == 1
+    except (OSError, ValueError, AttributeError):
+        return False
+
+
+@contextmanager
 def discard_if_closed() -> Iterator[None]:
     """Discard output in the context, and buffered output, if the terminal was closed."""
     try:
@@ -149,10 +183,16 @@ def discard_if_closed() -> Iterator[None]:
         os.close(nowhere)
 
 
+def _stream(err: bool) -> TextIO:
+    return sys.stderr if err else _stdout or sys.stdout
+
+
 def _mark(code: str) -> str:
     return f"\x00{_MARK}:{code}\x00"
 
 
 def _write(text: str, err: bool, nl: bool) -> None:
-    encoding = getattr(sys.stderr if err else sys.stdout, "encoding", None) or "utf-8"
-    click.echo(text.encode(encoding, "backslashreplace").decode(encoding), err=err, nl=nl)
+    stream = _stream(err)
+    encoding = getattr(stream, "encoding", None) or "utf-8"
+    shown = text.encode(encoding, "backslashreplace").decode(encoding)
+    click.echo(shown, stream, nl=nl)

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
 import subprocess
 import sys
 import threading
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal
 
@@ -25,7 +27,9 @@ from .live import STUDIO
 from .runs import Runs, end_of
 
 _PACKAGES = str(Path(__file__).resolve().parents[2])
-_LINES = 60  # of the output of a run that are kept
+_LINES = 200  # of the output of a run that are kept
+_WIDE = 1000  # [bytes] of a line of the output; a longer one becomes several
+_REST = 2.0  # [s] for the rest of the data and of the output after the end of a process
 _GOODBYE = 10.0  # [s] for the runs to write their files when the studio ends
 
 
@@ -95,6 +99,11 @@ class Launcher:
         """
         self._child(name).send(command)
 
+    def output(self, name: str) -> str:
+        """Last lines that a run which was started here has printed; empty for another run."""
+        child = self._children.get(name)
+        return "" if child is None else child.output
+
     def stop(self, name: str) -> None:
         """End a run in order, as Ctrl-C does; the second time it ends at once.
 
@@ -146,6 +155,8 @@ def _unlinked(folder: Path, runs: Path) -> Path:
 class _Child:
     """Process of a run.
 
+    It gets a socket of its own to the studio, since content may print to standard output at any time.
+
     Attributes:
         feed: Feed of the run.
     """
@@ -153,20 +164,22 @@ class _Child:
     def __init__(self, arguments: Sequence[str], folder: Path, url: str, place: Path) -> None:
         self.feed = Feed(control=True)
         self._folder = folder
-        self._said: deque[str] = deque(maxlen=_LINES)
+        self._printed: deque[tuple[bool, str]] = deque(maxlen=_LINES)  # whether to standard error, and a line
+        self._over = threading.Event()
         paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
-        self._process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "rocs_bt", "run", *arguments, "--live"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            cwd=place,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), STUDIO: url},
-            start_new_session=True,  # Ctrl-C is for the studio, which then ends its runs in order
-        )
-        if self._process.stdin is None:
-            raise RuntimeError("the run's process has no pipe")
-        self._commands = frames.Sender(self._process.stdin)
+        self._socket, theirs = socket.socketpair()
+        with theirs:
+            self._process = subprocess.Popen(
+                [sys.executable, "-P", "-m", "rocs_bt", "run", *arguments, "--live"],
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.PIPE,
+                stderr=subprocess.PIPE,
+                cwd=place,
+                pass_fds=[theirs.fileno()],
+                env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), STUDIO: f"{theirs.fileno()} {url}"},
+                start_new_session=True,  # Ctrl-C is for the studio, which then ends its runs in order
+            )
+        self._commands = frames.Sender(self._socket.makefile("wb"))
         self._reader = threading.Thread(target=self._read, name="run", daemon=True)
         self._reader.start()
 
@@ -174,6 +187,11 @@ class _Child:
     def over(self) -> bool:
         """Whether the run is over."""
         return self.feed.closed
+
+    @property
+    def output(self) -> str:
+        """Last lines that the run, its content and the processes that they have started have printed."""
+        return "\n".join(line for _, line in list(self._printed))
 
     def send(self, command: RunCommand) -> None:
         """Pass a command to the run."""
@@ -202,25 +220,34 @@ class _Child:
     def _receive(self) -> str:
         """Feed what the run sends until it has ended; returns why the page is not complete, empty if it is."""
         process, wrong = self._process, ""
-        if process.stdout is None or process.stderr is None or process.stdin is None:
-            return "the run's process has no pipe."
-        talk = threading.Thread(target=self._listen, daemon=True)
-        talk.start()
+        talk = [threading.Thread(target=self._listen, args=(error,), daemon=True) for error in (False, True)]
+        for thread in (*talk, threading.Thread(target=self._part, daemon=True)):
+            thread.start()
         try:
-            with process.stdout:
-                frames.receive(process.stdout, self.feed)
+            with self._socket.makefile("rb") as stream:
+                frames.receive(stream, self.feed)
         except Exception as error:  # noqa: BLE001 - boundary: a run may send anything
             wrong = f"the studio cannot read the data of the run, and has ended it: {error}"
             self.stop()
         code = process.wait()
-        talk.join()
-        process.stdin.close()
-        return wrong or ("" if code in (0, 1) else "\n".join(self._said) or f"the run ended with exit code {code}.")
+        self._over.set()
+        self._socket.close()
+        for thread in talk:
+            thread.join(_REST)
+        said = "\n".join(line for error, line in list(self._printed) if error)
+        return wrong or ("" if code in (0, 1) else said or f"the run ended with exit code {code}.")
 
-    def _listen(self) -> None:
-        """Keep the last lines that the run prints; it never waits for a reader."""
-        stream = self._process.stderr
+    def _part(self) -> None:
+        """End the data with the process: one that it has started may hold the socket open."""
+        self._process.wait()
+        if not self._over.wait(_REST):
+            with suppress(OSError):
+                self._socket.shutdown(socket.SHUT_RDWR)
+
+    def _listen(self, error: bool) -> None:
+        """Keep the last lines that are printed, so that no process waits for a reader."""
+        stream = self._process.stderr if error else self._process.stdout
         if stream is not None:
             with stream:
-                for line in stream:
-                    self._said.append(line.decode("utf-8", "replace").rstrip("\r\n"))
+                while line := stream.readline(_WIDE):
+                    self._printed.append((error, line.decode("utf-8", "replace").rstrip("\r\n")))

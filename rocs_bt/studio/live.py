@@ -6,6 +6,7 @@ import contextlib
 import math
 import os
 import secrets
+import socket
 import subprocess
 import sys
 import threading
@@ -29,7 +30,7 @@ RATE = 10.0
 """Rate of updates of browsers [Hz]."""
 
 STUDIO = "ROCS_BT_STUDIO"
-"""Environment variable with the URL of the studio that has started this process."""
+"""Environment variable of a run that the studio has started: number of its socket to the studio, and its URL."""
 
 _PACKAGES = str(Path(__file__).resolve().parents[2])
 _START = 60.0  # [s] time limit for the start of the page's process
@@ -49,7 +50,7 @@ class LivePage:
     `emit` only appends an event to a list. A thread sends new events at 10 Hz to a separate process. This process
     serves the page on loopback; the URL contains a secret token. A page that has failed or stalled never blocks the
     run. Leaving the context waits at most a few seconds for the page's process and then kills it.
-    A run that the studio has started has the studio as its page, and sends to it on its standard output.
+    A run that the studio has started has the studio as its page, and talks with it on a socket that it inherits.
 
     Args:
         port: Port to serve on; 0 for any free port.
@@ -75,10 +76,8 @@ class LivePage:
         self._pipe: frames.Sender | None = None
 
     def __enter__(self) -> LivePage:
-        if url := os.environ.pop(STUDIO, ""):  # not for the processes that this run starts
-            self.url, commands = url, self._join_studio()
-        else:
-            commands = self._start()
+        place = os.environ.pop(STUDIO, "")  # not for the processes that this run starts
+        commands = self._join_studio(place) if place else self._start()
         threading.Thread(target=self._listen, args=(commands,), name="live commands", daemon=True).start()
         return self
 
@@ -148,15 +147,13 @@ class LivePage:
         self.url = found.url
         return process.stdout
 
-    def _join_studio(self) -> IO[bytes]:
-        """Take standard input and output as the pipes to the studio; what is printed goes to standard error."""
-        self._pipe = frames.Sender(os.fdopen(os.dup(1), "wb"))
-        commands = os.fdopen(os.dup(0), "rb")
-        os.dup2(2, 1)
-        nothing = os.open(os.devnull, os.O_RDONLY)
-        os.dup2(nothing, 0)
-        os.close(nothing)
-        return commands
+    def _join_studio(self, place: str) -> IO[bytes]:
+        """Take the socket to the studio, given by its number and the studio's URL; returns the stream of commands."""
+        number, _, self.url = place.partition(" ")
+        with socket.socket(fileno=int(number)) as end:
+            end.set_inheritable(False)
+            self._pipe = frames.Sender(end.makefile("wb"))
+            return end.makefile("rb")
 
     def _listen(self, stream: IO[bytes]) -> None:
         """Take the commands of the browsers; a page that has gone must not keep a run paused."""

@@ -44,6 +44,7 @@ def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_co
         ("GET", "runs"): lambda _: as_json(runs.list()),
         ("GET", "head"): lambda request: runs.head(_run(request)),
         ("GET", "events"): lambda request: stream(runs.feed(_run(request))),
+        ("GET", "output"): lambda request: as_json(launcher.output(_run(request))),
         ("POST", "start"): start,
         ("POST", "stop"): stop,
         ("POST", "control"): control,

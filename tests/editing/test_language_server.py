@@ -12,6 +12,7 @@ import pytest
 
 from rocs_bt.cli.main import call
 
+from ..noise import write_noisy_project
 from .conftest import MISSION
 
 
@@ -150,6 +151,21 @@ def test_all_four_kinds_of_files_are_served(client, yard, file, old, new, messag
         labels = [i["label"] for i in client.at("completion", yard / file, line, len(new) - 1)]
         assert complete in labels
     client.tell("textDocument/didClose", textDocument={"uri": (yard / file).as_uri()})
+
+
+def test_content_that_prints_does_not_reach_the_editor(tmp_path):
+    pytest.importorskip("pygls", reason="pygls is not installed: the extra `editor`")
+    folder = write_noisy_project(tmp_path / "loud")
+    client = Client(folder)
+    try:
+        client.start()
+        scenario = folder / "scenarios" / "loud.toml"
+        client.open(scenario, scenario.read_text())
+        assert [f for f in client.faults(scenario) if f["severity"] == 1] == []
+        client.open(folder / "planners" / "missions" / "new.xml", MISSION % "<Shout/>")
+        assert client.at("completion", folder / "planners" / "missions" / "new.xml", 4, 7)
+    finally:
+        client.end()
 
 
 def test_without_pygls_the_command_says_what_to_install(monkeypatch, capsys):

@@ -22,6 +22,7 @@ from rocs_bt.studio.launch import _Child, _unlinked
 from rocs_bt.studio.runs import Runs
 
 from .. import synthetic
+from ..noise import WAYS, write_noisy_project
 from ..pages import unpacked
 from ..waiting import GUARD, until
 from .test_page import click, faults, press, text
@@ -296,11 +297,40 @@ def test_a_start_whose_recording_is_a_link_is_refused(project, studio):
 
 
 def test_a_run_that_sends_what_cannot_be_read_ends_and_says_so(tmp_path, monkeypatch):
-    popen, code = subprocess.Popen, "import os, time; os.write(1, bytes([1, 0, 0, 0, 0xC1])); time.sleep(600)"
+    wrong = "os.write(int(os.environ['ROCS_BT_STUDIO'].split()[0]), bytes([1, 0, 0, 0, 0xC1]))"
+    popen, code = subprocess.Popen, f"import os, time; {wrong}; time.sleep(600)"
     monkeypatch.setattr(subprocess, "Popen", lambda _, **given: popen([sys.executable, "-c", code], **given))
     child = _Child([], tmp_path, "", tmp_path)
     until(lambda: child.over)
     assert "cannot read the data of the run" in child.feed.about["missing"]
+
+
+@pytest.mark.browser
+def test_what_content_prints_is_on_the_page_and_a_process_that_outlives_the_run_keeps_nothing_open(browser, tmp_path):
+    with Studio(write_noisy_project(tmp_path / "loud", alive=600.0)) as studio:
+        name = studio.post("start", scenario="loud", duration=0.5)["run"]
+        until(lambda: studio.state(name) == "over")
+        about, _ = unpacked(studio.get(f"head?run={name}"))
+        assert about["missing"] == ""
+        assert about["results"]["R2"]["outcome"] == "timeout"
+        lines = json.loads(studio.get(f"output?run={name}")).split("\n")
+        assert {f"{way} {at}" for way in WAYS for at in ("import", "tick")} <= set(lines)
+        browser.open(f"{studio.url}run?run={name}")
+        arrives(browser, "document.querySelector('.output')")
+        click(browser, ".tabs button", "about")
+        click(browser, ".output summary", "output of the run")
+        shown(browser, "document.querySelector('.output pre').textContent.includes('child tick')")
+        browser.open("about:blank")
+        assert faults(browser) == []
+
+
+def test_of_endless_output_the_end_is_kept(tmp_path, monkeypatch):
+    popen, code = subprocess.Popen, "print('x' * 5_000_000, end=''); print(*range(10_000), sep='\\n')"
+    monkeypatch.setattr(subprocess, "Popen", lambda _, **given: popen([sys.executable, "-c", code], **given))
+    child = _Child([], tmp_path, "", tmp_path)
+    until(lambda: child.over)
+    assert child.output.endswith("9998\n9999")
+    assert len(child.output) < 2_000
 
 
 def arrives(browser, script):

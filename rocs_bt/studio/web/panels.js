@@ -3,10 +3,12 @@
 import { el, put, shown, upto } from "./dom.js";
 import { Graph } from "./graph.js";
 import { isSecond } from "./second.js";
+import { get, runName } from "./server.js";
 import { raw } from "./tools.js";
 
 const LEVELS = ["", "debug", "", "warn", "error", "error"];
 const MOST = 3000; // lines of the log on the page
+const ASK = 500; // [ms] between two questions for what the run has printed
 const FRESH = 1; // [s] for which a change is marked
 
 /** A panel that updates while it is visible. */
@@ -179,9 +181,10 @@ export class Signals extends Panel {
 /** How the run was made, and what of its content was not active. */
 export class About extends Panel {
   constructor(run, cursor) {
-    const list = el("dl", { class: "about" });
-    super(run, cursor, list);
-    this.list = list;
+    const list = el("dl", { class: "about" }), text = el("pre", { tabindex: 0, "aria-label": "what the run has printed" });
+    const output = el("details", { class: "output", hidden: !runName, ontoggle: () => this.update() }, el("summary", {}, "output of the run"), text);
+    super(run, cursor, list, output);
+    Object.assign(this, { list, output, text });
     this.build();
   }
 
@@ -197,5 +200,12 @@ export class About extends Panel {
     this.list.replaceChildren(...rows.filter(([, text]) => text).flatMap(([label, text]) => [el("dt", {}, label), el("dd", {}, text)]));
   }
 
-  update() { /* nothing here depends on the time */ }
+  /** Asks for what the run has printed, while it is open. */
+  async update() {
+    if (!this.output.open || this.asking) return;
+    this.asking = true;
+    const printed = await get(`output${location.search}`).catch((error) => error.message);
+    put(this.text, printed || "Nothing is kept: the run printed nothing, or another process started it.");
+    setTimeout(() => { this.asking = false; }, ASK);
+  }
 }
