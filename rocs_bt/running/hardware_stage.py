@@ -189,11 +189,12 @@ class HardwareStage:
                 gate.neutral()
 
     def _watch_process(self, agent: Agent, link: IsolatedActuator) -> None:
-        """Hold an agent while the process of its actuator waits for a processor."""
+        """Hold an agent while the process of its actuator is late."""
         key, source = (agent.name, link.name), f"late process of {link.name}"
         if link.late and key not in self._late:
             self._late.add(key)
-            agent.hold(f"the process of actuator {link.name} is late: it waits for a processor{load()}", source)
+            why = "the machine is busy, or the driver waits"
+            agent.hold(f"the process of actuator {link.name} is late: {why}{load()}", source)
         elif not link.late and key in self._late:
             self._late.remove(key)
             agent.resume(source, f"{link.name}, on time again")

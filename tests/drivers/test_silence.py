@@ -78,6 +78,16 @@ def test_a_process_that_waits_for_a_processor_is_late_and_not_hung(waited):
     assert not watch.late
 
 
+def test_a_silent_process_is_late_first_where_another_way_to_the_device_exists(waited):
+    watch, found, late = Silence(MAX_AGE, 1, patient=True), "", []
+    while not found:
+        found = watch.after(TICK, progress=False, waiting=True)
+        late.append(watch.late)
+    assert late.index(True) == round((MAX_AGE + GRACE) / TICK)
+    assert found == "has not answered for 1 s"
+    assert len(late) * TICK == pytest.approx(HUNG, abs=1.5 * TICK)
+
+
 def test_a_wait_that_lasts_counts_before_the_system_adds_it(waited, monkeypatch):
     ran = [0.0]
     monkeypatch.setattr(silence, "ready_threads", lambda process: {"1": ran[0]})

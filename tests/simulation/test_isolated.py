@@ -113,7 +113,7 @@ def test_a_process_that_waits_for_a_processor_holds_the_robot_until_it_answers(r
         robot.tells("MotionReleased")
         robot.wheels.until(lambda line: line.what == "neutral")
         robot.wheels.drive()
-    assert "the process of actuator wheels is late: it waits for a processor (load " in held[-1]
+    assert "the process of actuator wheels is late: the machine is busy, or the driver waits (load " in held[-1]
 
 
 def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):

@@ -39,7 +39,9 @@ class IsolatedActuator(Actuator):
 
     A thread supervises the process. If the process ends or answers nothing for `max_age`, the thread kills it, and
     opens the device in the main process (see `Standby`) to send it to neutral. A process that only waits for a
-    processor is not killed at once: the actuator is `late` then, and its caller holds the robot.
+    processor is not killed at once: the actuator is `late` then, and its caller holds the robot. So is every silent
+    process of a device with two owners, because the standby sends neutral at once: a publisher of Fast DDS can wait
+    for 333 ms while a peer in shared memory is checked (eProsima/Fast-DDS issue 6535).
 
     Args:
         maker: Function that constructs the driver, called in the process.
@@ -63,7 +65,7 @@ class IsolatedActuator(Actuator):
         self._number = self._answered = 0  # numbers of the newest request and of the newest answered one
         self._failure: ActuatorError | None = None
         self._closed = False
-        self._silence = Silence(max_age, self._process.pid)
+        self._silence = Silence(max_age, self._process.pid, patient=maker.two_owners)
         self._thread = threading.Thread(target=self._supervise, name=f"{maker.name}/supervisor", daemon=True)
         self._standby: Standby | None = None
         try:
@@ -91,7 +93,7 @@ class IsolatedActuator(Actuator):
 
     @property
     def late(self) -> bool:
-        """Whether the process answers late because it waits for a processor."""
+        """Whether the process answers late, but does not count as hung yet."""
         return self._silence.late
 
     def check(self) -> ActuatorError | None:
@@ -134,7 +136,7 @@ class IsolatedActuator(Actuator):
         last = time.monotonic()
         while self._failure is None and not self._closed:
             self._channel.wait(TICK)
-            raised, helpless, progress = "", False, False
+            raised, helpless, progress, was_late = "", False, False, self.late
             for message in self._channel.receive():
                 if isinstance(message, Failed):
                     raised, helpless = raised or message.message, helpless or message.neutral
@@ -143,6 +145,8 @@ class IsolatedActuator(Actuator):
             now = time.monotonic()
             why = self._silence.after(now - last, progress=progress, waiting=self._answered != self._number)
             last = now
+            if self.late and not was_late and self._standby is not None:
+                self._standby.stop()
             if helpless:  # the driver's neutral raises there: perhaps that of a new driver does not
                 self._replace("raised", raised)
             elif raised:  # the process has sent the device to neutral, and goes on to do so on request

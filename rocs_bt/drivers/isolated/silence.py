@@ -13,7 +13,7 @@ GRACE = 2 * TICK
 
 HUNG = 1.0
 """Time without a command performed, although the device is in neutral, after which the driver counts as hung [s]; also
-the longest silence of a process that waits for a processor [s]."""
+the longest silence of a process that is late [s]."""
 
 
 class Silence:
@@ -26,13 +26,15 @@ class Silence:
     Args:
         max_age: Age of the last command at which the process sends the device to neutral [s].
         process: ID of the process.
+        patient: Whether every silence up to `HUNG` is lateness, as another way to the device exists.
 
     Attributes:
-        late: Whether the process is silent for longer than it may, but waited for a processor.
+        late: Whether the process is silent for longer than it may, but does not count as hung yet.
     """
 
-    def __init__(self, max_age: float, process: int) -> None:
+    def __init__(self, max_age: float, process: int, *, patient: bool = False) -> None:
         self.late = False
+        self._patient = patient
         self._limit = max_age + GRACE
         self._rest_limit = 0.5 * max_age
         self._process = process
@@ -64,7 +66,7 @@ class Silence:
             self._silent, self._starved = self._silent + counted, self._starved + starved
         most = max(HUNG, self._limit)
         self.late = self._silent > self._limit
-        if self._silent - self._starved > self._limit:
+        if not self._patient and self._silent - self._starved > self._limit:
             return f"has not answered for {self._limit:.3g} s"
         if self._silent > most:
             return f"has not answered for {most:.3g} s"

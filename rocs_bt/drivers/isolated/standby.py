@@ -44,6 +44,10 @@ class Standby:
         self._thread.join(SOON)
         return self._problem
 
+    def stop(self) -> None:
+        """Send the device to neutral once, if it is open, in a thread of its own: the caller does not wait."""
+        threading.Thread(target=self._try, args=(True,), name="standby/stop", daemon=True).start()
+
     def neutral(self, *, now: bool = False) -> None:
         """Send the device to neutral, if it is open, and the standby has taken over or shall act now."""
         if (self._active or now) and self._device is not None:
@@ -67,10 +71,10 @@ class Standby:
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's driver may raise anything
             self._problem = describe(error)
 
-    def _try(self) -> None:
+    def _try(self, now: bool = False) -> None:
         """Send the device to neutral; the next attempt is made also if this one raises."""
         try:
-            self.neutral()
+            self.neutral(now=now)
             self._problem = ""
         except Exception as error:  # noqa: BLE001 - a user's driver may raise anything
             self._problem = describe(error)
