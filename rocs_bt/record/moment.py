@@ -57,12 +57,15 @@ class Mission:
         """
         return list(self._front(self.root)) if self.root and self.status(self.root) == "RUNNING" else []
 
-    def deadlines(self, path: str) -> list[str]:
-        """What the RUNNING nodes above a node wait for, such as the deadline of a Timeout; nearest first."""
+    def above(self, path: str) -> list[str]:
+        """Messages of the nodes above a node that are RUNNING or failed as the root; nearest first.
+
+        These are deadlines such as that of a Timeout, and attempts such as that of a RetryUntilSuccessful.
+        """
         parents = {child: node.path for node in self.nodes.values() for child in node.children}
-        found = []
+        found, wanted = [], self.status(self.root)
         while self.status(path := parents.get(path, "")):
-            if self.status(path) == "RUNNING" and self.note(path):
+            if self.status(path) == wanted and self.note(path):
                 found.append(self.note(path))
         return found
 

@@ -97,7 +97,8 @@ class Why(Moment):
             return self._reflex(running)
         if running is not None:
             leaf = f"the leaf '{running.by}' of its mission" if self.mission.status(running.by) else f"'{running.by}'"
-            return f"{leaf} runs {running.action}({values_text(running.parameters)})"
+            text = f"{leaf} runs {running.action}({values_text(running.parameters)})"
+            return _with(text, self.mission.above(running.by))
         if (ended := self._ended()) or not self.mission.root:
             return ended or "no action was active"
         return self._waits()
@@ -108,7 +109,7 @@ class Why(Moment):
         if mission.status(root) not in _ENDS:
             return ""
         leaf = mission.failed()
-        about = f": '{leaf}' failed" + (f" ({mission.note(leaf)})" if mission.note(leaf) else "") if leaf else ""
+        about = _with(f": '{leaf}' failed", [mission.note(leaf), *mission.above(leaf)]) if leaf else ""
         return f"its mission had ended with {mission.status(root)}{since(mission.changed(root), self.t)}{about}"
 
     def _reflex(self, ticket: TicketChanged) -> str:
@@ -139,11 +140,17 @@ class Why(Moment):
         """Leaves in which the mission waits, each with the values and deadlines for which it waits."""
         texts = []
         for path in self.mission.waiting():
-            what = [text for text in (self.mission.note(path), *self.mission.deadlines(path)) if text]
+            what = [text for text in (self.mission.note(path), *self.mission.above(path)) if text]
             took = self.t - self.mission.since(path)
             lasts = f" for {took:.2f} s" if took > SLACK else ""
             texts.append(f"waits in '{path}'{lasts}" + (f": {'; '.join(what)}" if what else ""))
         return "its mission " + ", and ".join(texts)
+
+
+def _with(text: str, notes: Sequence[str]) -> str:
+    """A text with notes in brackets."""
+    said = "; ".join(filter(None, notes))
+    return f"{text} ({said})" if said else text
 
 
 def explain(recording: Recording, t: float, agent: str | None = None) -> Why:

@@ -106,6 +106,36 @@ def test_nodes_for_ros_tell_what_they_wait_for_and_until_when(mind, body, waits)
     assert waits in waiting(mind, body)
 
 
+SLOW = '<Sequence><Sleep msec="100"/>{}</Sequence>'
+COUNTED = [
+    ('<RetryUntilSuccessful name="n" num_attempts="3">', "AlwaysFailure", ["1/3", "2/3", "3/3", "3/3 failed"]),
+    ('<RetryUntilSuccessful name="n" num_attempts="3">', "AlwaysSuccess", ["1/3", ""]),
+    ('<RetryUntilSuccessful name="n" num_attempts="-1">', "AlwaysFailure", [""]),
+    ('<Repeat name="n" num_cycles="2">', "AlwaysSuccess", ["1/2", "2/2", ""]),
+    ('<Repeat name="n" num_cycles="2">', "AlwaysFailure", ["1/2", "1/2 failed"]),
+]
+
+
+@pytest.mark.parametrize(("tag", "leaf", "said"), COUNTED)
+def test_nodes_that_count_tell_the_attempt_of_how_many(mind, tag, leaf, said):
+    body = f"{tag}{SLOW.format(f'<{leaf}/>')}</{tag[1 : tag.index(' ')]}>"
+    mind.start(mind.mission.tree(f'<root BTCPP_format="4"><BehaviorTree ID="main">{body}</BehaviorTree></root>'))
+    mind.run(30)
+    word = "attempt" if "Retry" in tag else "cycle"
+    notes = [e.feedback for e in mind.rig.of(NodeTicked) if e.node.rpartition("/")[2] == "n"]
+    assert notes == [text and f"{word} {text}" for text in said]
+
+
+def test_a_recovery_tells_the_attempt_and_the_recovery(mind):
+    mind.mission.dialect = "nav2"
+    parts = SLOW.format("<AlwaysFailure/>") + SLOW.format("<AlwaysSuccess/>")
+    body = f'<RecoveryNode name="n" number_of_retries="1">{parts}</RecoveryNode>'
+    mind.start(mind.mission.tree(f'<root BTCPP_format="4"><BehaviorTree ID="main">{body}</BehaviorTree></root>'))
+    mind.run(30)
+    notes = [e.feedback for e in mind.rig.of(NodeTicked) if e.node.rpartition("/")[2] == "n"]
+    assert notes == ["attempt 1/2", "recovery 1/1", "attempt 2/2", "attempt 2/2 failed"]
+
+
 def test_a_follower_tells_that_it_waits_for_its_leader(mind):
     mind.rig.knowledge.graph.add("R2", "peer", pose=Pose2(3.0, 0.0))
     plan = mind.start(mind.mission.act("FollowRobot", leader="R2", rest="5 s"))

@@ -103,6 +103,22 @@ def test_the_end_of_a_mission_is_that_of_its_root(answer, status, stopped):
     assert text == f"R was stationary because its mission had ended with {status}, 2.00 s ago{about}."
 
 
+def test_the_attempts_and_deadlines_above_a_leaf_are_told(answer):
+    above = [("m/in time/retry/full", "RUNNING", ""), ("m/in time/retry", "RUNNING", "attempt 2/3"), *WAITS[2:]]
+    running = [(TicketChanged, {**ticket(1, "RUNNING", by="m/in time/retry/full")[1]})]
+    text = answer(1.0, [*ticks(*READY, *above), *running], [speed(0.0)])
+    assert text.endswith("of its mission runs GoTo() (attempt 2/3; until 60.00 s).")
+    rows = [
+        ("m/in time/retry/full", "NO_PATH"),
+        ("m/in time/retry", "attempt 3/3 failed"),
+        ("m/in time", ""),
+        ("m", ""),
+    ]
+    ended = ticks(*((path, "FAILURE", said) for path, said in rows))
+    text = answer(2.0, ticks(*READY), ended, [speed(0.0)])
+    assert text.endswith("ago: 'm/in time/retry/full' failed (NO_PATH; attempt 3/3 failed).")
+
+
 def test_a_motion_is_not_joined_with_the_command_of_another_action(answer):
     go = [ticket(1, "RUNNING"), drive(0.4, 0.4)]
     flinch = [rule("Flinch", "latched", "d = 0.1 m"), rule("Flinch", "fired", "d = 0.1 m"), ticket(1, "CANCELLED")]

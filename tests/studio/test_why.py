@@ -13,8 +13,11 @@ from rocs_bt.event import (
     BodyMoved,
     MotionHeld,
     MotionReleased,
+    NodeTicked,
     RobotPushed,
+    SubtreeSwapped,
     TicketChanged,
+    TreeNode,
 )
 from rocs_bt.expression import evaluate, parse
 from rocs_bt.record import Recording, environment_of, samples
@@ -26,7 +29,13 @@ from rocs_bt.studio.page import bundle
 from rocs_bt.studio.report import render_report
 
 FALL = {"agent": "R2", "body": "R2", "x": 0.0, "y": 0.0, "yaw": 0.0, "height": 0.1, "pitch": 0.0}
+TRIED = (
+    TreeNode(path="try", type="RetryUntilSuccessful", children=("GoTo goal",)),
+    TreeNode(path="GoTo goal", type="Act"),
+)
 HARM = [
+    SubtreeSwapped(t=0.3, agent="R2", node="GoTo goal", by="try", nodes=TRIED),
+    NodeTicked(t=0.3, agent="R2", node="try", status="RUNNING", feedback="attempt 1/3"),
     RobotPushed(t=1.02, agent="R2", body="R2", force=(0.0, 33.3, 1.0), duration=0.125),
     MotionHeld(t=2.6, agent="R2", actuator="wheels", reason="emergency stop"),
     MotionReleased(t=3.0, agent="R2", actuator="wheels"),
@@ -84,6 +93,8 @@ def test_the_page_says_why_with_the_words_of_the_command_line(tracks, page):
         at = times(tracks)
         found = page.evaluate(f"{at}.map((t) => $why.why(found, '{agent}', t))")
         assert found == [Why(tracks, t, agent).answer for t in at]
+        counted = any("attempt 1/3" in note.v for note in tracks.of(agent, "note").values())
+        assert any("(attempt 1/3)" in text for text in found) == counted
         alternate = any("alternate" in text for text in found)
         assert alternate == (tracks.get(agent, "alternation") is not None)
 

@@ -34,6 +34,7 @@ const told = (value) => {
 };
 const parameters = (values) => Object.entries(values).map(([name, v]) => (v === true ? name : `${name}=${told(v)}`)).join(", ");
 const ago = (then, t) => (t - then < SLACK ? "" : `, ${fixed(t - then, 2)} s ago`);
+const noted = (text, notes) => { const said = notes.filter(Boolean).join("; "); return said ? `${text} (${said})` : text; };
 const last = (name) => name.slice(name.lastIndexOf("/") + 1);
 
 /** Statuses of the nodes of an agent's mission at a time. */
@@ -63,12 +64,12 @@ class Mission {
     return running.length ? running.flatMap((child) => this.waiting(child)) : [this.lowest(path)];
   }
 
-  /** What the RUNNING nodes above a node wait for, nearest first. */
-  deadlines(path) {
+  /** Messages of the nodes above a node that are RUNNING or failed as the root, nearest first. */
+  above(path) {
     const parents = new Map([...this.nodes.values()].flatMap((node) => node.children.map((child) => [child, node.path])));
-    const found = [];
+    const found = [], wanted = this.status(this.root);
     for (let up = parents.get(path); up && this.status(up); up = parents.get(up)) {
-      if (this.status(up) === "RUNNING" && this.note(up)) found.push(this.note(up));
+      if (this.status(up) === wanted && this.note(up)) found.push(this.note(up));
     }
     return found;
   }
@@ -100,8 +101,8 @@ const answer = (run, agent, t) => {
   const ended = () => {
     const { root } = mission, status = mission.status(root);
     if (!["SUCCESS", "FAILURE"].includes(status)) return "";
-    const leaf = status === "FAILURE" ? mission.lowest(root) : "", note = leaf && mission.note(leaf);
-    return `its mission had ended with ${status}${ago(mission.changed(root), t)}${leaf && `: '${leaf}' failed`}${note && ` (${note})`}`;
+    const leaf = status === "FAILURE" ? mission.lowest(root) : "";
+    return `its mission had ended with ${status}${ago(mission.changed(root), t)}${leaf && noted(`: '${leaf}' failed`, [mission.note(leaf), ...mission.above(leaf)])}`;
   };
 
   const reflex = () => {
@@ -121,7 +122,7 @@ const answer = (run, agent, t) => {
   };
 
   const waits = () => `its mission ${mission.waiting().map((path) => {
-    const what = [mission.note(path), ...mission.deadlines(path)].filter(Boolean), took = t - mission.since(path);
+    const what = [mission.note(path), ...mission.above(path)].filter(Boolean), took = t - mission.since(path);
     return `waits in '${path}'${took > SLACK ? ` for ${fixed(took, 2)} s` : ""}${what.length ? `: ${what.join("; ")}` : ""}`;
   }).join(", and ")}`;
 
@@ -133,7 +134,10 @@ const answer = (run, agent, t) => {
     }
     if (by !== undefined) return ended() || `it was stopped${since("stopped")} by ${by}`;
     if (running?.priority === "HIGH") return reflex();
-    if (running) return `${mission.status(running.by) ? `the leaf '${running.by}' of its mission` : `'${running.by}'`} runs ${running.action}(${parameters(running.parameters)})`;
+    if (running) {
+      const leaf = mission.status(running.by) ? `the leaf '${running.by}' of its mission` : `'${running.by}'`;
+      return noted(`${leaf} runs ${running.action}(${parameters(running.parameters)})`, mission.above(running.by));
+    }
     return ended() || (mission.root ? waits() : "no action was active");
   };
 

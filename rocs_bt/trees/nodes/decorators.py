@@ -11,7 +11,7 @@ from ...errors import Fault, InputError
 from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted
-from .family import Decorator, halt, no_outcome
+from .family import Decorator, counted_text, halt, no_outcome
 from .port import Code, InOut, Input, Output, key_name
 
 
@@ -23,17 +23,21 @@ class _Counted(Decorator):
 
     counted: ClassVar[Status] = SUCCESS
     limit: ClassVar[str] = ""
+    round: ClassVar[str] = ""
 
     def __init__(self, name: str, child: Any, /, **attributes: Any) -> None:
         super().__init__(name, child, **attributes)
-        self._count = 0
+        self._count, self._most = 0, -1
+
+    def wait_text(self) -> str:
+        return counted_text(self.round, self._count + 1, self._most)
 
     def halted(self) -> None:
         self._count = 0
         super().halted()
 
     def tick_once(self) -> Outcome:
-        limit = self.read(self.limit)
+        limit = self._most = self.read(self.limit)
         self.status = RUNNING
         child: Any = self.decorated
         while limit == -1 or self._count < limit:
@@ -50,13 +54,17 @@ class _Counted(Decorator):
                 return self._finish(outcome)
             self._count += 1
             if outcome is FAILURE:
-                limit = self.read(self.limit)  # the child may have changed it; only RetryUntilSuccessful rereads it
+                limit = self._most = self.read(
+                    self.limit
+                )  # the child may have changed it; only RetryUntilSuccessful rereads it
             if at_once and (limit == -1 or self._count < limit):
                 self.runtime.tick_again = True
                 return RUNNING
         return self._finish(self.counted)
 
     def _finish(self, outcome: Status) -> Outcome:
+        text = counted_text(self.round, self._count + (self.counted is SUCCESS), self._most)
+        self.feedback_message = f"{text} failed" if text and outcome is FAILURE else ""
         self._count = 0
         self.status = outcome
         return outcome
@@ -70,6 +78,7 @@ class Repeat(_Counted):
 
     counted = SUCCESS
     limit = "num_cycles"
+    round = "cycle"
     num_cycles = Input(int, doc="number of successes; -1 for no limit")
 
 
@@ -81,6 +90,7 @@ class RetryUntilSuccessful(_Counted):
 
     counted = FAILURE
     limit = "num_attempts"
+    round = "attempt"
     num_attempts = Input(int, doc="maximum number of attempts; -1 for no limit")
 
 

@@ -17,6 +17,11 @@ from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .node import Node
 
 
+def counted_text(what: str, count: int, most: int) -> str:
+    """Count of rounds, such as `attempt 2/3`; empty without a limit, because it may change in each tick."""
+    return f"{what} {count}/{most}" if most > 0 else ""
+
+
 def halt(node: Behaviour) -> None:
     """Halt a node if it is RUNNING; a stock py_trees behaviour is stopped with the status INVALID."""
     if node.status is RUNNING:

@@ -9,7 +9,7 @@ from typing import Any
 from py_trees.composites import Sequence as StockSequence
 
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
-from ..family import Control, halt
+from ..family import Control, counted_text, halt
 from ..port import REQUIRED, InOut, Input
 
 
@@ -148,11 +148,16 @@ class RecoveryNode(_Nav):
             self._retries += 1
         return self._finish(FAILURE)
 
+    def wait_text(self) -> str:
+        what, first = ("recovery", 0) if self._index else ("attempt", 1)
+        return counted_text(what, self._retries + 1, self.number_of_retries + first)
+
     def halted(self) -> None:
         super().halted()
         self._retries = 0
 
     def _finish(self, outcome: Outcome) -> Outcome:
+        self.feedback_message = f"{self.wait_text()} failed" if outcome is FAILURE else ""
         self._index = self._retries = 0
         return super()._finish(outcome)
 
