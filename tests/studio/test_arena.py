@@ -48,9 +48,11 @@ def picture(browser):
     """The stage as it is on the screen: the canvas of WebGL cannot be read after it was drawn."""
     box = browser.evaluate("JSON.stringify(document.querySelector('.stage').getBoundingClientRect())")
     clip = {key: value for key, value in json.loads(box).items() if key in ("x", "y", "width", "height")}
-    clip |= {"width": clip["width"] - 220, "scale": 1}  # without the list of layers
+    browser.evaluate("document.querySelector('.layers').style.visibility = 'hidden'")
     browser.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
-    return browser.call("Page.captureScreenshot", clip=clip)["data"]
+    found = browser.call("Page.captureScreenshot", clip=clip | {"scale": 1})["data"]
+    browser.evaluate("document.querySelector('.layers').style.visibility = ''")
+    return found
 
 
 @pytest.fixture

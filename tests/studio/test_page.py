@@ -71,7 +71,7 @@ def test_a_report_is_one_file_that_refers_to_nothing_outside_and_the_same_each_t
 
 
 STYLE = (WEB / "studio.css").read_text("utf-8")
-TEXTS = ("ink", "muted", "good", "bad", "running", "reactive", "deliberative", "note", "place", "belief", "twin")
+TEXTS = ("ink", "muted", "good", "bad", "reactive", "deliberative", "note", "belief", "actor", "twin")
 GROUNDS = ("paper", "raised", "select", "fresh")
 
 

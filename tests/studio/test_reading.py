@@ -132,7 +132,7 @@ class TestPlantedFault:
         for part in ("rocs-bt run", "R2 collision: it ran into box", "does not hold by 0.1 m/s", "collision with box"):
             assert part in copied
         browser.evaluate("document.querySelector('dialog[open]').close()")
-        browser.evaluate("document.querySelector('.log .error .raw').click()")
+        browser.evaluate("document.querySelector('.log .bad .raw').click()")
         assert (
             json.loads(browser.evaluate("document.querySelector('dialog[open] textarea').value"))["text"]
             == "collision with box"

@@ -100,6 +100,7 @@ const open = (run) => {
   app.classList.toggle("bare", !bodies.length && treeless);
   app.classList.toggle("still", !bodies.length && run.end <= run.start);
   timeline.onwindow = (from, to) => transport.fit([from, to]);
+  timeline.onlegend = () => table.find(({ key }) => key === "?").act(false);
   const fit = () => { arena.fit(); timeline.fit(); transport.fit(); tree.update(); };
   const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.draw(); })];
   watch[0].observe(app);

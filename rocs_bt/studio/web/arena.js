@@ -123,7 +123,7 @@ export class Arena {
       g.fill();
       g.stroke();
     }
-    g.strokeStyle = g.fillStyle = color("place");
+    g.strokeStyle = g.fillStyle = color("good");
     g.lineWidth = 1.4;
     g.font = `12px ${FONT}`;
     for (const { x, y, name, radius = 0, known = true } of places) {
@@ -170,7 +170,7 @@ export class Arena {
     g.lineJoin = "round";
     g.lineWidth = 2;
     for (const { name } of layers.way ? run.header.bodies : []) {
-      const parts = run.get(name, "route")?.spans(run.end) ?? [{ from: -Infinity, to: Infinity, value: "other" }];
+      const parts = run.get(name, "route")?.spans(run.end) ?? [{ from: -Infinity, to: Infinity, value: "actor" }];
       for (const { from, to, value } of parts) {
         if (to < t - WINDOW || from > t) continue;
         g.strokeStyle = color(value);
@@ -206,7 +206,7 @@ export class Arena {
   }
 
   rays(g, info, pose, t) {
-    g.fillStyle = g.strokeStyle = color("beam");
+    g.fillStyle = g.strokeStyle = color("belief");
     for (const [sensor, beams] of Object.entries(info.beams ?? {})) {
       const echoes = this.run.get(info.name, "scan", sensor)?.at(t);
       beams.forEach((beam, k) => echoes && this.beam(g, beam, echoes[k], pose));
@@ -249,7 +249,7 @@ export class Arena {
 
   body(g, { name, hull = [] }, pose, t) {
     const own = this.run.agents.includes(name), shown = name === this.cursor.agent;
-    const tint = color(own ? this.run.get(name, "route")?.at(t) ?? "idle" : "other");
+    const tint = color(own ? this.run.get(name, "route")?.at(t) ?? "idle" : "actor");
     if (hull.length) {
       this.line(g, hull.map((point) => placed(pose, point)));
       g.fillStyle = color("paper");

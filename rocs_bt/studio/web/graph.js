@@ -2,7 +2,6 @@
 // The knowledge at the cursor as a graph: the robot in the middle, the other nodes on rings by their distance to it.
 import { FONT, color, el, prepare, shown, upto } from "./dom.js";
 
-const TINTS = ["running", "reactive", "place", "belief", "deliberative", "good", "twin", "curve"]; // of the kinds, in order
 const DOT = 6, CROWD = 60; // [px]; number of nodes above which only names near the pointer or selected are written
 const FRESH = 1; // [s] for which a change is marked
 
@@ -27,7 +26,6 @@ export class Graph {
       else if (target !== undefined) this.edges.push({ track, from: node, to: target, relation });
     }
     this.edges = this.edges.filter(({ from, to }) => this.nodes.has(from) && this.nodes.has(to));
-    this.kinds = [...new Set([...this.nodes.values()].map(({ kind }) => kind))];
     this.place(agent);
   }
 
@@ -59,7 +57,7 @@ export class Graph {
     for (const { track, from, to, relation } of this.edges) {
       if (!known(track)) continue;
       const [x0, y0] = this.at(this.nodes.get(from)), [x1, y1] = this.at(this.nodes.get(to)), mine = chosen === from || chosen === to;
-      g.strokeStyle = color(mine ? "reactive" : fresh(track) ? "note" : "wall");
+      g.strokeStyle = color(mine ? "ink" : fresh(track) ? "belief" : "wall");
       g.beginPath();
       g.moveTo(x0, y0);
       g.lineTo(x1, y1);
@@ -71,12 +69,12 @@ export class Graph {
     for (const node of this.nodes.values()) {
       if (!known(node.track)) continue;
       const [x, y] = this.at(node);
-      g.fillStyle = color(TINTS[this.kinds.indexOf(node.kind) % TINTS.length]);
+      g.fillStyle = color("belief");
       g.beginPath();
       g.arc(x, y, node.name === chosen ? DOT + 2 : DOT, 0, 2 * Math.PI);
       g.fill();
-      if (fresh(node.track)) { g.strokeStyle = color("note"); g.lineWidth = 3; g.stroke(); g.lineWidth = 1.2; }
-      if (!crowd || node.name === chosen || node.name === agent) this.write(g, shown(node.name), x + (node.x < -0.01 ? -10 : 10), y + 4, "ink", node.x < -0.01 ? "right" : "left");
+      if (fresh(node.track)) { g.strokeStyle = color("ink"); g.lineWidth = 3; g.stroke(); g.lineWidth = 1.2; }
+      if (!crowd || node.name === chosen || node.name === agent) this.write(g, `${shown(node.name)}${crowd || !node.kind ? "" : ` (${node.kind})`}`, x + (node.x < -0.01 ? -10 : 10), y + 4, "ink", node.x < -0.01 ? "right" : "left");
     }
   }
 

@@ -2,11 +2,11 @@
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
 import { el, put, shown, upto } from "./dom.js";
 import { Graph } from "./graph.js";
+import { tintOf } from "./legend.js";
 import { isSecond } from "./second.js";
 import { get, runName } from "./server.js";
 import { raw } from "./tools.js";
 
-const LEVELS = ["", "debug", "", "warn", "error", "error"];
 const MOST = 3000; // lines of the log on the page
 const ASK = 500; // [ms] between two questions for what the run has printed
 const FRESH = 1; // [s] for which a change is marked
@@ -47,7 +47,7 @@ export class Log extends Panel {
     const shownLines = lines.slice(-MOST);
     this.times = shownLines.map(([t]) => t);
     this.items = shownLines.map(([t, agentOf, level, text, about]) => el(
-      "li", { class: `${LEVELS[level]} ${isSecond(agentOf) ? "second" : ""}`, tabindex: 0, role: "button", onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
+      "li", { class: `${level === 1 ? "debug" : tintOf([t, agentOf, level, text, about])} ${isSecond(agentOf) ? "second" : ""}`, tabindex: 0, role: "button", onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
       el("time", {}, t.toFixed(2)), el("span", {}, text),
       el("button", { class: "raw", title: "the whole event", "aria-label": "the whole event", onclick: (event) => { event.stopPropagation(); raw(this.run, [t, agentOf, level, text, about]); } }, "{ }"),
     ));

@@ -61,7 +61,7 @@ export class Space {
     const world = [...outlines, ...grounds].map(({ points, radius = 0, height = 0 }) => (
       { kind: "prism", size: [radius > 0 ? circle(points[0], radius) : points, height || LOW], ...still, body: 0, tint: [...rgb("wall"), 1] }
     ));
-    const own = (name) => [...rgb(this.run.agents.includes(name) ? "deliberative" : "other"), 1];
+    const own = (name) => [...rgb(this.run.agents.includes(name) ? "curve" : "actor"), 1];
     let frame = 1; // of the body; then one for each of its links
     const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [], links = [] }) => {
       const first = frame;
@@ -129,9 +129,9 @@ export class Space {
     if (plan) add("deliberative", plan.flatMap(([x, y], i) => (i ? [[plan[i - 1][0], plan[i - 1][1], LIFT], [x, y, LIFT]] : [])), true);
     for (const { x, y, radius = 0 } of run.header.places ?? []) {
       const ring = circle([x, y], Math.max(radius, 0.1));
-      add("place", [...ring, ring[0]].map((point) => [...point, LIFT]));
+      add("good", [...ring, ring[0]].map((point) => [...point, LIFT]));
     }
-    if (layers.rays && info) add("beam", rays(run, info, t).flatMap(({ eye, end, heard, wide }) => (!heard ? [] : [wide ? tip(eye, end) : eye, end])), true);
+    if (layers.rays && info) add("belief", rays(run, info, t).flatMap(({ eye, end, heard, wide }) => (!heard ? [] : [wide ? tip(eye, end) : eye, end])), true);
     if (layers.map) {
       const { cell, cells } = this.map.at(agent, t);
       add("belief", [...cells].flatMap(([x, y]) => [[x * cell, y * cell, LIFT], [(x + 1) * cell, (y + 1) * cell, LIFT]]), true);

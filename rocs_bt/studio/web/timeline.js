@@ -1,10 +1,11 @@
 // @ts-check
 // Rows over one axis of time: events, rules with how near each comparison of their guard is, actions, and signals.
 import { FONT, color, el, prepare, put, short, shown, upto } from "./dom.js";
+import { legend, tintOf } from "./legend.js";
 import { isSecond, twin } from "./second.js";
 import { whyNot } from "./why.js";
 
-const AXIS = 18, BAR = 18, RIBBON = 26, CURVE = 44, GAP = 2, MARKS = 16; // [px] heights
+const AXIS = 18, BAR = 16, RIBBON = 20, CURVE = 38, TALL = 96, MOST = 150, GAP = 3, MARKS = 14, HEADING = 14, LINE = 13; // [px] heights
 const FIRST = ["battery", "goal_distance", "speed", "min_clearance"]; // signals shown while none is pinned
 const LINES = 24; // values of a signal that are drawn at most
 const LEAST = 0.2, RECENT = 30, LONG = 180; // [s] shortest interval; interval of a run that goes on; run that begins with a part
@@ -19,13 +20,15 @@ export class Timeline {
     this.rows = [];
     this.opened = ""; // rule whose comparisons are shown
     this.onwindow = (_from, _to) => {};
+    this.onlegend = () => {};
     this.canvas = el("canvas");
     this.line = el("div", { class: "now" });
     this.hover = el("div", { class: "hover", hidden: true });
     this.reading = el("output", { class: "reading", hidden: true });
     this.labels = el("div", { class: "labels" });
     this.plot = el("div", { class: "plot" }, this.canvas, this.line, this.hover, this.reading);
-    this.box = el("div", { class: "timeline", tabindex: 0, "aria-label": "rules, actions and signals over time" }, this.labels, this.plot);
+    this.legend = el("div", { class: "below" });
+    this.box = el("div", { class: "timeline", tabindex: 0, "aria-label": "rules, actions and signals over time" }, this.labels, this.plot, this.legend);
     this.plot.addEventListener("pointerdown", (event) => { this.plot.setPointerCapture(event.pointerId); this.drag = event.shiftKey || event.button === 1; this.point(event, !this.drag); });
     this.plot.addEventListener("pointermove", (event) => { if (event.buttons) this.point(event, false); else this.read(event); });
     this.plot.addEventListener("pointerleave", () => { this.hover.hidden = this.reading.hidden = true; });
@@ -55,19 +58,39 @@ export class Timeline {
   }
 
   build() {
-    const { agent } = this.cursor;
-    this.rows = [this.events(agent), ...this.rules(agent), ...this.actions(agent), ...this.curves(agent)];
-    let y = AXIS;
-    for (const row of this.rows) { row.y = y; y += row.high + GAP; }
-    this.high = y + 4;
+    const { agent } = this.cursor, group = (label, rows) => (rows.length ? [{ address: "", label, kind: "heading", least: HEADING }, ...rows] : []);
+    this.rows = [
+      this.events(agent), ...group("rules", this.rules(agent)), ...group("actions", this.actions(agent)), ...group("signals", this.curves(agent)),
+    ];
     const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
     const zooms = [
       button("−", "zoom out (-)", () => this.zoom(2)), button("+", "zoom in (+)", () => this.zoom(0.5)),
       button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()), button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
     ];
     this.labels.replaceChildren(el("div", { class: "axisname" }, ...zooms, el("span", {}, "s")), ...this.rows.map((row) => this.label(row)));
+    const marks = this.rows.flatMap((row) => [...row.bars ?? [], ...row.marks ?? []]);
+    const tints = new Set(marks.map(({ fill }) => fill));
+    if (this.rows.some((row) => row.near)) tints.add("margin").add("latched");
+    this.legend.replaceChildren(legend(tints, () => this.onlegend()));
+    const wanted = this.rows.filter(({ kind }) => kind !== "inner").reduce((sum, row) => sum + GAP + row.least * (row.curve ? 1.5 : 1), AXIS);
+    document.getElementById("app").style.setProperty("--time", `${Math.ceil(wanted) + 30}px`);
     this.fit();
     this.mark();
+  }
+
+  /** Gives each row its height: the selected curve more, and all curves a share of what is left. */
+  lay() {
+    const need = this.rows.reduce((sum, row) => sum + GAP + (row.big ? TALL : row.least), AXIS), curves = this.rows.filter((row) => row.curve);
+    const spare = Math.max(0, this.box.clientHeight - this.legend.offsetHeight - need - 2), share = Math.min(MOST - CURVE, spare / (curves.length || 1));
+    let y = AXIS;
+    for (const row of this.rows) {
+      row.y = y;
+      row.high = row.curve ? Math.floor(row.big ? Math.max(TALL, row.least + share) : row.least + share) : row.least;
+      y += row.high + GAP;
+      const high = `${row.high + GAP}px`;
+      if (row.node.style.height !== high) row.node.style.height = high;
+    }
+    this.high = y;
   }
 
   /** Takes what is new in a run that goes on; the last seconds stay in view while the cursor follows. */
@@ -85,6 +108,7 @@ export class Timeline {
   label(row) {
     row.value = el("output");
     row.text = "";
+    row.scales = row.curve ? [el("i"), el("i", { class: "limit" }), el("i")] : [];
     row.node = el(
       "div", { class: `label ${row.kind ?? ""}`, title: row.title ?? row.label, onclick: () => { if (row.address) this.cursor.select(row.address); } },
       el("span", {}, row.label), row.value,
@@ -92,18 +116,19 @@ export class Timeline {
         class: "pin", title: "remove", "aria-label": `remove ${row.label}`,
         onclick: (event) => { event.stopPropagation(); this.pin(row.address, false); },
       }, "×") : null,
+      row.curve ? el("div", { class: "scale" }, ...row.scales) : null,
     );
-    row.node.style.height = `${row.high + GAP}px`;
     return row.node;
   }
 
   /** Row of what happened: faults, reflexes that fired, outcomes. */
   events(agent) {
-    const marks = this.run.log.filter(([, who, level]) => level > 2 && (!who || who === agent)).map(([t, , level, text, address]) => ({ t, text, address, fill: level > 3 ? "bad" : "note" }));
+    const lines = this.run.log.filter((line) => tintOf(line) && (!line[1] || line[1] === agent));
+    const marks = lines.map((line) => ({ t: line[0], text: line[3], address: line[4], fill: tintOf(line) }));
     const outcome = this.run.outcome(agent);
     if (outcome) marks.push({ t: outcome.t, text: outcome.outcome, address: `${agent}|outcome|`, fill: this.run.tone(outcome.outcome) });
     for (const { kind, t, track } of this.run.differences) marks.push({ t, text: `first difference of ${kind}: ${track.agent} ${track.name}`, address: track.address, fill: "twin" });
-    return { address: "", label: "events", high: MARKS, marks };
+    return { address: "", label: "events", least: MARKS, marks };
   }
 
   rules(agent) {
@@ -111,7 +136,7 @@ export class Timeline {
     return [...names].flatMap((name) => {
       const track = run.get(agent, "rule", name), near = run.get(agent, "near", name), address = `${agent}|rule|${name}`;
       const bars = (each) => each?.spans(run.end, (s) => s.latched || s.active).map(({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" })) ?? [];
-      const row = { address, label: short(name), title: name, high: near ? RIBBON : BAR, bars: bars(track), second: bars(twin(run, address)), near, rule: name };
+      const row = { address, label: short(name), title: name, least: near ? RIBBON : BAR, bars: bars(track), second: bars(twin(run, address)), near, rule: name };
       return this.opened === address ? [row, ...this.comparisons(agent, name)] : [row];
     });
   }
@@ -120,7 +145,7 @@ export class Timeline {
   comparisons(agent, rule) {
     return (this.run.guards[agent]?.[rule]?.comparisons ?? []).flatMap(({ name, text, unit }) => {
       const track = this.run.get(agent, "compare", name);
-      return track ? [{ address: track.address, label: text, kind: "inner", high: CURVE, curve: track, sides: true, unit }] : [];
+      return track ? [{ address: track.address, label: text, kind: "inner", least: CURVE, curve: track, sides: true, unit }] : [];
     });
   }
 
@@ -129,7 +154,7 @@ export class Timeline {
     for (const [who, into] of [[agent, "bars"], ...(run.other && !isSecond(agent) ? [[`${agent}′`, "second"]] : [])]) {
       for (const ticket of run.of(who, "ticket")) {
         const last = ticket.v.at(-1), i = ticket.v.findIndex((v) => v.state === "RUNNING");
-        const row = rows.get(last.action) ?? { address: `${agent}|action|${last.action}`, label: last.action, high: BAR, bars: [], second: [] };
+        const row = rows.get(last.action) ?? { address: `${agent}|action|${last.action}`, label: last.action, least: BAR, bars: [], second: [] };
         rows.set(last.action, row);
         if (i < 0) continue;
         const fill = last.state === "FAILED" ? "bad" : last.priority === "HIGH" ? "reactive" : "deliberative";
@@ -144,7 +169,7 @@ export class Timeline {
     const { run } = this, first = FIRST.map((name) => run.get(agent, "signal", name) ?? run.get(agent, "truth", name)).filter(Boolean).slice(0, 3);
     const tracks = this.pinned.size ? [...this.pinned].map((address) => run.tracks.get(address)).filter(Boolean) : first;
     return tracks.map((track) => ({
-      address: track.address, label: track.name || track.topic, high: CURVE, curve: track, pinned: this.pinned.has(track.address),
+      address: track.address, label: track.name || track.topic, least: CURVE, curve: track, pinned: this.pinned.has(track.address),
       unit: track.topic === "signal" ? run.unit(agent, track.name) : track.topic === "truth" ? "m" : "", second: twin(run, track.address),
     }));
   }
@@ -153,6 +178,7 @@ export class Timeline {
     const wide = this.plot.clientWidth;
     if (!wide) return;
     this.wide = wide;
+    this.lay();
     this.canvas.style.height = `${this.high}px`;
     this.line.style.height = this.hover.style.height = `${this.high}px`;
     this.draw(prepare(this.canvas, wide, this.high));
@@ -240,7 +266,7 @@ export class Timeline {
       if (row.marks) this.points(g, row);
       else if (row.sides) this.sides(g, row);
       else if (row.curve) this.curve(g, row);
-      else this.bars(g, row);
+      else if (row.bars) this.bars(g, row);
     }
   }
 
@@ -295,20 +321,37 @@ export class Timeline {
     }
   }
 
-  /** Vertical scale over some columns of tracks; null if they have no finite value. */
-  scale(parts, { y, high }) {
-    let low = Infinity, top = -Infinity;
-    for (const [track, k] of parts) this.columns(track, k, ({ least, most }) => { low = Math.min(low, least); top = Math.max(top, most); });
+  /**
+   * Vertical scale over some columns of tracks; null if they have no finite value. With a limit, a column of one of
+   * them, the scale shows the region of the limit; values beyond it are drawn on its edge.
+   */
+  scale(parts, { y, high }, limit = null) {
+    const over = (all) => {
+      let low = Infinity, top = -Infinity;
+      for (const [track, k] of all) this.columns(track, k, ({ least, most }) => { low = Math.min(low, least); top = Math.max(top, most); });
+      return [low, top];
+    };
+    let [low, top] = over(parts);
     if (!Number.isFinite(low)) return null;
+    const [first, last] = limit ? over([limit]) : [NaN, NaN];
+    if (Number.isFinite(first)) {
+      const room = Math.max(last - first, Math.abs(first), Math.abs(last), 0.25 * (top - low));
+      [low, top] = [Math.min(Math.max(low, first - room), first - 0.2 * room), Math.max(Math.min(top, last + room), last + 0.2 * room)];
+    }
     const [a, b] = top - low < 1e-9 ? [low - 0.5, top + 0.5] : [low, top];
-    return { low, top, at: (v) => y + 4 + ((b - v) / (b - a)) * (high - 8) };
+    return { low, top, at: (v) => y + 3 + ((b - Math.min(b, Math.max(a, v))) / (b - a)) * (high - 6) };
   }
 
-  extremes(g, { low, top }, { y, high, unit }) {
-    g.lineWidth = 3;
-    g.strokeStyle = color("paper");
-    g.fillStyle = color("muted");
-    for (const [text, at] of [[`${shown(top)} ${unit}`, y + 11], [shown(low), y + high - 2]]) { g.strokeText(text, 3, at); g.fillText(text, 3, at); }
+  /** Writes the ends of a scale, and the limit at the cursor, beside the plot. */
+  ends({ low, top, at }, { scales, y, high, curve, sides }) {
+    const limit = sides ? curve.at(this.cursor.t)?.[1] ?? NaN : NaN, places = [[top, 0], [limit, at(limit) - y - LINE / 2], [low, high - LINE]];
+    const middle = Math.min(high - LINE, Math.max(0, places[1][1])), shows = limit >= low && limit <= top;
+    const near = (place) => shows && Math.abs(place - middle) < LINE, step = 10 ** (Math.floor(Math.log10(top - low || 1)) - 1);
+    scales.forEach((scale, i) => {
+      const hidden = i === 1 ? !shows : near(places[i][1]) || (i === 2 && top - low < 1e-9);
+      put(scale, hidden ? "" : shown(i === 1 ? limit : Math.round(places[i][0] / step) * step));
+      scale.style.top = `${i === 1 && shows ? middle : places[i][1] || 0}px`;
+    });
   }
 
   curve(g, row) {
@@ -317,27 +360,29 @@ export class Timeline {
     if (!scale) return;
     g.lineWidth = 1.4;
     g.globalAlpha = lines > 1 ? 0.6 : 1;
-    if (second) for (const k of ks) this.trace(g, second, k, scale.at, "twin", [5, 3]);
-    for (const k of ks) this.trace(g, track, k, scale.at, "curve");
+    if (second) for (const k of ks) this.trace(g, second, k, scale, "twin", [5, 3]);
+    for (const k of ks) this.trace(g, track, k, scale, "curve");
     g.globalAlpha = 1;
-    this.extremes(g, scale, row);
+    this.ends(scale, row);
   }
 
   /** Left side of a comparison as a line, right side dashed; the background shows when it holds. */
   sides(g, row) {
-    const { curve: track, y, high } = row, scale = this.scale([[track, 0], [track, 1]], row);
+    const { curve: track, y, high } = row, scale = this.scale([[track, 0], [track, 1]], row, [track, 1]);
     g.fillStyle = color("hold");
     this.columns(track, 2, ({ x, most, next }) => { if (most > 0) g.fillRect(x, y, Math.max(1, next - x), high); });
     if (!scale) return;
     g.lineWidth = 1.4;
-    this.trace(g, track, 1, scale.at, "reactive", [4, 3]);
-    this.trace(g, track, 0, scale.at, "curve");
-    this.extremes(g, scale, row);
+    this.trace(g, track, 1, scale, "curve", [4, 3]);
+    this.trace(g, track, 0, scale, "curve");
+    this.ends(scale, row);
   }
 
-  trace(g, track, k, at, tint, dashes = []) {
+  /** Draws a column of a track; what is beyond the scale is a thick pale line on its edge. */
+  trace(g, track, k, { at, low, top }, tint, dashes = []) {
     let drawn = false;
-    g.strokeStyle = color(tint);
+    const beyond = [];
+    g.strokeStyle = g.fillStyle = color(tint);
     g.setLineDash(dashes);
     g.beginPath();
     this.columns(track, k, ({ x, least, most, value, next }) => {
@@ -346,9 +391,15 @@ export class Timeline {
       g.lineTo(x, at(most));
       drawn = Number.isFinite(value);
       if (drawn) { g.lineTo(x, at(value)); g.lineTo(next, at(value)); }
+      if (value > top + 1e-9 || value < low - 1e-9) beyond.push([x, at(value), next]);
     });
     g.stroke();
     g.setLineDash([]);
+    g.globalAlpha = 0.35;
+    g.beginPath();
+    for (const [x, y, next] of beyond) g.rect(x, y - 3, Math.max(1, next - x), 6);
+    g.fill();
+    g.globalAlpha = 1;
   }
 
   /** What keeps a rule from firing: by how much the farthest comparison of its guard does not hold. */
@@ -393,9 +444,15 @@ export class Timeline {
 
   mark() {
     const { selected, stops } = this.cursor;
+    let changes = false;
     for (const row of this.rows) {
-      row.node.classList.toggle("selected", Boolean(row.address) && (row.address === selected || Boolean(row.bars?.some((bar) => bar.address === selected))));
+      const here = Boolean(row.address) && (row.address === selected || Boolean(row.bars?.some((bar) => bar.address === selected)));
+      const big = here && Boolean(row.curve);
+      changes ||= big !== Boolean(row.big);
+      row.big = big;
+      row.node.classList.toggle("selected", here);
       row.node.classList.toggle("stop", stops.has(row.address));
     }
+    if (changes) this.fit();
   }
 }

@@ -1,6 +1,7 @@
 // @ts-check
 // What a reader takes along or asks for: keys, values of pinned signals, a report of a fault, raw values, a second run.
 import { dialog, el, seconds, shown } from "./dom.js";
+import { colours } from "./legend.js";
 import { listed } from "./second.js";
 
 /** Shows a text to copy, which works without a clipboard too. */
@@ -16,8 +17,8 @@ const copied = (title, text) => {
   area.select();
 };
 
-/** Shows the keys. @param {{key: string, text: string}[]} keys */
-export const help = (keys) => dialog("Keys", el("dl", { class: "help" }, ...keys.flatMap(({ key, text }) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, text)])));
+/** Shows keys, colours and marks. @param {{key: string, text: string}[]} keys */
+export const help = (keys) => dialog("Keys, colours and marks", el("dl", { class: "help" }, ...keys.flatMap(({ key, text }) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, text)])), ...colours());
 
 /** Saves the pinned signals, or those that are shown, as a table with one row for each time of a change. */
 export const csv = (run, timeline) => {

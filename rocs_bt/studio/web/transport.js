@@ -1,6 +1,7 @@
 // @ts-check
 // Play, steps, speed and clock, and the whole run as one bar with its marks.
 import { color, el, prepare, put, seconds } from "./dom.js";
+import { tintOf } from "./legend.js";
 
 const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -59,9 +60,10 @@ export class Transport {
       g.fillStyle = color(value);
       g.fillRect(x(from), 9, Math.max(1, x(to) - x(from)), 12);
     }
-    for (const [t, agent, level] of run.log) {
-      if (level < 3 || (agent && agent !== cursor.agent)) continue;
-      g.fillStyle = color(level < 4 ? "note" : "bad");
+    for (const line of run.log) {
+      const [t, agent] = line, tint = tintOf(line);
+      if (!tint || (agent && agent !== cursor.agent)) continue;
+      g.fillStyle = color(tint);
       g.beginPath();
       g.moveTo(x(t) - 4, 0);
       g.lineTo(x(t) + 4, 0);

@@ -4,7 +4,7 @@ import { color, el, prepare, put, shown } from "./dom.js";
 import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
-const TINTS = { RUNNING: "running", SUCCESS: "good", FAILURE: "bad" };
+const TINTS = { RUNNING: "deliberative", SUCCESS: "good", FAILURE: "bad" };
 const LARGE = 40, MAPPED = 24; // nodes from which on only what runs is unfolded, and a map is shown
 const FRESH = 0.5; // [s] for which a change is marked
 
