@@ -4,7 +4,7 @@ The package depends on signals and units only, so any module that reads a condit
 """
 
 from .absent import ABSENT, NO_NAME, one_for_each_signal
-from .compiler import Expression, compile_expression, compile_node, compile_plain
+from .compiler import Expression, Values, compile_expression, compile_node, compile_plain
 from .environment import Environment, Forms
 from .functions import FUNCTIONS, Misuse
 from .interpreter import evaluate
@@ -34,6 +34,7 @@ __all__ = [
     "Op",
     "Program",
     "Requirement",
+    "Values",
     "blank_texts",
     "compile_expression",
     "compile_node",

@@ -96,6 +96,42 @@ class Expression:
         return define("\n".join(lines), "expression")
 
 
+class Values:
+    """Compiled expressions that are evaluated together, also with several values; a call is a sample, as of Expression.
+
+    Args:
+        nodes: Typed trees of the expressions.
+    """
+
+    def __init__(self, nodes: Sequence[Node]) -> None:
+        program = lower(nodes)
+        sizes = [node.kind.size for node in nodes]
+        lines = ["def values(x, t, cells):"]
+        if program.reads:
+            lines += [f"    s = {sum_code(program)}", "    if s != s:", "        return careful(x, t, cells)"]
+        lines += _values_body(program, sizes, fast=True)
+        lines += ["def careful(x, t, cells):", *_values_body(program, sizes, fast=False)]
+        self._function = define("\n".join(lines), "values")
+        self._cells: list[float] = program.cells.tolist()
+
+    def __call__(self, x: Sequence[float], t: float) -> list[float | bool | None]:
+        """Values of all expressions on a snapshot, one after the other; NaN or None for what is invalid.
+
+        Args:
+            x: Snapshot of all signals, SI units.
+            t: Time of the snapshot, not before that of the last call [s].
+        """
+        found: list[float | bool | None] = self._function(x, t, self._cells)
+        return found
+
+
+def _values_body(program: Program, sizes: Sequence[int], fast: bool) -> list[str]:
+    roots = program.roots.tolist()
+    code = PythonCode(program, roots, fast)
+    found = (f"*{code.value(r, n)}" if n else code.value(r) for r, n in zip(roots, sizes, strict=True))
+    return [*(f"    {line}" for line in code.lines), f"    return [{', '.join(found)}]"]
+
+
 def _body(program: Program, fast: bool) -> list[str]:
     root, margin = int(program.roots[0]), int(program.margins[0])
     code = PythonCode(program, [root] if margin < 0 else [root, margin], fast)

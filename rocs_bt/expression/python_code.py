@@ -129,9 +129,9 @@ class PythonCode:
             if row[0] != Op.LOAD:
                 self._write(row, text)
 
-    def value(self, register: int) -> str:
-        """Python expression for the value of a register; generated code must have `lines` before this expression."""
-        return self._operand(register, 1, False)
+    def value(self, register: int, n: int = 0) -> str:
+        """Python expression for the value of a register, or the list of n of them, for code after `lines`."""
+        return self._operand(register, max(n, 1), n > 0)
 
     def sure(self, register: int) -> bool:
         """Whether the value of a register is never invalid."""

@@ -1,43 +1,49 @@
-"""Comparisons of guards over a run: both sides of each, and how near each guard is to being true."""
+"""Guards of rules over a run: both sides of each comparison, how near each guard is, and what keeps its rule back."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from bisect import bisect_left, bisect_right
+from collections.abc import Collection, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..expression import Expression, Node, compile_node, parse
+from ..event import RulesReplaced
+from ..expression import Node, parse
+from .condition import Condition, Found, Numbers, run_starts
 from .header import AgentInfo, GuardInfo
-from .samples import Numbers, environment_of, samples
+from .samples import environment_of, modes, samples
+from .states import GuardState
 from .tracks import Tracks
 
-_LESS = ("<", "<=")
-_ALMOST = 0.999  # the most of what is not true
-_SIGNS = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_equal, "==": np.equal}
+_SLACK = 1e-6  # [s] between a sample and the events of its control period
 
 
 class Comparisons:
     """Adds the tracks of all guards to the tracks of a run.
 
-    The topic `compare` has left side, right side and truth (1, 0 or NaN) of each comparison. `near`, of a guard, is 1
-    while the guard is true, and only then. Else it is the ratio of the smaller to the larger side of a comparison that
-    has to change; of an `and` the least of its parts, of an `or` the greatest. A chain is an `and` of its comparisons.
+    The topic `compare` has left side, right side and truth (1, 0 or NaN) of each comparison, of `held` and `once` a
+    time and their window. `near`, of a guard, is 1 while the guard is true, and only then; else it is the ratio of the
+    smaller to the larger side of a comparison that has to change: of an `and` the least of its parts, of an `or` the
+    greatest. `guard` has what keeps the rule from latching, a `GuardState`.
 
     Args:
-        tracks: Tracks of the run, with its signals.
+        tracks: Tracks of the run, with its signals, rules, facts and events.
+        only: Rules of which the guards are followed; all if empty.
     """
 
-    def __init__(self, tracks: Tracks) -> None:
+    def __init__(self, tracks: Tracks, only: Collection[str] = ()) -> None:
         self._tracks = tracks
         self._done = {agent.name: -math.inf for agent in tracks.header.agents}
-        self._guards = {agent.name: guards_of(agent) for agent in tracks.header.agents if agent.signals}
+        self._guards = {agent.name: guards_of(agent, only) for agent in tracks.header.agents if agent.signals}
+        self._heard = 0  # events
 
     def update(self, *, over: bool = False) -> None:
-        """Add the comparisons of all control periods that are complete; of all if the run is over."""
+        """Add the guards in all control periods that are complete; in all if the run is over."""
         end = math.inf if over else self._tracks.end
+        self._replace()
         for agent in self._tracks.header.agents:
             guards = self._guards.get(agent.name)
             if not guards:
@@ -45,142 +51,135 @@ class Comparisons:
             t, x = samples(self._tracks, agent, self._done[agent.name], end)
             if t:
                 self._done[agent.name] = t[-1]
+                rows, entered = x.tolist(), modes(self._tracks, agent.name, t)
                 for guard in guards:
-                    guard.add(self._tracks, agent.name, t, x)
+                    guard.add(self._tracks, agent.name, t, x, rows, entered)
 
-    def texts(self) -> dict[str, dict[str, Any]]:
-        """Texts of the guards by agent and rule; see `Guard`."""
-        return {agent: {guard.info.rule: guard.texts for guard in guards} for agent, guards in self._guards.items()}
+    def _replace(self) -> None:
+        """Follow a guard until its rule file is replaced: the new one is not in the header."""
+        events = self._tracks.events
+        for event in events[self._heard :]:
+            if isinstance(event, RulesReplaced) and event.accepted:
+                for guard in self._guards.get(event.agent, []):
+                    if guard.info.rule.rpartition("/")[0] == event.rules:
+                        guard.replaced = min(guard.replaced, event.t)
+        self._heard = len(events)
 
 
-def guards_of(agent: AgentInfo) -> list[Guard]:
-    """Guards of an agent's rules; without those that only their rule file can read."""
+def guards_of(agent: AgentInfo, only: Collection[str] = ()) -> list[Guard]:
+    """Guards of an agent's rules, or of some; without those that only their rule file can read."""
     found = []
     environment = environment_of(agent)
     for info in agent.guards:
         try:
-            found.append(Guard(info, [parse(text, environment) for text in info.sources]))
+            if not only or info.rule in only:
+                found.append(Guard(info, [parse(text, environment) for text in info.sources]))
         except InputError:  # a guard with names that only its rule file knows
             continue
     return found
 
 
 class Guard:
-    """Guard of one rule: its compiled comparisons.
+    """Guard of one rule: its conditions, and the time for which they hold.
 
     Attributes:
         info: Description of the guard.
-        texts: Its texts, with texts and units of the comparisons. `tree` tells how those of `when` are joined: the
-            index of a comparison, or a list with the operation first; None for what is no comparison.
+        replaced: Time at which the rule's file was replaced [s].
     """
 
     def __init__(self, info: GuardInfo, trees: Sequence[Node]) -> None:
         self.info = info
-        self._when = trees[0]
-        every = {id(arg) for tree in trees for part in tree.walk() if part.op == "all" for arg in part.args}
-        whole = [part for tree in trees for part in tree.walk() if part.op == "compare"]
-        pairs = [(node, pair) for node in whole for pair in node.pairs]
-        self._comparisons = [
-            _Comparison(f"{info.rule}\n{i}", node, pair, every=id(node) in every)
-            for i, (node, pair) in enumerate(pairs)
-        ]
-        self._truth = None if self._when.future else compile_node(self._when)
-        units = (str(pair.args[0].kind.dimension or "") for _, pair in pairs)
-        rows = zip(self._comparisons, info.comparisons, units, strict=True)
-        listed = [{"name": c.name, "text": text, "unit": "" if unit == "1" else unit} for c, text, unit in rows]
-        self._tree = self._joined(self._when)
-        self.texts = {"when": info.when, "until": info.until, "comparisons": listed, "tree": self._tree}
+        self.replaced = math.inf
+        self._conditions = [Condition(tree) for tree in trees]
+        self._names = [f"{info.rule}\n{i}" for i in range(len(info.comparisons))]
+        self._since = self._unknown = math.nan  # begins of the runs in which the guard counts, and is not known [s]
+        self._counted = self._latched = False
+        self._ready = self._seen = -math.inf  # end of the cooldown, last change of the rule [s]
 
-    def rows(self, t: Sequence[float], x: Numbers) -> list[Numbers | None]:
-        """Left side, right side and truth of each comparison at times, shape (n, 3); None if it cannot be evaluated."""
-        return [comparison.rows(t, x) for comparison in self._comparisons]
+    def add(
+        self,
+        tracks: Tracks,
+        agent: str,
+        t: Sequence[float],
+        x: Numbers,
+        rows: Sequence[Sequence[float]],
+        entered: Sequence[str],
+    ) -> None:
+        """Add the guard at times to the tracks of an agent.
 
-    def add(self, tracks: Tracks, agent: str, t: Sequence[float], x: Numbers) -> None:
-        """Add the comparisons at times to the tracks of an agent."""
-        found = self.rows(t, x)
-        for comparison, rows in zip(self._comparisons, found, strict=True):
-            if rows is not None:
-                tracks.curve(agent, "compare", comparison.name, 3).extend(t, rows)
-        if (way := _combined(self._tree, found, want=True)) is not None:
-            if (truth := self._truth) is not None:  # parts that look the same must not say what is not so
-                true = [truth(row, when) is True for row, when in zip(x, t, strict=True)]
-                way = np.where(true, 1.0, np.minimum(way, _ALMOST))
-            tracks.curve(agent, "near", self.info.rule, 1).extend(t, way[:, None])
+        Args:
+            tracks: Tracks of the run.
+            agent: Name of the agent.
+            t: Times of the samples [s].
+            x: Samples of all signals, SI units, shape (n, size).
+            rows: The samples as lists.
+            entered: Mode of the agent at these times.
+        """
+        n = bisect_left(t, self.replaced)
+        if n:
+            t, found = t[:n], [condition(t[:n], x[:n], rows[:n]) for condition in self._conditions]
+            self._put(tracks, agent, t, [row for each in found for row in each.rows], found[0].near)
+            self._keep(tracks, agent, np.array(t), found[0], entered)
+        if n < len(entered):
+            nothing = [np.full((1, 3), math.nan) for _ in self._names]
+            self._put(tracks, agent, [self.replaced], nothing, np.array([math.nan]))
+            tracks.steps(agent, "guard", self.info.rule).put(self.replaced, GuardState(replaced=True))
+            self.replaced = -math.inf
 
-    def _joined(self, node: Node) -> Any:
-        at = [i for i, comparison in enumerate(self._comparisons) if comparison.node is node]
-        if at:
-            return at[0] if len(at) == 1 else ["and", *at]
-        if not node.args:
-            return None
-        parts = [self._joined(arg) for arg in node.args]
-        return parts[0] if node.op in ("any", "all") else [node.op, *parts]
+    def _put(self, tracks: Tracks, agent: str, t: Sequence[float], rows: Sequence[Numbers], near: Numbers) -> None:
+        for name, row in zip(self._names, rows, strict=True):
+            tracks.curve(agent, "compare", name, 3).extend(t, row)
+        tracks.curve(agent, "near", self.info.rule, 1).extend(t, near[:, None])
 
+    def _keep(self, tracks: Tracks, agent: str, t: Numbers, found: Found, entered: Sequence[str]) -> None:
+        """Add what keeps the rule from latching."""
+        modes = self.info.modes
+        enabled = np.array([not modes or mode in modes for mode in entered[: len(t)]])
+        latched, ready = self._rule(tracks, agent, t)
+        counts = self._counts(found.truth, t, enabled & ~latched)
+        since = run_starts(counts, t, self._since)
+        self._since = float(since[-1])
+        blind = counts & np.isnan(found.truth)
+        other = np.where(enabled, -1, np.unique(entered[: len(t)], return_inverse=True)[1])
+        kept = np.column_stack([other, found.needs, since, blind, np.where(counts, ready, -math.inf)])
+        changes = (kept[1:] != kept[:-1]) & ~(np.isnan(kept[1:]) & np.isnan(kept[:-1]))
+        track = tracks.steps(agent, "guard", self.info.rule)
+        for i in [0, *(np.flatnonzero(changes.any(axis=1)) + 1).tolist()]:
+            if not enabled[i]:
+                state = GuardState(mode=entered[i])
+            elif counts[i]:
+                later = float(ready[i]) if ready[i] > t[i] else None
+                state = GuardState(since=float(since[i]), blind=bool(blind[i]), ready=later)
+            else:
+                needs = found.needs[i].tolist()
+                state = GuardState(held=tuple(k if need > 0 else -1 - k for k, need in enumerate(needs) if need))
+            track.put(float(t[i]), state)
 
-class _Comparison:
-    """One comparison of two sides in a guard.
+    def _counts(self, truth: Numbers, t: Numbers, active: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Whether the guard of a rule that can latch counts as true; while it is not known, `on_invalid` decides."""
+        counts, unknown = active & (truth == 1.0), active & np.isnan(truth)
+        since = run_starts(unknown, t, self._unknown)
+        self._unknown = float(since[-1])
+        if self.info.on_invalid == "trip":
+            counts |= unknown
+        elif self.info.on_invalid == "hold":
+            waits = unknown & (t - since < self.info.max_hold - _SLACK)
+            last = np.maximum.accumulate(np.where(waits, -1, np.arange(len(t))))
+            counts = np.where(last < 0, self._counted, (counts | unknown)[last]).astype(bool)
+        self._counted = bool(counts[-1])
+        return counts
 
-    Args:
-        name: Name of its track.
-        node: The comparison as written, perhaps a chain.
-        pair: The part of it with these two sides.
-        every: Whether it has to hold for every value of a group; else for any.
-    """
-
-    def __init__(self, name: str, node: Node, pair: Node, *, every: bool) -> None:
-        self.name, self.node, self._sign = name, node, pair.signs[0]
-        small = (self._sign in _LESS) is not every
-        self._sides = [_Side(arg, least=small == (i == 0)) for i, arg in enumerate(pair.args)]
-
-    def rows(self, t: Sequence[float], x: Numbers) -> Numbers | None:
-        """Left side, right side and truth, shape (n, 3); None if a side cannot be evaluated alone."""
-        left, right = (side.values(t, x) for side in self._sides)
-        if left is None or right is None:
-            return None
-        truth = _SIGNS.get(self._sign, np.not_equal)(left, right).astype(float)
-        truth[np.isnan(left) | np.isnan(right)] = np.nan
-        return np.stack([left, right, truth], axis=1)
-
-
-class _Side:
-    """One side of a comparison; of a group the value that decides: the least if it is to be small."""
-
-    def __init__(self, node: Node, *, least: bool) -> None:
-        self._node, self._least = node, least
-        self._compiled: Expression | None = None if node.op == "read" or node.kind.size else compile_node(node)
-
-    def values(self, t: Sequence[float], x: Numbers) -> Numbers | None:
-        node, compiled = self._node, self._compiled
-        if node.op == "read" and node.kind.size:
-            group: Numbers = (np.fmin if self._least else np.fmax).reduce(x[:, node.start : node.stop], axis=1)
-            return group
-        if node.op == "read":
-            return x[:, node.start]
-        if compiled is None:
-            return None
-        return np.array([math.nan if (v := compiled(row, when)) is None else v for row, when in zip(x, t, strict=True)])
-
-
-def _nearness(left: Numbers, right: Numbers, truth: Numbers, *, want: bool) -> Numbers:
-    with np.errstate(invalid="ignore", divide="ignore"):
-        part = 1.0 - np.abs(left - right) / np.maximum(np.abs(left), np.abs(right))
-    part = np.clip(np.where(np.isfinite(part), part, 0.0), 0.0, _ALMOST)
-    return np.where(np.isnan(truth), np.nan, np.where(truth == float(want), 1.0, part))
-
-
-def _combined(tree: Any, rows: Sequence[Numbers | None], *, want: bool) -> Numbers | None:
-    """How near a condition is to a truth, from the rows of its comparisons; None if they do not tell it."""
-    if tree is None:
-        return None
-    if isinstance(tree, int):
-        return None if (found := rows[tree]) is None else _nearness(*found.T, want=want)
-    op, *args = tree
-    if op == "not":
-        return _combined(args[0], rows, want=not want)
-    if op not in ("and", "or"):
-        return None
-    parts = [part for arg in args if (part := _combined(arg, rows, want=want)) is not None]
-    if not parts:
-        return None
-    joined: Numbers = (np.fmin if (op == "and") is want else np.fmax).reduce(parts)
-    return joined
+    def _rule(self, tracks: Tracks, agent: str, t: Numbers) -> tuple[NDArray[np.bool_], Numbers]:
+        """Whether the rule was latched before or after the times, and the end of its cooldown then [s]."""
+        track, info = tracks.steps(agent, "rule", self.info.rule), self.info
+        first = bisect_right(track.t, self._seen)
+        times, latched, ready = track.t[first:], [self._latched], [self._ready]
+        for at, state in zip(times, track.v[first:], strict=True):
+            starts = state.latched != latched[-1] and state.latched is not info.level
+            ready.append(at + info.cooldown if starts else ready[-1])
+            latched.append(state.latched)
+        after = np.searchsorted(times, t + _SLACK, side="right")
+        before = np.searchsorted(times, t - _SLACK, side="left")
+        if known := int(after[-1]):
+            self._seen, self._latched, self._ready = times[known - 1], latched[known], ready[known]
+        return np.array(latched)[before] | np.array(latched)[after], np.array(ready)[after]

@@ -236,12 +236,20 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
         when: Condition on which the rule latches, as written.
         until: Condition that releases it, as written; empty if there is none.
         sources: Both conditions over signals and numbers only, or only the first.
-        comparisons: Texts of all comparisons in both conditions, as written, in order; of a chain one for each sign.
+        comparisons: Texts of all comparisons in both conditions, as written, in order; of a chain one for each sign. A
+            `held` or `once` has its own, behind those that it is about.
+        units: Unit of each comparison's sides; may be empty.
         doc: Description of the rule in one sentence.
         action: Name of the action that the robot executes.
         priority: Priority of the rule.
         place: File and line of the rule, such as `avoid_collision.toml:38`.
         thresholds: Values of the named thresholds in both conditions, with units, after overrides by the robot.
+        hold: Time for which `when` must hold until the rule latches [s].
+        cooldown: Time from latching, or from release if `level`, to the next latching [s].
+        level: Whether the rule is a level rule.
+        modes: Modes of the agent in which the rule is active; empty for all.
+        on_invalid: Policy while `when` is not known: `clear`, `trip` or `hold`.
+        max_hold: Time after which `hold` becomes `trip` [s].
     """
 
     rule: str
@@ -249,11 +257,18 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
     until: str = ""
     sources: tuple[str, ...] = ()
     comparisons: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
     doc: str = ""
     action: str = ""
     priority: int = 0
     place: str = ""
     thresholds: Mapping[str, str] = {}
+    hold: float = 0.0
+    cooldown: float = 0.0
+    level: bool = False
+    modes: tuple[str, ...] = ()
+    on_invalid: str = "clear"
+    max_hold: float = 0.0
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):

@@ -107,6 +107,27 @@ def _fired_last(rules: Mapping[str, RuleState]) -> str:
     return max(fired, key=lambda name: fired[name], default="")
 
 
+class GuardState(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What keeps a rule from latching.
+
+    Attributes:
+        held: Comparisons of its guard that keep it from being true, the fewest that would have to change: the index of
+            one that has to hold, -1 minus the index of one that must not.
+        mode: Mode of the agent, in which the rule does not act; else None.
+        since: Time from which its guard has counted as true [s].
+        blind: Whether its guard counts as true because it cannot be evaluated.
+        ready: End of its cooldown [s]; None if it is over.
+        replaced: Whether its file was replaced, so that its guard is not recorded.
+    """
+
+    held: tuple[int, ...] = ()
+    mode: str | None = None
+    since: float | None = None
+    blind: bool = False
+    ready: float | None = None
+    replaced: bool = False
+
+
 class Drive(NamedTuple):
     """Commands of an agent's actuators at one time, with their cause.
 

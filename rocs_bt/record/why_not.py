@@ -6,17 +6,16 @@ The page gives the same answer (studio/web/why.js).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from ..errors import InputError, unknown
 from ..words import inactive_rule
-from .comparisons import guards_of
-from .moment import Moment
-from .samples import samples
+from .comparisons import Comparisons
+from .header import GuardInfo
+from .moment import SLACK, Moment
+from .states import GuardState
 from .tracks import Tracks
-
-_RECENT = 1.0  # [s] a control period is not longer
+from .why_text import since
 
 
 class Held(NamedTuple):
@@ -24,17 +23,17 @@ class Held(NamedTuple):
 
     Attributes:
         text: The comparison as written.
-        left: Value of its left side, SI units; of a group the deciding one.
+        left: Value of its left side, SI units; of a group the deciding one, of `held` and `once` a time.
         right: Value of its right side, SI units.
         unit: Their unit; may be empty.
-        holds: Whether it is true and must not be, because it is under a `not`.
+        holds: Whether it is true and must not be; None if it is not decided.
     """
 
     text: str
     left: float
     right: float
     unit: str
-    holds: bool = False
+    holds: bool | None = False
 
     @property
     def gap(self) -> float:
@@ -42,12 +41,14 @@ class Held(NamedTuple):
         return abs(self.left - self.right)
 
     def __str__(self) -> str:
-        if math.isnan(self.gap):
+        if self.holds is None:
             return f"'{self.text}' is not decided, because a value is not known"
+        holds = f"'{self.text}' {'must not hold, but holds' if self.holds else 'does not hold'}"
+        if math.isnan(self.gap):
+            return holds
         unit = f" {self.unit}" if self.unit else ""
         by = f" by {self.gap:.3g}{unit}" if math.isfinite(self.gap) else ""
-        holds = "must not hold, but holds" if self.holds else "does not hold"
-        return f"'{self.text}' {holds}{by} ({self.left:.3g} against {self.right:.3g}{unit})"
+        return f"{holds}{by} ({self.left:.3g} against {self.right:.3g}{unit})"
 
 
 class WhyNot(NamedTuple):
@@ -56,7 +57,7 @@ class WhyNot(NamedTuple):
     Attributes:
         rule: Rule as `file/Rule`.
         because: Reason in words.
-        held: Comparisons that held it back; if all of them had been true, the guard would have been.
+        held: Comparisons that held it back, the fewest; with all of them changed, its guard would have been true.
     """
 
     rule: str
@@ -71,7 +72,7 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     """Why a rule did not fire at a time.
 
     Args:
-        tracks: Tracks of the run, with its signals and rules.
+        tracks: Tracks of the run, with its signals and rules. The tracks of the guard are added if they are missing.
         t: Time [s].
         agent: Name of the agent.
         rule: Rule as `file/Rule`.
@@ -90,46 +91,37 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
         return WhyNot(rule, "it fired, and its action is active")
     if state is not None and state.waits:
         return WhyNot(rule, f"it is latched and waits for {(state.behind or 'another rule').rpartition('/')[2]}")
-    guard = next((guard for guard in guards_of(info) if guard.info.rule == rule), None)
-    times, x = samples(tracks, info, moment.now - _RECENT, moment.now)
-    if guard is None or not times:
+    if moment.since("stopped") < t - SLACK:
+        return WhyNot(rule, f"the agent was stopped{since(moment.since('stopped'), t)}")
+    if tracks.get(agent, "guard", rule) is None:
+        Comparisons(tracks, [rule]).update(over=True)
+    found = moment.value("guard", rule)
+    if found is None:
         return WhyNot(rule, "the values of its guard are not recorded")
-    rows = [None if row is None else row[0].tolist() for row in guard.rows(times[-1:], x[-1:])]
-    found, texts = list[Held](), guard.texts["comparisons"]
-    for i in holding(guard.texts["tree"], rows, want=True):
-        if (row := rows[i]) is not None:
-            found.append(Held(texts[i]["text"], row[0], row[1], texts[i]["unit"], row[2] == 1.0))
-    return WhyNot(rule, " and ".join(map(str, found)) or "its comparisons hold", tuple(found))
+    guard = next(guard for guard in info.guards if guard.rule == rule)
+    held = tuple(_held(moment, guard, index) for index in found.held)
+    return WhyNot(rule, " and ".join(map(str, held)) or _back(guard, found, t), held)
 
 
-def holding(tree: Any, rows: Sequence[Sequence[float] | None], *, want: bool) -> list[int]:
-    """Comparisons that keep a condition from being true, or false: the fewest that had to change.
-
-    Args:
-        tree: Structure of the condition; see `Guard`.
-        rows: Left side, right side and truth of each comparison; None if it is not known.
-        want: The other truth of the condition.
-
-    Returns:
-        Indices of the comparisons.
-    """
-    if tree is None:
-        return []
-    if isinstance(tree, int):
-        row = rows[tree]
-        return [] if row is not None and row[2] == float(want) else [tree]
-    op, *parts = tree
-    if op == "not":
-        return holding(parts[0], rows, want=not want)
-    found = [holding(part, rows, want=want) for part in parts]
-    if (op == "or") is want:  # one of them is enough
-        return min(found, key=lambda part: (len(part), sum(_far(rows[i]) for i in part)))
-    return [i for part in found for i in part]
+def _held(moment: Moment, guard: GuardInfo, index: int) -> Held:
+    i = index if index >= 0 else -1 - index
+    left, right, truth = moment.value("compare", f"{guard.rule}\n{i}")
+    return Held(guard.comparisons[i], left, right, guard.units[i], None if math.isnan(truth) else truth == 1.0)
 
 
-def _far(row: Sequence[float] | None) -> float:
-    """Relative distance of both sides of a comparison, 0 to 1."""
-    if row is None or not math.isfinite(row[0]) or not math.isfinite(row[1]):
-        return 1.0
-    most = max(abs(row[0]), abs(row[1]))
-    return abs(row[0] - row[1]) / most if most else 0.0
+def _back(guard: GuardInfo, state: GuardState, t: float) -> str:
+    """What keeps a rule back if no comparison does."""
+    if state.replaced:
+        return "its rule file was replaced, and the new guard is not recorded"
+    if state.mode is not None:
+        modes = " or ".join(f"'{mode}'" for mode in guard.modes)
+        return f"it acts in mode {modes} only, and the mode is '{state.mode}'"
+    if state.since is None:
+        return "nothing that it compares can make its guard true"
+    holds = "its guard cannot be evaluated, which counts as true," if state.blind else "its guard holds"
+    lasts, reasons = t - state.since, list[str]()
+    if lasts < guard.hold:
+        reasons.append(f"{holds} since {max(lasts, 0.0):.2f} s of {guard.hold:.3g} s")
+    if state.ready is not None and state.ready > t:
+        reasons.append(f"its cooldown ends in {state.ready - t:.2f} s")
+    return " and ".join(reasons) or holds.rstrip(",")

@@ -7,7 +7,7 @@ import math
 import platform
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 
 import msgspec
@@ -19,8 +19,9 @@ from ..drivers.mujoco.body import hull_outline, outlines
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
-from ..reactive import RuleSet
+from ..reactive import Rule, RuleSet
 from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap
+from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
 from ..simulation.simulated_world import SimulatedWorld
@@ -182,28 +183,43 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         nodes=agent.plan.tree_nodes() if isinstance(agent.plan, TreePlan) else (),
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
-        guards=tuple(_guards(agent)),
+        guards=tuple(
+            guard_info(file.model.rules, rule, Environment.of(agent.knowledge.signals))
+            for file in agent.rule_files
+            for rule in file.model.rules.rules
+        ),
     )
 
 
-def _guards(agent: Agent) -> Iterator[GuardInfo]:
-    environment = Environment.of(agent.knowledge.signals)
-    for file in agent.rule_files:
-        rules = file.model.rules
-        for rule in rules.rules:
-            guards = [rule.when, *([] if rule.until is None else [rule.until])]
-            yield GuardInfo(
-                rule=rule.name,
-                when=rule.when.text,
-                until="" if rule.until is None else rule.until.text,
-                sources=tuple(source(guard.node, environment) for guard in guards),
-                comparisons=tuple(p.text for g in guards for n in g.node.walk() if n.op == "compare" for p in n.pairs),
-                doc=rule.doc,
-                action=rule.action,
-                priority=rule.priority,
-                place=f"{at.file.name}:{at.line}" if (at := rule.positions.get("")) and at.file else "",
-                thresholds=_thresholds(rules, " ".join(guard.text for guard in guards)),
-            )
+def guard_info(rules: RuleSet, rule: Rule, environment: Environment) -> GuardInfo:
+    """Description of the guard of a rule in a recording.
+
+    Args:
+        rules: Rule set of the rule.
+        rule: The rule.
+        environment: Environment with the signals of the agent.
+    """
+    guards = [rule.when, *([] if rule.until is None else [rule.until])]
+    parts = [part for guard in guards for part in parts_of(guard.node)]
+    return GuardInfo(
+        rule=rule.name,
+        when=rule.when.text,
+        until="" if rule.until is None else rule.until.text,
+        sources=tuple(source(guard.node, environment) for guard in guards),
+        comparisons=tuple(part.text for part in parts),
+        units=tuple(map(unit_of, parts)),
+        doc=rule.doc,
+        action=rule.action,
+        priority=rule.priority,
+        place=f"{at.file.name}:{at.line}" if (at := rule.positions.get("")) and at.file else "",
+        thresholds=_thresholds(rules, " ".join(guard.text for guard in guards)),
+        hold=rule.hold,
+        cooldown=rule.cooldown,
+        level=rule.level,
+        modes=rule.modes,
+        on_invalid=rule.on_invalid.value,
+        max_hold=rule.max_hold,
+    )
 
 
 def _thresholds(rules: RuleSet, text: str) -> dict[str, str]:

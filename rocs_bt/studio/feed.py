@@ -75,9 +75,9 @@ class Feed:
     def head(self) -> bytes:
         """JSON of what does not change, for a new browser; `null` before the run begins."""
         with self._lock:
-            if self._tracks is None or self._comparisons is None:
+            if self._tracks is None:
                 return b"null"
-            given = {**head(self._tracks.header), "end": self._tracks.end, "guards": self._comparisons.texts()}
+            given = {**head(self._tracks.header), "end": self._tracks.end}
             return msgspec.json.encode({**given, **self._extra}, enc_hook=plain)
 
     def fresh(self, seen: Seen) -> bytes | None:

@@ -16,6 +16,7 @@ from ..record import RunHeader
 from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
+from ..words import inactive_rule
 
 Json = dict[str, Any]
 Numbers = NDArray[np.float64]
@@ -87,7 +88,11 @@ def pack(tracks: Tracks, extra: Json) -> bytes:
 
 def head(header: RunHeader) -> Json:
     """What does not change while a run goes on."""
-    return {"header": header}
+    inactive = {
+        agent.name: {rule: inactive_rule(rule, [agent.robot], missing) for rule, missing in agent.inactive.items()}
+        for agent in header.agents
+    }
+    return {"header": header, "inactive": inactive}
 
 
 def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:

@@ -13,7 +13,6 @@ from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
 from ..record.comparisons import Comparisons
 from ..record.states import LogLine
 from ..record.tracks import Tracks
-from ..words import inactive_rule
 from .numbers import numbers, requirement
 from .pack import Json, pack
 from .page import render_page
@@ -85,16 +84,10 @@ def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool =
         if not damaged:
             raise
         damage = str(error)
-    comparisons = Comparisons(tracks)
-    comparisons.update(over=True)
+    Comparisons(tracks).update(over=True)
     about = {
         "missing": damage or ("" if recording.complete else "The run was killed: its recording ends here."),
-        "guards": comparisons.texts(),
         "results": {} if summary is None else about_end(summary),
-        "inactive": {
-            agent.name: [inactive_rule(rule, [agent.robot], missing) for rule, missing in agent.inactive.items()]
-            for agent in recording.header.agents
-        },
     }
     return pack(tracks, about)
 

@@ -1,6 +1,8 @@
 """Comparisons of guards, from tracks: against the samples of the run, evaluated one by one by the interpreter."""
 
 import math
+import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,12 +10,17 @@ import pytest
 from rocs_bt import run
 from rocs_bt.expression import Environment, evaluate, parse
 from rocs_bt.expression.source import source
-from rocs_bt.record import GuardInfo, Recording, RunHeader, environment_of, samples
+from rocs_bt.reactive import RuleModel
+from rocs_bt.record import Recording, RunHeader, environment_of, samples
 from rocs_bt.record.comparisons import Comparisons, Guard
+from rocs_bt.record.condition import Condition
+from rocs_bt.record.states import RuleState
 from rocs_bt.record.tracks import Tracks
-from rocs_bt.record.why_not import holding
+from rocs_bt.running.header import guard_info
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH
+
+from ..reactive.random_rules import ENVIRONMENT, SIZE, random_case
 
 
 @pytest.fixture(scope="module", params=["exp1", "exp3"])
@@ -60,10 +67,14 @@ def test_piece_by_piece_they_are_the_same_as_at_once(recorded):
         comparisons.update()
     comparisons.update(over=True)
     for key, track in whole.items():
-        if key.topic in ("near", "compare"):
+        if key.topic in ("near", "compare", "guard"):
             other = parts.get(*key)
             assert track.t == other.t
-            assert np.array_equal(track.rows(), other.rows(), equal_nan=True)
+            assert (
+                track.v == other.v
+                if key.topic == "guard"
+                else np.array_equal(track.rows(), other.rows(), equal_nan=True)
+            )
 
 
 def test_sources_are_read_as_the_guards_that_they_were(recorded):
@@ -74,61 +85,63 @@ def test_sources_are_read_as_the_guards_that_they_were(recorded):
                 assert source(parse(text, environment), environment) == text
 
 
-GUARDS = [
-    "0.1 m < x < 0.5 m",
-    "0.5 m > x >= 0.1 m",
-    "0.1 m < x < y < 1.5 m",
-    "not (0.1 m < x < 0.5 m)",
-    "x < 0.5 m and not (y < 1 m)",
-    "x < 0.5 m or not (y < 1 m or x > 0.2 m)",
-    "not (not (x < y) and 0.2 m < y <= 1 m)",
-    "not (x == 0.5 m) and y != 1 m",
-    "any(g < 0.5 m) and not all(g < 1 m)",
-    "all(0.1 m < g < 1.5 m)",
-    "any(0.1 m < g < 0.5 m)",
-    "not any(g > x)",
-]
-
-
-@pytest.mark.parametrize("text", GUARDS)
-def test_chains_and_not_are_near_1_where_the_guard_is_true_and_only_there(text):
-    signals = [Signal("x", 1, (LENGTH,)), Signal("y", 1, (LENGTH,)), Signal("g", 3, (LENGTH,))]
-    tree = parse(text, Environment.packed(signals))
-    listed = [pair.text for node in tree.walk() if node.op == "compare" for pair in node.pairs]
-    guard = Guard(GuardInfo(rule="r/R", when=text, sources=(text,), comparisons=tuple(listed)), [tree])
-    x = np.random.default_rng(5).choice([0.05, 0.1, 0.3, 0.5, 0.8, 1.0, 2.0, math.nan], (400, 5))
-    x[:200] = np.random.default_rng(6).uniform(0.0, 2.0, (200, 5))
-    t = np.arange(400.0).tolist()
-    tracks = Tracks(RunHeader(scenario="s", seed=0))
-    guard.add(tracks, "a", t, x)
-    truth = [evaluate(tree, row) for row in x.tolist()]
-    near = tracks.get("a", "near", "r/R").rows()[:, 0]
-    assert np.array_equal(near >= 1.0, [true is True for true in truth])
-    assert {True, False} <= set(truth)
-    if text == "any(0.1 m < g < 0.5 m)":  # each comparison may hold for another value
-        return
-    rows = np.array(guard.rows(t, x))
-    for i in np.flatnonzero(np.isfinite(x).all(axis=1)):
-        held = holding(guard.texts["tree"], rows[:, i].tolist(), want=True)
-        assert bool(held) == (truth[i] is False), x[i]
-
-
-def test_a_chain_has_a_comparison_for_each_sign():
-    signals = [Signal("x", 1, (LENGTH,))]
-    tree = parse("0.1 m < x < 0.5 m", Environment.packed(signals))
-    assert [pair.text for pair in tree.pairs] == ["0.1 m < x", "x < 0.5 m"]
-    guard = Guard(GuardInfo(rule="r/R", when=tree.text, comparisons=tuple(p.text for p in tree.pairs)), [tree])
-    assert guard.texts["tree"] == ["and", 0, 1]
-    assert [row[0, 2] for row in guard.rows([0.0], np.array([[2.0]]))] == [1.0, 0.0]
-
-
 @pytest.mark.parametrize(
     ("text", "near"), [("0.1 m < x < 0.5 m", 0.25), ("not (x > 1 m)", 0.5), ("x > 1 m and not (0.1 m < x < 8 m)", 0.25)]
 )
 def test_what_has_to_change_tells_how_near_a_guard_is(text, near):
     tree = parse(text, Environment.packed([Signal("x", 1, (LENGTH,))]))
-    listed = [pair.text for node in tree.walk() if node.op == "compare" for pair in node.pairs]
-    guard = Guard(GuardInfo(rule="r/R", when=text, comparisons=tuple(listed)), [tree])
-    tracks = Tracks(RunHeader(scenario="s", seed=0))
-    guard.add(tracks, "a", [0.0], np.array([[2.0]]))
-    assert tracks.get("a", "near", "r/R").rows()[0, 0] == pytest.approx(near)
+    assert Condition(tree)([0.0], np.array([[2.0]]), [[2.0]]).near[0] == pytest.approx(near)
+
+
+def changed(before, mask, t):
+    """State of a rule as events give it: latched, released, or as it was."""
+    was = before is not None and before.latched
+    return RuleState(phase="latched" if mask else "released", latched=mask) if was is not mask else before
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_holds_cooldowns_and_modes_are_those_of_the_rules_themselves(seed):
+    """Against the state of a reactive model that lives through the same samples."""
+    draw = random.Random(seed)
+    case = random_case(seed, rules=4, steps=1)
+    given = [replace(r, modes=draw.choice([(), ("dock",), ("dock", "drive")])) for r in case.rules.rules]
+    rules = replace(case.rules, rules=tuple(given))
+    model = RuleModel(rules)
+    guards = []
+    for rule in rules.rules:
+        info = guard_info(rules, rule, ENVIRONMENT)
+        guards.append(Guard(info, [parse(text, ENVIRONMENT) for text in info.sources]))
+    tracks, t, mode = Tracks(RunHeader(scenario="s", seed=0)), 1.0, "drive"
+    times, x, entered, told = [], [], [], []
+    for _ in range(60):
+        row = (
+            [draw.choice([0.1, 0.3, 0.5, 0.7, 1.0, 2.0, math.nan]) for _ in range(SIZE)]
+            if draw.random() < 0.4 or not x
+            else x[-1]
+        )
+        mode = draw.choice(["drive", "dock", "park"]) if draw.random() < 0.1 else mode
+        model.enter(mode)
+        model.react(np.array(row), t)
+        for name, mask in zip((r.name for r in rules.rules), model._machine.mask, strict=True):
+            track = tracks.steps("a", "rule", name)
+            if (state := changed(track.v[-1] if track.v else None, bool(mask), t)) is not None:
+                track.put(t, state)
+        values = model._machine.values()
+        told.append([values[model.table.part(name)].copy() for name in ("latched", "risen", "ready")])
+        for rows, value in ((times, t), (x, row), (entered, mode)):
+            rows.append(value)
+        t += draw.choice([0.05, 0.05, 0.02, 0.2])
+    cut = draw.randrange(61)
+    for part in (slice(0, cut), slice(cut, 60)):
+        if times[part]:
+            for guard in guards:
+                guard.add(tracks, "a", times[part], np.array(x[part]), x[part], entered[part])
+    for i, rule in enumerate(rules.rules):
+        track = tracks.get("a", "guard", rule.name)
+        for when, mode, (latched, risen, ready) in zip(times, entered, told, strict=True):
+            state = track.at(when)
+            assert (state.mode is not None) == bool(rule.modes and mode not in rule.modes)
+            if not latched[i] and state.mode is None:
+                assert state.since == (None if risen[i] == math.inf else risen[i]), (rule.when.text, when)
+                left = max(0.0, ready[i] - when)  # of the cooldown [s]
+                assert state.since is None or max(0.0, (state.ready or 0.0) - when) == left

@@ -94,9 +94,8 @@ export class Inspector {
     const rows = [row("state", track ? `${is}${track.since(t) === undefined ? "" : ` for ${seconds(t - track.since(t))}`}` : "it never changed")];
     rows.push(state?.active ? row("why", why(run, agent, t)) : row("why not", whyNot(run, agent, name, t).because));
     if (guard) rows.push(row("when", guard.when), ...(guard.until ? [row("until", guard.until)] : []));
-    const about = run.info(agent)?.guards?.find(({ rule }) => rule === name);
-    for (const [key, value] of Object.entries(about?.thresholds ?? {})) rows.push(row(key, value));
-    for (const side of guard?.comparisons ?? []) rows.push(this.comparison(agent, side, t));
+    for (const [key, value] of Object.entries(guard?.thresholds ?? {})) rows.push(row(key, value));
+    for (const side of guard?.sides ?? []) rows.push(this.comparison(agent, side, t));
     if (state?.reading) rows.push(row("read", `${state.reading}, ${seconds(t - track.since(t))} ago`, address, track.since(t)));
     for (const [key, value] of Object.entries(state?.parameters ?? {})) rows.push(row(key, shown(value)));
     const fired = Array.from(track?.t ?? []).filter((_, i) => track.v[i].fired > (track.v[i - 1]?.fired ?? 0));
@@ -104,7 +103,7 @@ export class Inspector {
     const before = fired.findLast((s) => s < t - 1e-3), next = fired.find((s) => s > t + 1e-3);
     if (before !== undefined) rows.push(row("previous", seconds(before), address, before));
     if (next !== undefined) rows.push(row("next", seconds(next), address, next));
-    if (about?.place) rows.push(row("does", `${about.action}: ${about.doc}`), row("priority", about.priority), row("file", about.place));
+    if (guard?.place) rows.push(row("does", `${guard.action}: ${guard.doc}`), row("priority", guard.priority), row("file", guard.place));
     return [short(name), ...rows];
   }
 

@@ -193,7 +193,7 @@ export class About extends Panel {
     const info = run.info(agent) ?? {}, listed = (values) => Object.entries(values).map(([name, value]) => `${name} ${shown(value)}`).join(", ");
     const rows = [
       ["again", command], ["robot", info.robot], ["mission", info.mission], ["rules", (info.rules ?? []).join(", ")],
-      ...(run.inactive?.[agent] ?? []).map((text) => ["inactive", text]),
+      ...Object.values(run.inactive[agent] ?? {}).map((text) => ["inactive", text]),
       ...(run.results?.[agent]?.requirements ?? []).map(({ name, require, text }) => [name, `${require}: ${text}`]),
       ["mode", mode], ["rates [Hz]", listed(rates)], ["versions", Object.entries(versions).map(([name, value]) => `${name} ${value}`).join(", ")], ["content", hash],
     ];

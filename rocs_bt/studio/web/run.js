@@ -83,13 +83,16 @@ export const portsOf = ({ ports = "", keys = {} }) => {
   return Array.from(given, ([name, text]) => ({ name, given: text, entry: keys[name] }));
 };
 
+/** Guard of a rule, with the names of the tracks of its comparisons. */
+const guardOf = (guard) => ({ ...guard, sides: (guard.comparisons ?? []).map((text, i) => ({ name: `${guard.rule}\n${i}`, text, unit: guard.units[i] })) });
+
 export class Run {
-  constructor({ header, end, log = [], tracks = [], texts = [], guards = {}, ...rest }, columns = (_) => []) {
+  constructor({ header, end, log = [], tracks = [], texts = [], ...rest }, columns = (_) => []) {
     const { missing = "", control = false, results = {}, inactive = {} } = rest;
     this.header = header;
     this.end = end;
     this.log = log;
-    this.guards = guards;
+    this.guards = Object.fromEntries((header.agents ?? []).map((a) => [a.name, Object.fromEntries((a.guards ?? []).map((guard) => [guard.rule, guardOf(guard)]))]));
     this.missing = missing; // what the recording lacks, as a sentence
     this.control = control; // whether the run hears commands
     this.results = results;

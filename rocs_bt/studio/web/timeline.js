@@ -143,7 +143,7 @@ export class Timeline {
 
   /** Both sides of each comparison of a guard, as rows below the rule that is selected. */
   comparisons(agent, rule) {
-    return (this.run.guards[agent]?.[rule]?.comparisons ?? []).flatMap(({ name, text, unit }) => {
+    return (this.run.guards[agent]?.[rule]?.sides ?? []).flatMap(({ name, text, unit }) => {
       const track = this.run.get(agent, "compare", name);
       return track ? [{ address: track.address, label: text, kind: "inner", least: CURVE, curve: track, sides: true, unit }] : [];
     });
@@ -407,7 +407,7 @@ export class Timeline {
     const { held } = whyNot(this.run, this.cursor.agent, rule, t), state = this.run.tracks.get(address)?.at(t);
     if (state?.active || state?.waits) return state.active ? "active" : "waits";
     const gaps = held.map(({ left, right, unit }) => ({ gap: Math.abs(left - right), unit }));
-    if (!gaps.length) return "holds";
+    if (!gaps.length) return this.run.get(this.cursor.agent, "guard", rule)?.at(t)?.since === undefined ? "off" : "holds";
     const [first] = gaps;
     return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit} off` : "far off";
   }

@@ -170,39 +170,32 @@ const answer = (run, agent, t) => {
   return `${agent} ${linked(motion, because)}`;
 };
 
-/** Relative distance of both sides of a comparison. */
-const far = ([left, right]) => {
-  const most = Math.max(Math.abs(left), Math.abs(right));
-  return Number.isFinite(most) ? (most ? Math.abs(left - right) / most : 0) : 1;
-};
-
-/** Comparisons that keep a condition from being true, or false: the fewest that had to change. */
-const holding = (tree, rows, want) => {
-  if (tree === null) return [];
-  if (!Array.isArray(tree)) return rows[tree]?.[2] === want ? [] : [tree];
-  const [op, ...parts] = tree;
-  if (op === "not") return holding(parts[0], rows, 1 - want);
-  const found = parts.map((part) => holding(part, rows, want));
-  if ((op === "or") !== (want === 1)) return found.flat();
-  const cost = (part) => part.length + part.reduce((sum, i) => sum + far(rows[i] ?? [NaN]), 0) / 1e3;
-  return found.reduce((a, b) => (cost(b) < cost(a) ? b : a));
+/** What keeps a rule back if no comparison does. */
+const back = (guard, { replaced, mode, since, blind, ready }, t) => {
+  if (replaced) return "its rule file was replaced, and the new guard is not recorded";
+  if (mode !== undefined) return `it acts in mode ${guard.modes.map((each) => `'${each}'`).join(" or ")} only, and the mode is '${mode}'`;
+  if (since === undefined) return "nothing that it compares can make its guard true";
+  const holds = blind ? "its guard cannot be evaluated, which counts as true," : "its guard holds";
+  const hold = guard.hold ?? 0, reasons = t - since < hold ? [`${holds} since ${fixed(Math.max(t - since, 0), 2)} s of ${three(hold)} s`] : [];
+  if (ready > t) reasons.push(`its cooldown ends in ${fixed(ready - t, 2)} s`);
+  return reasons.join(" and ") || holds.replace(/,$/, "");
 };
 
 /** Why a rule did not fire at a time: the reason, and the comparisons that held it back. */
 export const whyNot = (run, agent, rule, t) => {
-  const now = t + SLACK, state = run.get(agent, "rule", rule)?.at(now), guard = run.guards[agent]?.[rule];
+  const now = t + SLACK, state = run.get(agent, "rule", rule)?.at(now), stopped = run.get(agent, "stopped")?.t[0];
+  const off = run.inactive[agent]?.[rule], guard = run.guards[agent]?.[rule], found = run.get(agent, "guard", rule)?.at(now);
+  if (off) return { because: off.replace(/\.+$/, ""), held: [] };
   if (state?.active) return { because: "it fired, and its action is active", held: [] };
   if (state?.waits) return { because: `it is latched and waits for ${last(state.behind || "another rule")}`, held: [] };
-  const off = Object.keys(run.info(agent).inactive ?? {}).indexOf(rule);
-  if (off >= 0) return { because: (run.inactive?.[agent]?.[off] ?? "it is inactive").replace(/\.+$/, ""), held: [] };
-  if (!guard) return { because: "the values of its guard are not recorded", held: [] };
-  const rows = guard.comparisons.map(({ name }) => run.get(agent, "compare", name)?.at(now));
-  const held = holding(guard.tree, rows, 1).filter((i) => rows[i]).map((i) => {
-    const { text, unit, name } = guard.comparisons[i], [left, right, truth] = rows[i], gap = Math.abs(left - right), si = unit && ` ${unit}`;
-    const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "";
-    const holds = truth === 1 ? "must not hold, but holds" : "does not hold";
-    const because = Number.isNaN(gap) ? `'${text}' is not decided, because a value is not known` : `'${text}' ${holds}${by} (${three(left)} against ${three(right)}${si})`;
+  if (stopped < t - SLACK) return { because: `the agent was stopped${ago(stopped, t)}`, held: [] };
+  if (!guard || !found) return { because: "the values of its guard are not recorded", held: [] };
+  const held = (found.held ?? []).map((index) => {
+    const { name, text, unit } = guard.sides[index < 0 ? -1 - index : index], si = unit && ` ${unit}`;
+    const [left, right, truth] = run.get(agent, "compare", name).at(now), gap = Math.abs(left - right);
+    const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "", values = Number.isNaN(gap) ? "" : `${by} (${three(left)} against ${three(right)}${si})`;
+    const because = `'${text}' ${Number.isNaN(truth) ? "is not decided, because a value is not known" : truth ? `must not hold, but holds${values}` : `does not hold${values}`}`;
     return { name, text, left, right, unit, because };
   });
-  return { because: held.map((each) => each.because).join(" and ") || "its comparisons hold", held };
+  return { because: held.map((each) => each.because).join(" and ") || back(guard, found, t), held };
 };
