@@ -45,6 +45,7 @@ from .sensing import (
     SubscriberDetached,
 )
 from .world import (
+    ActorMoved,
     BodyMoved,
     ContactBegan,
     GoalEntered,
@@ -57,6 +58,7 @@ from .world import (
 )
 
 __all__ = [
+    "ActorMoved",
     "ActuatorCommanded",
     "AgentStopped",
     "AtomicStarted",

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from ..event import (
+    ActorMoved,
     BlackboardChanged,
     ContentRaised,
     Event,
@@ -146,6 +147,8 @@ class Drive(NamedTuple):
 
 def about(event: Event) -> Key | None:
     """Track that an event is about, for links; None if there is none."""
+    if isinstance(event, ActorMoved):
+        return Key(event.body, "actor")
     if isinstance(event, RuleChanged):
         return Key(event.agent, "rule", event.rule)
     if isinstance(event, TicketChanged):

@@ -15,6 +15,7 @@ from typing import Any
 import msgspec
 
 from ..event import (
+    ActorMoved,
     ActuatorCommanded,
     AgentStopped,
     AtomicStarted,
@@ -41,6 +42,7 @@ from ..event import (
     TicketChanged,
     pack,
 )
+from .actors import ActorMotion
 from .alternation import Alternation, Turns
 from .codec import KINDS
 from .header import RunHeader
@@ -76,6 +78,8 @@ class Tracks:
         self._movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
         self._turns: dict[str, Turns] = {}
+        self._bodies = {body.name: body for body in header.bodies}
+        self._actors: dict[str, ActorMotion] = {}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
         self._scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
         self._scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
@@ -181,6 +185,14 @@ class Tracks:
         pose = self.get(event.agent, "pose")
         return self._turns.setdefault(event.agent, Turns()).take(event, pose if isinstance(pose, Curve) else None)
 
+    def movement(self, event: BodyMoved) -> ActorMoved | None:
+        """What an actor begins or ends with a pose; None if nothing, or if the body is not in the header."""
+        body = self._bodies.get(event.body)
+        if body is None:
+            return None
+        made = self._actors.get(event.body) or ActorMotion(body, self.header.outlines, self.header.start)
+        return self._actors.setdefault(event.body, made).take(event)
+
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
         return self._movers.setdefault(agent, actuator) == actuator
@@ -202,6 +214,13 @@ def _pose(tracks: Tracks, event: BodyMoved) -> None:
     tracks.curve(event.body, "pose", "", len(pose)).add(event.t, pack(pose))
     if event.wheels:
         tracks.curve(event.body, "wheels", "", len(event.wheels) // 8).add(event.t, event.wheels)
+
+
+def _actor(tracks: Tracks, event: BodyMoved) -> None:
+    """A body without an agent is an actor; what it begins and ends has a sentence in the log."""
+    if not event.agent and (change := tracks.movement(event)) is not None:
+        tracks.steps(event.body, "actor").put(change.since, change.state)
+        tracks.events.append(change)
 
 
 def _joints(tracks: Tracks, event: BodyMoved) -> None:
@@ -385,6 +404,7 @@ STREAMS: tuple[type[Event], ...] = (SensorRead, SignalsWritten, BodyMoved, Actua
 
 TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "pose": {BodyMoved: _pose},
+    "actor": {BodyMoved: _actor},
     "joints": {BodyMoved: _joints},
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},

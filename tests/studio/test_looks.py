@@ -2,10 +2,17 @@
 
 import re
 
+import msgspec
 import pytest
 
+from rocs_bt.event import BodyMoved
+from rocs_bt.record.header import BodyInfo, Outline
+from rocs_bt.record.recorder import Recorder
+from rocs_bt.record.recording import Recording
 from rocs_bt.studio.page import WEB
+from rocs_bt.studio.report import write_report
 
+from .. import synthetic
 from .test_page import STYLE, faults, press, show, text
 from .test_reading import each, resize, screen, touched  # noqa: F401  # fixtures
 
@@ -108,3 +115,63 @@ def test_panels_use_the_height_of_the_window(browser, touched, width, height):  
     assert min(seen["heights"].values()) > 0.25 * height
     browser.evaluate("[...document.querySelectorAll('.label')].find((e) => e.innerText.startsWith('TurnAway')).click()")
     assert browser.evaluate(SPARE)["heights"] == seen["heights"], "a selection moves the panels"
+
+
+@pytest.fixture(scope="module")
+def gated(tmp_path_factory):
+    """Report of a run with a door that shuts between 2 and 3.5 s."""
+    folder, known = tmp_path_factory.mktemp("gate"), synthetic.header()
+    leaf = ((-0.5, -0.03), (0.5, -0.03), (0.5, 0.03), (-0.5, 0.03))
+    walls = tuple(
+        Outline(name=f"wall {x}", points=((x, 0.9), (x + 2.0, 0.9), (x + 2.0, 1.1), (x, 1.1))) for x in (-2.6, 0.6)
+    )
+    bodies = (*known.bodies, BodyInfo(name="gate", hull=leaf))
+    recorder = Recorder(folder / "run.mcap", msgspec.structs.replace(known, bodies=bodies, outlines=walls))
+    for i in range(200):
+        x = 1.2 - 0.04 * max(0, min(i - 40, 30))
+        recorder.emit(BodyMoved(t=i * 0.05, body="gate", x=x, y=1.0, yaw=0.0))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), folder / "report.html")
+    return folder / "report.html"
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_each_movement_of_a_door_is_in_the_log_and_on_the_axis(browser, gated):
+    show(browser, gated)
+    assert each(browser, ".log .actor span") == ["gate begins to move", "gate is shut since 3.50 s"]
+    blue = browser.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--actor')")
+    assert blue not in STYLE.split("--actor")[0]  # the colour of nothing else
+    assert "scripted" in text(browser, ".legend")
+    press(browser, "Home")
+    press(browser, ".")
+    assert text(browser, ".log .here span") == "gate begins to move"
+    browser.evaluate("document.querySelector('.log .actor:last-child').click()")
+    assert "gate|actor|" in browser.evaluate("new Promise((r) => setTimeout(() => r(unescape(location.hash)), 250))")
+    assert faults(browser) == []
+
+
+BESIDE = """
+import("./arena.js").then(({ beside }) => {
+  let over = 0, outside = 0;
+  let seed = 7;
+  const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
+  for (let run = 0; run < 200; run++) {
+    const boxes = [];
+    for (let i = 0; i < 6; i++) beside(boxes, [400 * random(), 300 * random()], 30 + 60 * random(), [400, 300]);
+    boxes.forEach(([left, top, right, bottom], i) => {
+      if (left < 0 || top < 0 || right > 400 || bottom > 300) outside++;
+      over += boxes.slice(i + 1).filter((b) => left < b[2] && b[0] < right && top < b[3] && b[1] < bottom).length;
+    });
+  }
+  return { over, outside };
+})
+"""
+
+
+@pytest.mark.browser
+def test_labels_of_the_arena_are_beside_each_other_and_inside(browser, live):
+    browser.open(live.url)
+    seen = browser.evaluate(BESIDE)
+    assert seen["outside"] == 0
+    assert seen["over"] < 12  # of 3,000 pairs: in a crowd there is not always room

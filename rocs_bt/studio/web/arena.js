@@ -1,17 +1,29 @@
 // @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
-import { FONT, color, el, prepare, upto } from "./dom.js";
+import { FONT, color, el, prepare, seconds, upto } from "./dom.js";
 import { OwnMap, believed } from "./scene.js";
 
 const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
 const PAD = 14, HIGH = 0.4; // [px]; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
+const LINE = 14, SIDE = 8, DOORS = ["open", "shut"]; // [px] height of a label, and its distance from its point
 
 /** Point of a body in the world. */
 const placed = (pose, /** @type {number[]} */ [x, y]) => {
   const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw);
   return [pose.x + c * x - s * y, pose.y + s * x + c * y];
+};
+
+/** Left and baseline of a label of a width at a point, inside the picture and beside the labels before; adds its box. */
+export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {number[]} */ [right, bottom]) => {
+  const inside = (at, most) => Math.max(2, Math.min(at, most - 2));
+  const places = [[x + SIDE, y - SIDE], [x - SIDE - wide, y - SIDE], [x + SIDE, y + LINE + 2], [x - SIDE - wide, y + LINE + 2], [x - wide / 2, y - 2 * LINE], [x - wide / 2, y + 2 * LINE]];
+  const found = places.map(([left, base]) => [inside(left, right - wide), Math.max(LINE, Math.min(base, bottom - 4))]);
+  const free = ([left, base]) => !boxes.some((box) => left < box[2] && box[0] < left + wide && base - LINE < box[3] && box[1] < base);
+  const [left, base] = found.find(free) ?? found[0];
+  boxes.push([left, base - LINE, left + wide, base]);
+  return [left, base];
 };
 
 export class Arena {
@@ -123,14 +135,16 @@ export class Arena {
       g.fill();
       g.stroke();
     }
-    g.strokeStyle = g.fillStyle = color("good");
-    g.lineWidth = 1.4;
+    g.fillStyle = color("good");
     g.font = `12px ${FONT}`;
+    this.fixed = [];
     for (const { x, y, name, radius = 0, known = true } of places) {
       const r = Math.max(radius * this.scale, 4);
+      g.strokeStyle = color("good");
+      g.lineWidth = 1.4;
       this.circle(g, x, y, r);
       g.stroke();
-      if (known) this.write(g, name, this.x(x) + r + 3, this.y(y) + 4);
+      if (known) this.write(g, this.fixed, name, this.x(x) + r - 3, this.y(y) + 8);
     }
     g.lineWidth = 1;
     g.globalAlpha = 0.35;
@@ -139,10 +153,13 @@ export class Arena {
     g.globalAlpha = 1;
   }
 
-  /** Writes a text beside a point, on its left if there is no room on its right. */
-  write(g, text, x, y) {
-    const wide = g.measureText(text).width;
-    g.fillText(text, Math.max(2, x + wide > this.wide - 2 ? x - wide - 12 : x), Math.min(Math.max(y, 12), this.high - 3));
+  /** Writes a text beside a point and beside the texts before. */
+  write(g, boxes, text, x, y) {
+    const [left, base] = beside(boxes, [x, y], g.measureText(text).width, [this.wide, this.high]);
+    g.strokeStyle = color("paper");
+    g.lineWidth = 3;
+    g.strokeText(text, left, base);
+    g.fillText(text, left, base);
   }
 
   way(g, body, from, to) {
@@ -182,9 +199,11 @@ export class Arena {
       const pose = run.pose(info.name, t);
       if (!pose) continue;
       if (info.name === agent && layers.rays) this.rays(g, info, pose, t);
-      this.body(g, info, pose, t);
+      this.body(g, info, pose);
     }
-    if (layers.beliefs) this.believed(g, t);
+    const boxes = [...this.fixed], first = run.header.bodies.filter(({ name }) => name === agent);
+    for (const { name } of [...first, ...run.header.bodies.filter((info) => !first.includes(info))]) this.label(g, boxes, name, run.pose(name, t));
+    if (layers.beliefs) this.believed(g, boxes, t);
   }
 
   /** Draws the occupied cells of a robot's own map. */
@@ -247,46 +266,58 @@ export class Arena {
     for (const [ex, ey, heard] of ends) if (heard) g.fillRect(this.x(ex) - 1.2, this.y(ey) - 1.2, 2.4, 2.4);
   }
 
-  body(g, { name, hull = [] }, pose, t) {
-    const own = this.run.agents.includes(name), shown = name === this.cursor.agent;
-    const tint = color(own ? this.run.get(name, "route")?.at(t) ?? "idle" : "actor");
+  /** Whether an actor is a door: it is open or shut when it is at rest. */
+  isDoor(name) { return Boolean(this.run.get(name, "actor")?.v.some((state) => DOORS.includes(state))); }
+
+  body(g, { name, hull = [] }, pose) {
+    const { run, cursor: { t, agent } } = this, shown = name === agent, door = this.isDoor(name);
+    const tint = color(run.agents.includes(name) ? run.get(name, "route")?.at(t) ?? "idle" : "actor");
     if (hull.length) {
       this.line(g, hull.map((point) => placed(pose, point)));
-      g.fillStyle = color("paper");
+      g.fillStyle = door ? tint : color("paper");
       g.fill();
       g.strokeStyle = tint;
       g.lineWidth = shown ? 3 : 1.6;
       g.stroke();
     }
+    if (door) return;
     const nose = 0.85 * Math.max(0.15, ...hull.map(([x]) => x)), half = 0.25 * nose;
     this.line(g, [[nose, 0], [nose - half, half * 0.8], [nose - half, -half * 0.8]].map((point) => placed(pose, point)));
     g.fillStyle = tint;
     g.fill();
-    g.fillStyle = color("ink");
-    g.font = `${shown ? 600 : 400} 12px ${FONT}`;
-    this.write(g, name + (pose.z > HIGH ? `, ${pose.z.toFixed(2)} m high` : ""), this.x(pose.x) + 8, this.y(pose.y) - 8);
+  }
+
+  /** Name of a body, with its height; of a door whether it is open, and since when. */
+  label(g, boxes, name, pose) {
+    if (!pose) return;
+    const { run, cursor: { t, agent } } = this, track = this.isDoor(name) && run.get(name, "actor"), state = track && track.at(t);
+    const text = state ? `${name}: ${state} since ${seconds(track.since(t))}` : pose.z > HIGH ? `${name}, ${pose.z.toFixed(2)} m high` : name;
+    g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
+    g.font = `${name === agent ? 600 : 400} 12px ${FONT}`;
+    this.write(g, boxes, text, this.x(pose.x), this.y(pose.y));
   }
 
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
-  believed(g, t) {
-    g.strokeStyle = g.fillStyle = color("belief");
-    g.lineWidth = 1.5;
+  believed(g, boxes, t) {
+    g.fillStyle = color("belief");
     g.font = `11px ${FONT}`;
     for (const [node, at] of believed(this.run, this.cursor.agent, t)) {
       const x = this.x(at[0]), y = this.y(at[1]);
       g.beginPath();
       for (const [dx, dy] of [[0, -6], [6, 0], [0, 6], [-6, 0]]) g.lineTo(x + dx, y + dy);
       g.closePath();
+      g.strokeStyle = color("belief");
+      g.lineWidth = 1.5;
       g.stroke();
-      this.write(g, node, x + 8, y + 12);
+      this.write(g, boxes, node, x, y + 6);
     }
   }
 
-  /** Selects the robot under the pointer. */
+  /** Selects the robot or actor under the pointer. */
   pick(event) {
     const [x, y] = this.under(event), { run, cursor } = this;
-    const near = run.agents.map((name) => ({ name, pose: run.pose(name, cursor.t) })).filter(({ pose }) => pose)
+    const near = run.header.bodies.map(({ name }) => ({ name, pose: run.pose(name, cursor.t) })).filter(({ pose }) => pose)
       .map(({ name, pose }) => ({ name, far: Math.hypot(pose.x - x, pose.y - y) })).sort((a, b) => a.far - b.far)[0];
-    if (near && near.far < Math.max(0.4, 18 / this.scale)) cursor.select(`${near.name}|pose|`);
+    if (near && near.far < Math.max(0.4, 18 / this.scale)) cursor.select(`${near.name}|${run.agents.includes(near.name) ? "pose" : "actor"}|`);
   }
 }

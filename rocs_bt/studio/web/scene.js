@@ -1,8 +1,10 @@
 // @ts-check
 // What arena and space show besides bodies: layers, the robot's own map, what it believes, and its rays.
 import { el, upto } from "./dom.js";
+import { swatch } from "./legend.js";
 
 const NAMES = { way: "way driven", plan: "planned path", rays: "rays", map: "its own map", beliefs: "what it believes" };
+const TINTS = { way: ["deliberative", "reactive", "actor"], plan: ["deliberative"], rays: ["belief"], map: ["belief"], beliefs: ["belief"] };
 
 /** Layers that are shown, and whether the camera follows the robot; says `change`. */
 export class Layers extends EventTarget {
@@ -17,7 +19,7 @@ export class Layers extends EventTarget {
     const follow = el("button", { "aria-pressed": "false", title: "the camera follows the robot (c)", onclick: () => this.toggle("follow") }, "follow");
     const boxes = Object.entries(NAMES).map(([name, text]) => {
       const input = el("input", { type: "checkbox", checked: true, onchange: () => this.toggle(name) });
-      return el("label", {}, input, text);
+      return el("label", {}, input, text, ...TINTS[name].map(swatch));
     });
     this.addEventListener("change", () => follow.setAttribute("aria-pressed", String(this.follow)));
     this.box = el("div", { class: "layers" }, follow, el("details", {}, el("summary", {}, "layers"), el("div", {}, ...boxes)));

@@ -61,12 +61,12 @@ export class Space {
     const world = [...outlines, ...grounds].map(({ points, radius = 0, height = 0 }) => (
       { kind: "prism", size: [radius > 0 ? circle(points[0], radius) : points, height || LOW], ...still, body: 0, tint: [...rgb("wall"), 1] }
     ));
-    const own = (name) => [...rgb(this.run.agents.includes(name) ? "curve" : "actor"), 1];
+    const acts = (name) => !this.run.agents.includes(name), own = (name) => [...rgb(acts(name) ? "actor" : "curve"), 1];
     let frame = 1; // of the body; then one for each of its links
     const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [], links = [] }) => {
       const first = frame;
       frame += 1 + links.length;
-      if (shapes.length) return shapes.filter(({ tint }) => tint[3] > 0).map((shape) => ({ ...shape, tint: [...pale(shape.tint), 1], body: first + shape.link }));
+      if (shapes.length) return shapes.filter(({ tint }) => tint[3] > 0).map((shape) => ({ ...shape, tint: acts(name) ? own(name) : [...pale(shape.tint), 1], body: first + shape.link }));
       return hull.length ? [{ kind: "prism", size: [hull, height], ...still, body: first, tint: own(name) }] : [];
     });
     return [...world, ...robots];
