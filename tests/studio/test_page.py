@@ -181,7 +181,7 @@ class TestReport:
     def test_it_opens_at_the_first_reflex_with_its_rule_selected(self, opened):
         fired = opened.evaluate("document.querySelector('.inspector h3').textContent")
         assert fired == "AvoidCollision"
-        assert "its action is active" in text(opened, ".inspector")
+        assert "because the rule AvoidCollision fired" in text(opened, ".inspector .cause")
         assert opened.evaluate("document.querySelector('.label.selected').innerText").startswith("AvoidCollision")
 
     def test_a_click_selects_everywhere(self, opened):

@@ -14,6 +14,7 @@ from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.studio.report import render_knowledge, render_tree, write_report
 
+from ..pages import data_of
 from .test_page import click, faults, go, press, show, text, until
 
 pytestmark = [pytest.mark.browser, pytest.mark.usefixtures("screen")]
@@ -119,6 +120,36 @@ class TestPlantedFault:
         assert max(each(browser, "header *, .tabs, .tools, .row, .label, .inspector h3", right)) <= width + 1
         assert min(each(browser, "#app *", "parseFloat(getComputedStyle(e).fontSize)")) >= 11
         assert faults(browser) == []
+
+    def test_each_thing_has_one_sentence_and_no_line_twice(self, browser, touched):
+        """Also things that have no track, such as a node that was never ticked."""
+        show(browser, touched)
+        browser.evaluate("history.replaceState = () => {}; true")  # the page must not change the address between two
+        tracks = data_of(touched)["tracks"]
+        addresses = {track[0].rsplit("|", 1)[0]: track[0] for track in tracks}.values()  # one of each topic
+        for address in [*addresses, "R2|rule|avoid_collision/None", "R2|node|none", "R2|alternation|", "R1|pose|", ""]:
+            for t in (0.0, 1.3):
+                browser.evaluate(
+                    f"location.hash = new URLSearchParams({{ t: {t}, agent: 'R2', select: {json.dumps(address)} }})"
+                )
+                until(browser, f"document.querySelector('.clock').textContent === '{t:.2f} s'")
+                assert len(each(browser, ".inspector .cause")) == 1, address
+                assert text(browser, ".inspector h3").strip()
+                rows = [*each(browser, ".inspector .row", "e.textContent"), text(browser, ".inspector .cause")]
+                assert len(rows) == len(set(rows)), (address, t)
+                assert not any(word in row for row in rows for word in ("undefined", "NaN", "[object"))
+        assert faults(browser) == []
+
+    def test_on_a_telephone_the_reason_timeline_and_arena_are_on_the_first_screen(self, browser, touched):
+        resize(browser, 390, 844, 2)
+        show(browser, touched)
+        assert explained(browser)
+        tops = [
+            each(browser, part, "e.getBoundingClientRect().top")[0] for part in (".inspector", ".timeline", ".stage")
+        ]
+        assert tops == sorted(tops)
+        assert tops[1] < 844 / 2
+        assert tops[2] < 844 * 0.8
 
     def test_what_a_reader_takes_along(self, browser, touched):
         show(browser, touched)

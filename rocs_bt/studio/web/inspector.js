@@ -1,35 +1,47 @@
 // @ts-check
-// The selected thing in words: its state at the cursor, why it is so, and what led to it.
-import { el, put, seconds, short, shown, upto } from "./dom.js";
+// The selected thing in words: one sentence with its cause, the evidence, what came next, and numbers that are folded.
+import { el, seconds, short, shown, upto } from "./dom.js";
 import { portsOf } from "./run.js";
-import { why, whyNot } from "./why.js";
+import { Mission, three, why, whyNot } from "./why.js";
 
 const MOVES = { reactive: "a reflex", deliberative: "its mission", idle: "nothing" };
 const SIGNALS = ["speed", "turn_rate", "goal_distance", "battery"];
 const FELT = ["collision", "stuck", "fell"]; // outcomes that a reflex is to prevent
 const LED = 2; // [s] before an outcome, of which warnings are listed
+const MARKS = { SUCCESS: "✓", FAILURE: "✗", RUNNING: "▶" };
+const MANY = 24; // values of a signal that are listed
 
 /** @typedef {{label: string, text: string, address?: string, t?: number}} Row */
+/** @typedef {{title: string, cause: string, evidence?: Row[], next?: Row[], more?: Row[]}} View */
+/** @returns {Row} */
 const row = (label, text, address, t) => ({ label, text, address, t });
+const given = (label, text, address, t) => (text === undefined || text === "" || text === null ? [] : [row(label, text, address, t)]);
+const lasts = (track, t) => (track?.since(t) === undefined ? "" : ` for ${seconds(t - track.since(t))}`);
 
 export class Inspector {
   constructor(run, cursor) {
     this.run = run;
     this.cursor = cursor;
     this.last = "";
+    this.open = false; // whether a reader has unfolded the numbers
     this.box = el("aside", { class: "inspector", "aria-live": "off" });
     for (const name of ["select", "agent", "move"]) cursor.addEventListener(name, () => this.update());
   }
 
   update() {
-    const { cursor: { t, agent, selected } } = this, [given = "", topic = ""] = selected.split("|", 2);
-    const track = this.run.tracks.get(selected), name = selected.slice(given.length + topic.length + 2), who = given || agent;
-    const views = { node: this.node, rule: this.rule, ticket: this.ticket, outcome: this.outcome, pose: this.robot };
-    const [title, ...rows] = (views[topic] ?? (track ? this.track : this.robot)).call(this, who, name, t, track);
-    const key = JSON.stringify([title, rows]);
+    const { cursor: { t, agent, selected }, run } = this, [of = "", topic = ""] = selected.split("|", 2);
+    const track = run.tracks.get(selected), name = selected.slice(of.length + topic.length + 2), who = of || agent;
+    const views = { node: this.node, rule: this.rule, ticket: this.ticket, outcome: this.outcome, alternation: this.alternation };
+    const robot = run.info(who) ? this.robot : this.actor, view = (topic === "pose" ? robot : views[topic]) ?? (track ? this.track : robot);
+    const { title, cause, evidence = [], next = [], more = [] } = view.call(this, who, name, t, track);
+    const key = JSON.stringify([title, cause, evidence, next, more]);
     if (key === this.last) return;
     this.last = key;
-    this.box.replaceChildren(el("h3", {}, title), ...rows.map((r) => this.line(r)));
+    const part = (rows, heading) => (rows.length ? [...(heading ? [el("h4", {}, heading)] : []), ...rows.map((r) => this.line(r))] : []);
+    const folded = el("details", { open: this.open, ontoggle: () => { this.open = folded.open; } }, el("summary", {}, "numbers and data"), ...part(more));
+    this.box.replaceChildren(
+      el("h3", {}, title), ...(cause ? [el("p", { class: "cause" }, cause)] : []), ...part(evidence), ...part(next, "then"), ...(more.length ? [folded] : []),
+    );
   }
 
   line({ label, text, address, t }) {
@@ -38,128 +50,188 @@ export class Inspector {
     return el("div", { class: "row link", role: "link", tabindex: 0, onclick: go, onkeydown: (e) => { if (e.key === "Enter") go(); } }, el("span", {}, label), el("b", {}, text));
   }
 
+  /** @returns {View} */
   robot(agent, _, t) {
-    if (!this.run.header.bodies?.length) return [agent, ...[["of", this.run.header.command], ["about", this.run.info(agent)?.mission]].filter(([, text]) => text).map(([label, text]) => row(label, text))];
-    const { run } = this, rows = [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–")], pose = run.pose(agent, t);
-    for (const hold of run.of(agent, "hold")) if (hold.at(t)) rows.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
-    rows.unshift(row("why", why(run, agent, t)));
+    const { run } = this, about = run.info(agent), evidence = [], pose = run.pose(agent, t), mission = new Mission(run, agent, t);
+    if (!run.header.bodies?.length) return { title: agent, cause: about?.mission ?? "", evidence: given("of", run.header.command) };
+    for (const hold of run.of(agent, "hold")) if (hold.at(t)) evidence.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
     for (const rule of run.of(agent, "rule")) {
       const state = rule.at(t);
-      if (state?.active) rows.push(row("rule", `${short(rule.name)} for ${seconds(t - rule.since(t))}: ${state.reading ?? ""}`, rule.address));
+      if (state?.active) evidence.push(row("rule", `${short(rule.name)}${lasts(rule, t)}`, rule.address), ...this.guard(agent, rule.name, t));
     }
     for (const ticket of run.of(agent, "ticket")) {
       const now = ticket.at(t);
-      if (now?.state === "RUNNING") rows.push(row("action", `${now.action} for ${seconds(t - ticket.since(t))}`, ticket.address));
+      if (now?.state === "RUNNING") evidence.push(row("action", `${now.action}${lasts(ticket, t)}`, ticket.address));
     }
-    for (const { track, note } of this.waiting(agent, t)) rows.push(row("node", `${short(track.name)}${note && `: ${note}`}`, track.address));
-    for (const name of SIGNALS) {
+    for (const path of mission.root ? mission.waiting().slice(0, 4) : []) {
+      evidence.push(row("node", `${MARKS[mission.status(path)] ?? "·"} ${short(path)}${mission.note(path) && `: ${mission.note(path)}`}`, `${agent}|node|${path}`));
+    }
+    const log = run.log.find(([at, who, level]) => who === agent && level > 1 && at > t + 1e-3), outcome = run.outcome(agent);
+    const next = log ? [row(seconds(log[0]), log[3], log[4] || undefined, log[0])] : [];
+    if (outcome) next.push(row("outcome", outcome.outcome, `${agent}|outcome|`, outcome.t));
+    const more = SIGNALS.flatMap((name) => {
       const track = run.get(agent, "signal", name);
-      if (track) rows.push(row(name, `${shown(track.at(t))} ${run.unit(agent, name)}`, track.address));
-    }
-    if (pose) rows.push(row("pose", `${pose.x.toFixed(2)}, ${pose.y.toFixed(2)} m, ${((pose.yaw * 180) / Math.PI).toFixed(0)}°`));
-    const outcome = run.outcome(agent);
-    if (outcome) rows.push(row("outcome", [outcome.outcome, outcome.reason].filter(Boolean).join(": "), `${agent}|outcome|`, outcome.t));
-    return [agent, ...rows];
+      return track ? [row(name, `${shown(track.at(t))} ${run.unit(agent, name)}`, track.address)] : [];
+    });
+    if (pose) more.push(row("pose", this.place(pose)));
+    return { title: agent, cause: why(run, agent, t), evidence, next, more: [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–"), ...more] };
   }
 
-  /** Nodes in which the mission waits: RUNNING nodes without a RUNNING child. */
-  waiting(agent, t) {
-    const { run } = this, status = (path) => run.get(agent, "node", path)?.at(t);
-    return (run.get(agent, "tree")?.at(t) ?? [])
-      .filter(({ path, children = [] }) => status(path) === "RUNNING" && !children.some((child) => status(child) === "RUNNING"))
-      .slice(0, 4).map(({ path }) => ({ track: run.get(agent, "node", path), note: run.get(agent, "note", path)?.at(t) ?? "" }));
+  place({ x, y, yaw }) { return `${x.toFixed(2)}, ${y.toFixed(2)} m, ${((yaw * 180) / Math.PI).toFixed(0)}°`; }
+
+  /** A body without an agent. @returns {View} */
+  actor(name, _, t) {
+    const { run } = this, pose = run.pose(name, t), before = run.pose(name, t - 0.1), track = run.get(name, "pose");
+    if (!pose) return { title: name, cause: "It is not in the recorded world." };
+    const speed = before ? Math.hypot(pose.x - before.x, pose.y - before.y) / 0.1 : 0;
+    const moves = speed > 0.005 ? `It moves at ${speed.toFixed(2)} m/s.` : `It has not moved${lasts(track, t)}.`;
+    const near = run.agents.flatMap((agent) => {
+      const at = run.pose(agent, t);
+      return at ? [row(agent, `${Math.hypot(at.x - pose.x, at.y - pose.y).toFixed(2)} m away`, `${agent}|pose|`)] : [];
+    });
+    return { title: name, cause: moves, evidence: near, more: [row("pose", this.place(pose))] };
   }
 
+  /** @returns {View} */
   outcome(agent) {
-    const { run } = this, found = run.outcome(agent);
-    if (!found) return [agent, row("outcome", "none yet")];
-    const { outcome, reason, time_to_goal: reached, t: at } = found;
-    const rows = [row("reason", reason || "–"), row("at", seconds(at), `${agent}|outcome|`, at)];
-    if (reached !== null) rows.push(row("time to goal", seconds(reached)));
+    const { run } = this, found = run.outcome(agent), results = run.results?.[agent] ?? {}, evidence = [];
+    if (!found) return { title: agent, cause: "It has no outcome yet." };
+    const { outcome, reason, time_to_goal: reached, t: at } = found, locked = run.livelock(agent), after = reached ? ` ${seconds(reached)} after the start` : "";
+    if (locked) evidence.push(row("from", locked.text, `${agent}|alternation|`, locked.begin));
     if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
-      const { because } = whyNot(run, agent, rule, at);
-      rows.push(row(short(rule), run.get(agent, "rule", rule)?.at(at)?.active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
+      const { because } = whyNot(run, agent, rule, at), active = run.get(agent, "rule", rule)?.at(at)?.active;
+      evidence.push(row(short(rule), active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
     }
-    for (const [when, , , text, about] of run.log.filter((l) => l[1] === agent && l[0] > at - LED && l[0] <= at && l[2] >= 3)) {
-      rows.push(row(seconds(when), text, about || undefined, when));
+    for (const { name, require, text, t: when } of results.requirements ?? []) {
+      evidence.push(row(name, `${text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?"} ${text}${require === name ? "" : ` (${require})`}`, undefined, when ?? undefined));
     }
-    for (const { name, text, t: when } of run.results?.[agent]?.requirements ?? []) rows.push(row(name, text, undefined, when ?? undefined));
-    for (const [name, value] of run.results?.[agent]?.numbers ?? []) rows.push(row(name, value));
-    return [`${agent}: ${outcome}`, ...rows];
+    const end = why(run, agent, Math.max(run.start, at - 0.01));
+    evidence.push(row("before", end, `${agent}|pose|`, Math.max(run.start, at - 0.01)));
+    for (const [when, , , text, about] of run.log.filter((l) => l[1] === agent && l[0] > at - LED && l[0] <= at && l[2] >= 3 && !l[4].endsWith("|outcome|"))) {
+      evidence.push(row(seconds(when), text, about || undefined, when));
+    }
+    const cause = reason ? `${reason.includes(seconds(at)) ? "" : `At ${seconds(at)}: `}${reason}.` : `At ${seconds(at)}${after}.`;
+    return { title: `${agent}: ${outcome}`, cause, evidence, more: (results.numbers ?? []).map(([name, value]) => row(name, value)) };
   }
 
+  /** Two rules or actions that alternate. @returns {View} */
+  alternation(agent, _, t, track) {
+    const { run } = this, found = track?.v.filter((each) => each && each.begin <= t + 1e-3 && t <= each.last + each.pause).at(-1);
+    if (!found) return { title: "alternation", cause: "No rules or actions alternate now." };
+    const { begin, last, changes, moved, text } = found, by = new Map();
+    const runs = run.of(agent, "ticket").flatMap((ticket) => Array.from(ticket.t).flatMap((at, i) => (ticket.v[i].state === "RUNNING" ? [{ at, ticket, v: ticket.v[i] }] : [])));
+    for (const { at, v } of runs.filter((each) => each.at >= begin - 1e-3 && each.at <= last + 1e-3)) {
+      const address = v.priority === "HIGH" ? `${agent}|rule|${v.by}` : `${agent}|node|${v.by}`, each = by.get(address) ?? { count: 0, first: at };
+      by.set(address, { ...each, count: each.count + 1 });
+    }
+    const evidence = Array.from(by, ([address, { count, first }]) => {
+      const reading = run.tracks.get(address)?.at(first)?.reading ?? "";
+      return row(short(address), `${count} times, first at ${seconds(first)}${reading && `: ${reading}`}`, address, first);
+    });
+    const [after] = runs.filter((each) => each.at > last + 1e-3).sort((a, b) => a.at - b.at);
+    const next = after ? [row(seconds(after.at), `${after.v.action}, by ${short(after.v.by)}`, after.ticket.address, after.at)] : [];
+    return { title: "alternation", cause: `${text}.`, evidence, next, more: [row("changes", shown(changes)), row("moved", `${shown(moved)} m`)] };
+  }
+
+  /** @returns {View} */
   rule(agent, name, t, track) {
-    const { run } = this, state = track?.at(t), guard = run.guards[agent]?.[name], address = `${agent}|rule|${name}`;
-    const is = state?.active ? "its action is active" : state?.waits ? "latched, waits behind another reflex" : state?.latched ? "latched" : "clear";
-    const rows = [row("state", track ? `${is}${track.since(t) === undefined ? "" : ` for ${seconds(t - track.since(t))}`}` : "it never changed")];
-    rows.push(state?.active ? row("why", why(run, agent, t)) : row("why not", whyNot(run, agent, name, t).because));
-    if (guard) rows.push(row("when", guard.when), ...(guard.until ? [row("until", guard.until)] : []));
-    for (const [key, value] of Object.entries(guard?.thresholds ?? {})) rows.push(row(key, value));
-    for (const side of guard?.sides ?? []) rows.push(this.comparison(agent, side, t));
-    if (state?.reading) rows.push(row("read", `${state.reading}, ${seconds(t - track.since(t))} ago`, address, track.since(t)));
-    for (const [key, value] of Object.entries(state?.parameters ?? {})) rows.push(row(key, shown(value)));
+    const { run } = this, state = track?.at(t), address = `${agent}|rule|${name}`, about = run.guards[agent]?.[name];
     const fired = Array.from(track?.t ?? []).filter((_, i) => track.v[i].fired > (track.v[i - 1]?.fired ?? 0));
-    rows.push(row("fired", fired.length === 1 ? "once" : fired.length ? `${fired.length} times` : "never"));
-    const before = fired.findLast((s) => s < t - 1e-3), next = fired.find((s) => s > t + 1e-3);
-    if (before !== undefined) rows.push(row("previous", seconds(before), address, before));
-    if (next !== undefined) rows.push(row("next", seconds(next), address, next));
-    if (guard?.place) rows.push(row("does", `${guard.action}: ${guard.doc}`), row("priority", guard.priority), row("file", guard.place));
-    return [short(name), ...rows];
+    const before = fired.findLast((s) => s < t - 1e-3), after = fired.find((s) => s > t + 1e-3), { because } = whyNot(run, agent, name, t);
+    const next = [row("fired", fired.length === 1 ? "once" : fired.length ? `${fired.length} times` : "never")];
+    if (before !== undefined) next.push(row("previous", seconds(before), address, before));
+    if (after !== undefined) next.push(row("next", seconds(after), address, after));
+    const more = state?.reading ? [row("read", `${state.reading}, ${seconds(t - track.since(t))} ago`, address, track.since(t))] : [];
+    for (const [key, value] of Object.entries(about?.thresholds ?? {})) more.push(row(key, value));
+    for (const [key, value] of Object.entries(state?.parameters ?? {})) more.push(row(key, shown(value)));
+    if (about?.place) more.push(row("does", `${about.action}: ${about.doc}`), row("priority", about.priority), row("file", about.place));
+    const active = run.of(agent, "ticket").map((ticket) => ticket.at(t)).find((ticket) => ticket?.state === "RUNNING" && ticket.by === name);
+    const is = active ? why(run, agent, t) : state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} did not fire: ${because}.`;
+    return { title: short(name), cause: is, evidence: this.guard(agent, name, t), next, more };
   }
 
-  /** One comparison of a guard now: whether it holds, and by how much. */
-  comparison(agent, { name, text, unit }, t) {
-    const track = this.run.get(agent, "compare", name), [left, right, holds] = track?.at(t) ?? [NaN, NaN, NaN];
-    const gap = Math.abs(left - right), word = Number.isNaN(holds) ? "not decided" : holds > 0 ? "holds" : "does not hold";
-    const by = Number.isFinite(gap) ? ` by ${shown(gap)} ${unit}` : "";
-    return row("compares", `${text}: ${shown(left)} and ${shown(right)} ${unit}, ${word}${by}`, track?.address);
+  /** The comparisons of a guard: whether each is true, both sides, and by how much. @returns {Row[]} */
+  guard(agent, rule, t) {
+    const { run } = this, guard = run.guards[agent]?.[rule];
+    return (guard?.sides ?? []).map(({ name, text, unit }) => {
+      const track = run.get(agent, "compare", name), [left, right, holds] = track?.at(t) ?? [NaN, NaN, NaN], gap = Math.abs(left - right);
+      const si = unit && ` ${unit}`, by = Number.isFinite(gap) ? `, by ${three(gap)}${si}` : "";
+      const sides = Number.isNaN(holds) ? "a value is not known" : `${shown(left)} against ${shown(right)}${si}${by}`;
+      return row(guard.when.includes(text) ? "when" : "until", `${Number.isNaN(holds) ? "?" : holds > 0 ? "✓" : "✗"} ${text}: ${sides}`, track?.address);
+    });
   }
 
+  /** @returns {View} */
   node(agent, path, t, track) {
-    const { run } = this, about = (run.get(agent, "tree")?.at(t) ?? []).find((node) => node.path === path);
-    const state = track?.at(t) ? `${track.at(t)} for ${seconds(t - track.since(t))}` : track ? "not ticked yet" : "never ticked";
-    const rows = [row("type", about?.type ?? "–"), row("status", state), row("why", why(run, agent, t))], note = run.get(agent, "note", path)?.at(t);
-    if (note) rows.push(row("message", note));
-    for (const { name, given, entry } of about ? portsOf(about) : []) {
+    const { run } = this, mission = new Mission(run, agent, t), about = mission.nodes.get(path), evidence = [], next = [], at = (child) => `${agent}|node|${child}`;
+    for (const child of about?.children ?? []) {
+      const note = mission.note(child), word = mission.status(child) || "not ticked";
+      evidence.push(row(MARKS[word] ? `${MARKS[word]} ${word}` : `· ${word}`, `${short(child)}${note && `: ${note}`}`, at(child)));
+    }
+    for (const { name, given: text, entry } of about ? portsOf(about) : []) {
       const value = entry && run.get(agent, "board", entry);
-      rows.push(row(name, entry ? `${given} = ${value?.at(t) ?? "no value"}` : given, value?.address));
+      evidence.push(row(name, entry ? `${text} = ${value?.at(t) ?? "no value"}` : text, value?.address));
     }
     for (const ticket of run.of(agent, "ticket").filter((k) => k.v[0].by === path && k.t[0] <= t).slice(-3)) {
-      rows.push(row("sent", `${ticket.v[0].action} #${ticket.name}: ${ticket.at(t).state}`, ticket.address));
+      evidence.push(row("sent", `${ticket.v[0].action} #${ticket.name}: ${ticket.at(t).state}`, ticket.address));
     }
-    rows.push(...this.nearby(track, t, (status) => status ?? "removed"), row("path", path));
-    return [short(path), ...rows];
+    if (mission.status(path) === "RUNNING" && !about?.children?.length) evidence.push(row("robot", why(run, agent, t), `${agent}|pose|`));
+    const i = track ? upto(track.t, t) : 0;
+    if (track && i < track.t.length) next.push(row(seconds(track.t[i]), track.v[i] ?? "removed", track.address, track.t[i]));
+    const more = [...given("type", about?.type), row("path", path), ...this.nearby(track, t, (status) => status ?? "removed", 1)];
+    return { title: short(path), cause: this.status(mission, path, lasts(track, t)), evidence, next, more };
   }
 
+  /** The status of a node and its cause, which is itself or a node below or before it. */
+  status(mission, path, lasting) {
+    const status = mission.status(path), leaf = status && mission.lowest(path), note = mission.note(leaf);
+    if (status) {
+      const said = [leaf === path ? "" : `'${short(leaf)}'${mission.status(leaf) === status ? "" : ` is ${mission.status(leaf)}`}`, note, leaf === path ? "" : mission.note(path)];
+      const cause = said.filter(Boolean).join(", ");
+      return `${status}${lasting}${cause && `: ${cause}`}.`;
+    }
+    const parent = [...mission.nodes.values()].find(({ children = [] }) => children.includes(path));
+    if (!parent) return "It has not been ticked.";
+    if (!mission.status(parent.path)) return `It has not been ticked, because '${short(parent.path)}' has not.`;
+    const before = parent.children.slice(0, parent.children.indexOf(path)).findLast((child) => mission.status(child));
+    return `It has not been ticked${before ? `: '${short(before)}' before it is ${mission.status(before)}` : ""}.`;
+  }
+
+  /** @returns {View} */
   ticket(agent, number, t, track) {
-    const { run } = this, last = track.v.at(-1), by = run.get(agent, "node", last.by) ?? run.get(agent, "rule", last.by);
-    const rows = [row("state", track.at(t)?.state ?? "not sent yet"), row("by", last.by, by?.address)];
-    track.v.forEach((v, i) => rows.push(row(seconds(track.t[i]), v.state, track.address, track.t[i])));
-    if (last.reason) rows.push(row("reason", last.reason));
-    for (const [key, value] of Object.entries(last.parameters)) rows.push(row(key, shown(value)));
-    return [`${last.action} #${number}`, ...rows];
+    const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [], from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
+    const ended = now && now.state !== "RUNNING" && now.by !== first.by ? ` by '${now.by}'` : "", because = now?.reason ? `: ${now.reason}` : "";
+    const cause = now ? `${first.action} of '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
+    for (const name of new Set(track.v.map((v) => v.by))) evidence.push(row("by", name, from(name)?.address));
+    track.v.forEach((v, i) => (track.t[i] <= t + 1e-6 ? evidence : next).push(row(seconds(track.t[i]), v.state, track.address, track.t[i])));
+    return { title: `${first.action} #${number}`, cause, evidence, next, more: Object.entries(first.parameters).map(([key, value]) => row(key, shown(value))) };
   }
 
+  /** A signal, a fact, or another thing that changes. @returns {View} */
   track(agent, name, t, track) {
-    const unit = track.topic === "signal" ? this.run.unit(agent, name) : "", value = (v) => `${shown(v)} ${unit}`;
-    const rows = [row("value", value(track.at(t)))];
-    if (track.since(t) !== undefined) rows.push(row("since", seconds(track.since(t)), track.address, track.since(t)));
+    const unit = track.topic === "signal" ? this.run.unit(agent, name) : "", value = (v) => `${shown(v)} ${unit}`.trim(), more = [], since = track.since(t);
+    const title = name.replaceAll("\n", " ").trim() || track.topic, evidence = since === undefined ? [] : [row("since", seconds(since), track.address, since)];
+    const word = name.replace(/^min\(|\)$/g, ""), uses = new RegExp(`\\b${word.replaceAll(/\W/g, "\\$&")}\\b`);
+    if (track.topic === "signal") for (const rule of Object.keys(this.run.guards[agent] ?? {})) {
+      for (const each of this.guard(agent, rule, t).filter(({ text }) => uses.test(text))) evidence.push({ ...each, label: short(rule) });
+    }
     if (track.width === 1) {
       let low = 0, high = 0;
       track.v.forEach((v, i) => { if (v < track.v[low]) low = i; if (v > track.v[high]) high = i; });
-      rows.push(row("least", `${value(track.v[low])} at ${seconds(track.t[low])}`, track.address, track.t[low]));
-      rows.push(row("greatest", `${value(track.v[high])} at ${seconds(track.t[high])}`, track.address, track.t[high]));
+      more.push(row("least", `${value(track.v[low])} at ${seconds(track.t[low])}`, track.address, track.t[low]));
+      more.push(row("greatest", `${value(track.v[high])} at ${seconds(track.t[high])}`, track.address, track.t[high]));
     } else if (track.width) {
-      track.row(Math.max(0, upto(track.t, t) - 1)).slice(0, 24).forEach((v, i) => rows.push(row(`[${i}]`, value(v))));
-    } else rows.push(...this.nearby(track, t, shown));
-    return [name.replaceAll("\n", " ").trim() || track.topic, ...rows];
+      track.row(Math.max(0, upto(track.t, t) - 1)).slice(0, MANY).forEach((v, i) => more.push(row(`[${i}]`, value(v))));
+    } else evidence.push(...this.nearby(track, t, shown));
+    const now = track.at(t), known = now !== undefined && now !== null && !(track.width && Array.from(now).every(Number.isNaN));
+    return { title, cause: known ? `${title} is ${value(now)}.` : `${title} has no valid value.`, evidence, more };
   }
 
-  /** Changes of a track around a time. */
-  nearby(track, t, text) {
+  /** Changes of a track before a time, and `after` of it. */
+  nearby(track, t, text, after = 3) {
     if (!track) return [];
     const i = upto(track.t, t) - 1, found = [];
-    for (let j = Math.max(0, i - 2); j < Math.min(track.t.length, i + 3); j++) found.push(row(seconds(track.t[j]), text(track.v[j]), track.address, track.t[j]));
+    for (let j = Math.max(0, i - 2); j < Math.min(track.t.length, i + after); j++) found.push(row(seconds(track.t[j]), text(track.v[j]), track.address, track.t[j]));
     return found;
   }
 }

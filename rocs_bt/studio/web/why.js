@@ -12,7 +12,7 @@ const fixed = (x, digits) => {
 };
 
 /** A number with three digits. @param {number} x */
-const three = (x) => {
+export const three = (x) => {
   if (!Number.isFinite(x)) return Number.isNaN(x) ? "nan" : x > 0 ? "inf" : "-inf";
   if (x === 0) return "0";
   const [digits, power] = x.toExponential(2).split("e"), e = Number(power);
@@ -38,7 +38,7 @@ const noted = (text, notes) => { const said = notes.filter(Boolean).join("; "); 
 const last = (name) => name.slice(name.lastIndexOf("/") + 1);
 
 /** Statuses of the nodes of an agent's mission at a time. */
-class Mission {
+export class Mission {
   constructor(run, agent, now) {
     this.run = run;
     this.agent = agent;
