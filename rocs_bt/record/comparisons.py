@@ -16,6 +16,7 @@ from .condition import Condition, Found, Numbers, run_starts
 from .header import AgentInfo, GuardInfo
 from .samples import environment_of, modes, samples
 from .states import GuardState
+from .track import Steps
 from .tracks import Tracks
 
 _SLACK = 1e-6  # [s] between a sample and the events of its control period
@@ -157,7 +158,8 @@ class Guard:
 
     def _counts(self, truth: Numbers, t: Numbers, active: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Whether the guard of a rule that can latch counts as true; while it is not known, `on_invalid` decides."""
-        counts, unknown = active & (truth == 1.0), active & np.isnan(truth)
+        counts: NDArray[np.bool_] = active & (truth == 1.0)
+        unknown = active & np.isnan(truth)
         since = run_starts(unknown, t, self._unknown)
         self._unknown = float(since[-1])
         if self.info.on_invalid == "trip":
@@ -165,16 +167,17 @@ class Guard:
         elif self.info.on_invalid == "hold":
             waits = unknown & (t - since < self.info.max_hold - _SLACK)
             last = np.maximum.accumulate(np.where(waits, -1, np.arange(len(t))))
-            counts = np.where(last < 0, self._counted, (counts | unknown)[last]).astype(bool)
+            counts = np.where(last < 0, self._counted, (counts | unknown)[last])
         self._counted = bool(counts[-1])
         return counts
 
     def _rule(self, tracks: Tracks, agent: str, t: Numbers) -> tuple[NDArray[np.bool_], Numbers]:
         """Whether the rule was latched before or after the times, and the end of its cooldown then [s]."""
-        track, info = tracks.steps(agent, "rule", self.info.rule), self.info
-        first = bisect_right(track.t, self._seen)
-        times, latched, ready = track.t[first:], [self._latched], [self._ready]
-        for at, state in zip(times, track.v[first:], strict=True):
+        track, info = tracks.get(agent, "rule", self.info.rule), self.info
+        times, values = (track.t, track.v) if isinstance(track, Steps) else ([], [])
+        first = bisect_right(times, self._seen)
+        times, latched, ready = times[first:], [self._latched], [self._ready]
+        for at, state in zip(times, values[first:], strict=True):
             starts = state.latched != latched[-1] and state.latched is not info.level
             ready.append(at + info.cooldown if starts else ready[-1])
             latched.append(state.latched)

@@ -6,7 +6,7 @@ import asyncio
 import math
 import threading
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -16,7 +16,7 @@ from ..record.comparisons import Comparisons
 from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
-from .pack import Json, address, head, items, log_line, plain, text
+from .pack import TIME, Json, Numbers, address, head, items, log_line, plain, samples_shown, text
 from .requests import Stream
 
 _DIGITS = 5
@@ -107,8 +107,28 @@ async def updates(feed: Feed) -> Stream:
     yield b"event: over\ndata: {}\n\n"
 
 
+class _Sent(NamedTuple):
+    """What a browser has got of a track.
+
+    Attributes:
+        samples: Number of samples of the track that were sent or left out.
+        t: Time of the newest one [s].
+        value: The newest one, of a track of values.
+        every: Thinning of a scanner's readings.
+        shown: Number of samples that the browser has.
+        gap: Whether the last of these says that the newest sample is too old.
+    """
+
+    samples: int = 0
+    t: float = math.nan
+    value: Any = None
+    every: int = 1
+    shown: int = 0
+    gap: bool = False
+
+
 class Seen:
-    """What one browser has got: the number of samples and the newest one of each track, and lines of the log.
+    """What one browser has got: what it has of each track, and lines of the log.
 
     Attributes:
         version: Version of the feed at the last message.
@@ -116,47 +136,61 @@ class Seen:
 
     def __init__(self) -> None:
         self.version = 0
-        self._tracks: dict[Key, tuple[int, float, Any, int]] = {}
+        self._tracks: dict[Key, _Sent] = {}
         self._lines = 0
 
     def message(self, tracks: Tracks, about: Json | None = None) -> bytes:
         """JSON of what is new: of each changed track its address, and its times and values from an index on."""
         changed = []
         for key, shown, track in items(tracks):
-            if track.t and (new := self._changes(key, track)) is not None:
-                changed.append(_part(key, shown, track, new))
+            before = self._tracks.get(key, _Sent())
+            if isinstance(track, Steps | Scans):
+                part = self._from_index(key, shown, track, before)
+            else:
+                part = self._samples(key, shown, track, before, tracks.end)
+            if part is not None:
+                changed.append(part)
         lines = [log_line(line) for line in tracks.log[self._lines :]]
         self._lines = len(tracks.log)
         message: Json = {"end": round(tracks.end, 3), "log": lines, "tracks": changed}
         return msgspec.json.encode(message if about is None else {**message, "about": about}, enc_hook=plain)
 
-    def _changes(self, key: Key, track: Steps | Curve) -> int | None:
-        """Index of the first sample that is new; None if there is none. Later messages begin behind the last one."""
-        count, last, value, every = self._tracks.get(key, (0, math.nan, None, 1))
-        newest = track.v[-1] if isinstance(track, Steps) else None
-        now = len(track.t), track.t[-1], newest, track.every if isinstance(track, Scans) else 1
-        if now[:2] == (count, last) and newest is value:
+    def _from_index(self, key: Key, shown: Key, track: Steps | Scans, before: _Sent) -> list[Any] | None:
+        """What is new of a track whose newest sample may be replaced; None if nothing is."""
+        newest, every = (track.v[-1], 1) if isinstance(track, Steps) else (None, track.every)
+        now = _Sent(len(track.t), track.t[-1], newest, every)
+        if now[:2] == before[:2] and newest is before.value:
             return None
         self._tracks[key] = now
-        if now[3] != every:  # thinned
-            return 0
-        same = 0 < count <= len(track.t) and track.t[count - 1] == last
-        same = same and (isinstance(track, Curve) or track.v[count - 1] is value)
-        return count if same else max(0, count - 1)
+        count = before.samples if every == before.every else 0  # else it was thinned
+        same = 0 < count <= len(track.t) and track.t[count - 1] == before.t
+        same = same and (isinstance(track, Scans) or track.v[count - 1] is before.value)
+        first = count if same else max(0, count - 1)
+        t = _times(track.t[first:])
+        if isinstance(track, Steps):
+            return [address(key), first, t, [msgspec.Raw(text(value).encode()) for value in track.v[first:]], 0, 1]
+        return [address(shown), first, t, _values(track.rows(first)), track.width, track.ray]
+
+    def _samples(self, key: Key, shown: Key, track: Curve, before: _Sent, end: float) -> list[Any] | None:
+        """What is new of a track of numbers, as a step function; None if nothing is."""
+        count = len(track.t)
+        gap = end > track.stamp(count - 1) + track.max_age + TIME
+        if count == before.samples and gap is before.gap:
+            return None
+        t, rows = samples_shown(track, end, least=shown != key, first=max(0, before.samples - 1))
+        if before.samples:  # the first sample is the newest one before
+            t, rows = t[1:], rows[1:]
+        first = before.shown - before.gap
+        self._tracks[key] = _Sent(count, shown=first + len(t), gap=gap)
+        return [address(shown), first, _times(t.tolist()), _values(rows), rows.shape[1], 1] if len(t) else None
 
 
-def _part(key: Key, shown: Key, track: Steps | Curve, first: int) -> list[Any]:
-    """A track from an index on: address, index, times, values, width, and rays from one value to the next."""
-    t = [round(each, 5) for each in track.t[first:]]
-    if isinstance(track, Steps):
-        return [address(key), first, t, [msgspec.Raw(text(value).encode()) for value in track.v[first:]], 0, 1]
-    rows = track.rows(first).tolist()
-    width = track.width
-    if shown != key:
-        width = 1
-        rows = [[min((v for v in row if v == v), default=math.nan)] for row in rows]
-    values = [[_number(value) for value in row] for row in rows]
-    return [address(shown), first, t, values, width, track.ray if isinstance(track, Scans) else 1]
+def _times(t: Sequence[float]) -> list[float]:
+    return [round(each, 5) for each in t]
+
+
+def _values(rows: Numbers) -> list[list[float | str]]:
+    return [[_number(value) for value in row] for row in rows.tolist()]
 
 
 def _number(value: float) -> float | str:

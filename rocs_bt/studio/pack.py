@@ -24,7 +24,7 @@ Numbers = NDArray[np.float64]
 # Whole numbers for what is not finite; the page knows them.
 _NAN, _INFINITE, _NEGATIVE = -(2**31), 2**31 - 1, -(2**31) + 1
 _RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "joints": 1e-3, "follower": 1e-4}  # [m, rad] by topic
-_TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
+TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
 _LONGEST = 2e4  # [s] run with fine times
 _FINE = 4  # digits of the range of other values
 WIDE, FEW = 24, 3  # values above which only the least of a signal is shown; the same of distances, which repeat a scan
@@ -71,7 +71,7 @@ def pack(tracks: Tracks, extra: Json) -> bytes:
         extra: Further entries of the JSON.
     """
     columns, texts = Columns(), dict[str, int]()
-    packed = [_packed(columns, texts, key, shown, track) for key, shown, track in items(tracks)]
+    packed = [_packed(columns, texts, key, shown, track, tracks.end) for key, shown, track in items(tracks)]
     about = {
         **head(tracks.header),
         "end": round(tracks.end, 3),
@@ -100,11 +100,37 @@ def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:
     declared = ((agent.name, signal) for agent in tracks.header.agents for signal in agent.signals)
     distances = {(agent, signal.name) for agent, signal in declared if set(signal.units) == {"m"}}
     for key, track in tracks.items():
-        if key.topic in HIDDEN:
+        if key.topic in HIDDEN or not track.t:
             continue
         most = FEW if (key.agent, key.name) in distances else WIDE
         wide = key.topic == "signal" and isinstance(track, Curve) and track.width > most
         yield key, key._replace(name=f"min({key.name})") if wide else key, track
+
+
+def samples_shown(track: Curve, end: float, *, least: bool, first: int = 0) -> tuple[Numbers, Numbers]:
+    """Samples of a track as a step function: without equal neighbours, and with NaN from when a sample is too old.
+
+    Args:
+        track: The track.
+        end: End of the run so far [s].
+        least: Whether only the least value of each sample is shown.
+        first: Index of the first sample.
+
+    Returns:
+        Times [s], and samples.
+    """
+    t, rows = np.array(track.t[first:]), track.rows(first)
+    if least:
+        rows = np.fmin.reduce(rows, axis=1, keepdims=True)
+    until = (t if track.stamps is None else np.array(track.stamps[first:])) + track.max_age
+    late = np.flatnonzero(np.append(t[1:], end) > until + TIME)
+    if len(late):
+        t = np.insert(t, late + 1, np.maximum(t, until)[late])
+        rows = np.insert(rows, late + 1, np.nan, axis=0)
+    before, after = rows[:-1], rows[1:]
+    differs = ((before != after) & ~(np.isnan(before) & np.isnan(after))).any(axis=1)
+    keep = np.concatenate([[True], differs])[: len(t)]
+    return t[keep], rows[keep]
 
 
 def log_line(line: tuple[Any, ...]) -> list[Any]:
@@ -125,20 +151,19 @@ def plain(value: object) -> object:
     raise NotImplementedError(f"{type(value).__name__} is no plain value")
 
 
-def _packed(columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve) -> list[Any]:
+def _packed(
+    columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve, end: float
+) -> list[Any]:
     """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
     if isinstance(track, Steps):
         found = [texts.setdefault(text(value), len(texts)) for value in _once(track.v)]
         return [address(key), "text", columns.real(track.t, _resolution(track.t)), columns.whole(found)]
-    t, rows = np.array(track.t), track.rows()
-    if shown != key:
-        rows = np.fmin.reduce(rows, axis=1, keepdims=True)
-    t, rows = _changes(t, rows, track.max_age)
+    t, rows = samples_shown(track, end, least=shown != key)
     resolution = _RESOLUTION.get(key.topic) or _fine(rows)
     ray = track.ray if isinstance(track, Scans) else 1
     width = rows.shape[1]
     index = columns.real(rows, resolution, width)
-    return [address(shown), "number", columns.real(t, _TIME), index, width, ray]
+    return [address(shown), "number", columns.real(t, TIME), index, width, ray]
 
 
 def _once(values: Sequence[Any]) -> Iterator[Any]:
@@ -149,8 +174,8 @@ def _once(values: Sequence[Any]) -> Iterator[Any]:
 
 def _resolution(t: Sequence[float]) -> float:
     """Resolution of times [s]."""
-    off = np.abs(np.array(t) / _TIME - np.round(np.array(t) / _TIME)).max(initial=0.0)
-    return _FINE_TIME if off > 1e-3 and t[-1] < _LONGEST else _TIME
+    off = np.abs(np.array(t) / TIME - np.round(np.array(t) / TIME)).max(initial=0.0)
+    return _FINE_TIME if off > 1e-3 and t[-1] < _LONGEST else TIME
 
 
 def text(value: object) -> str:
@@ -169,18 +194,6 @@ def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _finite(inner) for name, inner in value.items()}
     return [_finite(inner) for inner in value] if isinstance(value, list) else value
-
-
-def _changes(t: Numbers, rows: Numbers, max_age: float) -> tuple[Numbers, Numbers]:
-    """Samples as a step function: without equal neighbours, and with NaN from when a sample is too old."""
-    late = np.flatnonzero(np.diff(t) > max_age + _TIME)
-    if len(late):
-        t = np.insert(t, late + 1, t[late] + max_age)
-        rows = np.insert(rows, late + 1, np.nan, axis=0)
-    before, after = rows[:-1], rows[1:]
-    differs = ((before != after) & ~(np.isnan(before) & np.isnan(after))).any(axis=1)
-    keep = np.concatenate([[True], differs])[: len(t)]
-    return t[keep], rows[keep]
 
 
 def _fine(rows: Numbers) -> float:

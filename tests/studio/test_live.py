@@ -8,10 +8,12 @@ import socket
 from urllib.parse import urlsplit
 
 import msgspec
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt import run
 from rocs_bt.errors import InputError
 from rocs_bt.event import (
     KnowledgeChanged,
@@ -23,14 +25,19 @@ from rocs_bt.event import (
     TreeNode,
     pack,
 )
+from rocs_bt.record import Recording
+from rocs_bt.record.comparisons import Comparisons
 from rocs_bt.record.header import BodyInfo, Fan
+from rocs_bt.record.tracks import Tracks
 from rocs_bt.studio import frames
 from rocs_bt.studio import live as live_module
+from rocs_bt.studio import pack as packing
 from rocs_bt.studio.feed import Feed, Seen
 from rocs_bt.studio.live import LivePage
 from rocs_bt.studio.server import Server
 
 from .. import synthetic
+from ..pages import unpacked
 from ..waiting import GUARD, until
 
 EVENTS = synthetic.events(4.0)
@@ -116,6 +123,65 @@ def test_numbers_that_json_lacks_are_texts():
     tracks = heard(feed, Seen(), empty())["tracks"]
     assert tracks["R2|signal|s"][1] == [["∞", "−∞", "NaN", 0.33333]]
     assert tracks["R2|fact|n\na"][1] == [["NaN", 1.0]]
+
+
+def at(times, values, t):
+    """Values of a step function at times; None before its first."""
+    found = np.searchsorted(times, t + 1e-3, side="right") - 1
+    return [values[i] if i >= 0 else None for i in found]
+
+
+def real(row):
+    return [{"NaN": math.nan, "∞": math.inf, "−∞": -math.inf}.get(value, value) for value in row]
+
+
+def events_of(name, tmp_path):
+    """Header and events of a run; of `dead`, a sensor that ends, one that stops for a while, and one that is late."""
+    run("exp1" if name == "dead" else name, seed=1, duration=4.0, out=tmp_path, report=False)
+    recording = Recording.open(tmp_path)
+    events = list(recording.events())
+    if name == "dead":
+        lost = {"range": lambda t: t > 2.0, "wheels": lambda t: 0.5 < t < 1.2, "pose": lambda t: t > 3.8}
+        events = [
+            e for e in events if not isinstance(e, SignalsWritten) or not lost.get(e.monitor, lambda t: False)(e.t)
+        ]
+    return recording.header, events
+
+
+@pytest.mark.parametrize("name", ["exp1", "exp3", "exp1_quadruped", "dead"])
+def test_the_live_page_has_at_the_end_what_the_report_has(name, tmp_path):
+    header, events = events_of(name, tmp_path)
+    whole = Tracks(header)
+    whole.take(events)
+    Comparisons(whole).update(over=True)
+    about, column = unpacked(packing.pack(whole, {}))
+    feed, seen, known = Feed(), Seen(), empty()
+    feed.begin(header)
+    for i in range(0, len(events), 173):
+        feed.take(events[i : i + 173])
+        known = heard(feed, seen, known)
+    feed.close()
+    known = heard(feed, seen, known)
+    head = json.loads(feed.head())
+    assert {name: head[name] for name in ("header", "inactive")} == {
+        name: about[name] for name in ("header", "inactive")
+    }
+    assert known["log"] == about["log"]
+    assert known["tracks"].keys() == {address for address, *_ in about["tracks"]}
+    for address, kind, t, v, *_ in about["tracks"]:
+        times, values = column(t)[:, 0], known["tracks"][address]
+        when = np.linspace(0.0, known["end"], 101)
+        got = at(np.array(values[0]), values[1], when)
+        if kind == "text":
+            texts = [about["texts"][int(i)] for i in column(v)[:, 0]]
+            shared = (
+                [{**text, "parameters": texts[0]["parameters"]} for text in texts] if "|ticket|" in address else texts
+            )
+            assert got == at(times, shared, when), address
+            continue
+        for a, b in zip(got, at(times, column(v), when), strict=True):
+            assert (a is None) == (b is None), address
+            assert a is None or np.allclose(real(a), b, rtol=1e-3, atol=6e-3, equal_nan=True), (address, a, b)
 
 
 def test_an_event_that_is_no_data_is_left_out():
