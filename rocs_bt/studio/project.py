@@ -42,7 +42,7 @@ def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_co
         **edit_routes(catalog, allow_code=allow_code),
         ("GET", "project"): lambda _: as_json(_project(catalog, runs)),
         ("GET", "runs"): lambda _: as_json(runs.list()),
-        ("GET", "head"): lambda request: runs.head(_run(request)),
+        ("GET", "head"): lambda request: runs.head(_run(request), whole="whole" in request.query),
         ("GET", "events"): lambda request: stream(runs.feed(_run(request))),
         ("GET", "output"): lambda request: as_json(launcher.output(_run(request))),
         ("POST", "start"): start,

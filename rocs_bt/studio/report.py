@@ -17,6 +17,8 @@ from .numbers import numbers, requirement
 from .pack import Json, pack
 from .page import render_page
 
+KILLED = "The run was killed: its recording ends here."
+
 
 def write_report(recording: Recording, summary: Summary | None, path: Path, second: Recording | None = None) -> None:
     """Write the report of a run; the file is replaced only when it is complete.
@@ -66,13 +68,14 @@ def render_tree(title: str, doc: str, nodes: Sequence[TreeNode], faults: Iterabl
     return render_page(title, pack(tracks, {}))
 
 
-def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool = False) -> bytes:
-    """A run that is over, packed for the page.
+def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool = False, end: str = KILLED) -> bytes:
+    """A recorded run, packed for the page.
 
     Args:
         recording: Recording of the run.
         summary: Summary of the run; None if there is none.
         damaged: Whether the events before a damaged one are enough.
+        end: Reason for the end of a recording that is not complete.
 
     Raises:
         RecordingError: The recording cannot be read.
@@ -86,7 +89,7 @@ def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool =
         damage = str(error)
     Comparisons(tracks).update(over=True)
     about = {
-        "missing": damage or ("" if recording.complete else "The run was killed: its recording ends here."),
+        "missing": damage or ("" if recording.complete else end),
         "results": {} if summary is None else about_end(summary),
     }
     return pack(tracks, about)

@@ -14,10 +14,11 @@ from ..record import Recording, Summary
 from ..record.folder_lock import writer_of
 from .feed import Feed
 from .pack import Json
-from .report import about_end, packed_run
+from .report import KILLED, about_end, packed_run
 from .requests import Answer
 from .site import PACKED
 
+_GOES_ON = "The run goes on; this is its recording up to now."
 _RECORDING, _SUMMARY = "run.mcap", "summary.json"
 _MOST = 300  # runs of the list, the newest
 _MOST_SUMMARY = 4_000_000  # [bytes]
@@ -66,8 +67,15 @@ class Runs:
         with self._lock:
             self._live[name] = feed
 
-    def head(self, name: str) -> Answer:
-        """What a page needs first: a packed run, the head of one that goes on, or `null` before it has begun."""
+    def head(self, name: str, *, whole: bool = False) -> Answer:
+        """What a page needs first: a packed run, the head of one that goes on, or `null` before it has begun.
+
+        Args:
+            name: Name of the run.
+            whole: Whether a run that goes on is packed too, up to now.
+        """
+        if whole:
+            return Answer(self._pack(name, self._folder(name) / _RECORDING), PACKED)
         if (live := self._live.get(name)) is not None:
             head = live.head()
             if not live.closed:
@@ -140,7 +148,8 @@ class Runs:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
         key = name, stat.st_mtime_ns, stat.st_size
         if key not in self._packed:
-            packed = packed_run(Recording.open(file, damaged=True), _summary(file.parent), damaged=True)
+            end = _GOES_ON if _grows(file) else KILLED
+            packed = packed_run(Recording.open(file, damaged=True), _summary(file.parent), damaged=True, end=end)
             with self._lock:
                 self._packed[key] = packed
                 while len(self._packed) > _KEPT:
@@ -174,7 +183,7 @@ def _grow(file: Path, feed: Feed) -> None:
                 feed.take(events)
             elif going:
                 time.sleep(_POLL)
-        missing = "" if recording.complete else "The run was killed: its recording ends here."
+        missing = "" if recording.complete else KILLED
         feed.close({"missing": missing, **(end_of(file.parent) or {})})
     except RecordingError as error:
         feed.close({"missing": str(error)})

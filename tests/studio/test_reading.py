@@ -291,9 +291,12 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     recorder.close()
     write_report(recording, recording.summary, tmp_path / "both.html", Recording.open(recorder.path))
     show(browser, tmp_path / "both.html")
-    assert "decisions" in text(browser, "dialog[open]")
-    browser.evaluate("document.querySelector('dialog[open] li').click()")
     assert browser.evaluate("document.querySelector('dialog[open]')") is None
+    assert "decisions" in text(browser, ".differences")
+    for i, moment in enumerate(each(browser, ".differences time")):
+        browser.evaluate(f"document.querySelectorAll('.differences a')[{i}].click()")
+        assert text(browser, ".clock") == moment
+        assert browser.evaluate(f"document.querySelectorAll('.differences a')[{i}].getClientRects().length") == 1
     assert "R2′" in text(browser, "select[aria-label=robot]")
     one = (tmp_path / "both.html").read_text("utf-8")
     write_report(recording, recording.summary, tmp_path / "report.html")
@@ -306,7 +309,7 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     )
     press(browser, "o")
     until(browser, "document.querySelector('select[aria-label=robot]')")
-    assert "same" in text(browser, "dialog[open]")
+    assert "same" in text(browser, ".differences")
     assert faults(browser) == []
 
 

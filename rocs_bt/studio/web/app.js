@@ -8,11 +8,12 @@ import { Fleet } from "./fleet.js";
 import { Inspector } from "./inspector.js";
 import { About, Knowledge, Log, Signals } from "./panels.js";
 import { Run } from "./run.js";
-import { join } from "./second.js";
+import { both, listed } from "./second.js";
+import { runName } from "./server.js";
 import { Layers } from "./scene.js";
 import { Space } from "./space.js";
 import { Timeline } from "./timeline.js";
-import { chosen, compared, csv, help, report } from "./tools.js";
+import { chosen, csv, help, report } from "./tools.js";
 import { Transport } from "./transport.js";
 import { MissionTree } from "./tree.js";
 
@@ -63,6 +64,15 @@ const tabbed = (panels, cursor, kind) => {
   return { box: el("section", { class: kind }, bar, ...Object.values(panels).map(({ box }) => box)), choose };
 };
 
+/** What the recording lacks, and what the address names and the run does not have. */
+const missing = (run, cursor) => {
+  const box = el("span", { class: "cut" });
+  const show = () => put(box, [run.missing, cursor.lost.size && `Not in this run: ${[...cursor.lost].join(", ")}.`].filter(Boolean).join(" "));
+  cursor.addEventListener("lost", show);
+  show();
+  return box;
+};
+
 /** List of what pauses the page, each with a button that removes it. */
 const stops = (cursor) => {
   const box = el("span", { class: "stops" });
@@ -76,7 +86,7 @@ const open = (run) => {
   const cursor = new Cursor(run), app = document.getElementById("app"), { scenario, bodies = [] } = run.header;
   const layers = new Layers(), arena = new Arena(run, cursor, layers), tree = new MissionTree(run, cursor), timeline = new Timeline(run, cursor);
   const transport = new Transport(run, cursor), inspector = new Inspector(run, cursor);
-  const panels = { log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor) };
+  const panels = { log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor), ...(run.other && { differences: listed(run, cursor) }) };
   const tabs = tabbed(panels, cursor, "side"), fleet = run.agents.length > 1 ? { robots: new Fleet(run, cursor) } : {};
   const mission = tabbed({ tree, ...fleet }, cursor, "mission");
   const picker = el(
@@ -85,7 +95,7 @@ const open = (run) => {
   );
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
   const what = el("span", { class: "muted time" }, duration(run));
-  const cut = el("span", { class: "cut" }, run.missing), control = new Control(run, cursor);
+  const cut = missing(run, cursor), control = new Control(run, cursor);
   const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
   const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector, control });
   const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, control.box, transport.box, stops(cursor), menu(run, table));
@@ -106,14 +116,14 @@ const open = (run) => {
   watch[0].observe(app);
   watch[1].observe(stage);
   dark.addEventListener("change", () => setTimeout(fit));
-  tabs.choose(bodies.length || !treeless ? "log" : "knowledge");
+  tabs.choose(run.other ? "differences" : bodies.length || !treeless ? "log" : "knowledge");
   if (!bodies.length && treeless) panels.knowledge.show(true);
   mission.choose(run.agents.length > MANY ? "robots" : "tree");
+  cursor.keep("layers", () => layers.turned, (names) => { layers.turned = names; });
   fit();
   picker.value = cursor.agent;
   cursor.say("select");
   cursor.move(cursor.t);
-  if (run.other) compared(run, cursor);
   if (run.going) return live(run, cursor, { arena, tree, timeline, transport, header, panels, control });
   return () => {};
 };
@@ -137,7 +147,7 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels, c
     transport.fit();
     put(header.querySelector(".time"), duration(run));
     header.querySelector(".badge").replaceWith(verdict(run, cursor));
-    put(header.querySelector(".cut"), run.missing);
+    cursor.say("lost");
     control.update();
     show();
   };
@@ -182,8 +192,8 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: "3", keys: ["3"], text: "from above or in space", act: flip },
     { key: "c", keys: ["c"], text: "the camera follows the robot", act: () => layers.toggle("follow") },
     { key: "esc", keys: ["Escape"], text: "select the robot", act: () => cursor.select("") },
-    { key: "o", keys: ["o"], text: "open a second run over this one", item: "compare with a second report …", act: () => chosen(async (text) => { const other = await Run.from(text), first = await (data ? Run.from(data.textContent) : Run.open(() => {})); join(first, other); location.hash = ""; open(first); }) },
-    { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) compared(run, cursor); } },
+    { key: "o", keys: ["o"], text: "open a second run over this one", item: runName ? "compare with another run …" : "compare with a second report …", act: () => (runName ? location.assign(`./#with=${encodeURIComponent(runName)}`) : chosen((text) => both(here(), Run.from(text)).then((run) => { history.replaceState(null, "", " "); open(run); }, fail))) },
+    { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) tabs.choose("differences"); } },
     { key: "s", keys: ["s"], text: "save the shown signals as CSV", item: "save shown signals as CSV", act: () => csv(run, timeline) },
     { key: "i", keys: ["i"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
     ...control.keys(),
@@ -210,14 +220,12 @@ const fail = (error) => {
 };
 
 const data = document.getElementById("data"), second = document.getElementById("second");
-/** The run of a report, with the second one over it if there is one. */
-const reported = async () => {
-  const run = await Run.from(data.textContent);
-  if (second) join(run, await Run.from(second.textContent));
-  return run;
-};
-if (data) reported().then(open).catch(fail);
+const otherName = new URLSearchParams(location.search).get("second");
+/** The run of this page as it is now. */
+const here = () => (data ? Run.from(data.textContent) : Run.open(runName));
+if (second || otherName) both(here(), second ? Run.from(second.textContent) : Run.open(otherName)).then(open).catch(fail);
+else if (data) here().then(open).catch(fail);
 else {
   let take = (_) => {};
-  Run.open((fresh) => take(fresh)).then((run) => { take = open(run); }).catch(fail);
+  Run.open(runName, (fresh) => take(fresh)).then((run) => { take = open(run); }).catch(fail);
 }

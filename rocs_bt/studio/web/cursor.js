@@ -1,26 +1,67 @@
 // @ts-check
-// The one time, and the one selection. All panels listen to them, and the address of the page contains both.
+// The one time, and the one selection. All panels listen to them. The address of the page contains both, and what the
+// panels keep in it: a link, a bookmark, and a step back of the browser show the same picture.
+
+const given = () => new URLSearchParams(location.hash.slice(1));
 
 export class Cursor extends EventTarget {
   constructor(run) {
     super();
-    const given = new URLSearchParams(location.hash.slice(1)), moment = run.moment();
-    const address = given.get("select") ?? moment.address;
-    const agent = given.get("agent") ?? address.split("|")[0];
+    const now = given(), moment = run.moment(), wanted = now.get("select") ?? (now.has("agent") ? "" : moment.address);
     this.run = run;
+    /** @type {{name: string, give: () => string[], take: (texts: string[]) => void}[]} */
+    this.kept = [];
+    /** @type {Set<string>} what an address names and the run does not have */
+    this.lost = new Set();
+    this.pushes = false;
     this.playing = false;
     this.pace = 1;
-    this.selected = address;
-    this.follows = run.going && !given.has("t");
+    this.selected = this.known(wanted);
+    this.follows = run.going && !now.has("t");
     /** @type {Set<string>} addresses of nodes and rules at whose failing or firing the page pauses */
     this.stops = new Set();
-    this.agent = run.agents.includes(agent) ? agent : run.agents[0];
-    this.t = this.limited(Number(given.get("t") ?? (this.follows ? run.end : moment.t)));
-    addEventListener("hashchange", () => {
-      const now = new URLSearchParams(location.hash.slice(1)), t = Number(now.get("t") ?? this.t);
-      if ((now.get("select") ?? "") !== this.selected) this.select(now.get("select") ?? "", t);
-      else if (Math.abs(t - this.t) > 1e-3) this.move(t);
-    });
+    this.agent = this.robot(now, wanted);
+    this.t = this.limited(Number(now.get("t") ?? (this.follows ? run.end : moment.t)));
+    onhashchange = () => this.read();
+  }
+
+  /** An address of the run; empty for one that it does not have. @param {string} address */
+  known(address) {
+    if (this.run.going || this.run.has(address)) return address;
+    this.lost.add(address.replaceAll(/[|\n]+/g, " ").trim());
+    return "";
+  }
+
+  /** Robot that an address names, else that of the selected thing, else the first. */
+  robot(now, selected) {
+    const { agents } = this.run, agent = now.get("agent") ?? selected.split("|")[0];
+    if (agent && agents.length && !agents.includes(agent)) this.lost.add(agent);
+    return agents.includes(agent) ? agent : agents[0];
+  }
+
+  /** Keeps a part of the view in the address: `give` returns its texts, and `take` shows those of an address. */
+  keep(name, give, take) {
+    this.kept.push({ name, give, take });
+    const texts = given().getAll(name);
+    if (texts.length) take(texts);
+  }
+
+  /** Shows what the address says, such as after a step back. */
+  read() {
+    this.lost.clear();
+    const now = given(), t = Number(now.get("t") ?? this.t), selected = this.known(now.get("select") ?? ""), agent = this.robot(now, selected);
+    if (agent !== this.agent) this.show(agent);
+    for (const { name, take } of this.kept) take(now.getAll(name));
+    if (selected !== this.selected) this.select(selected, t); else this.move(t);
+    this.pushes = false;
+    this.say("lost");
+  }
+
+  /** Address of the page for a time and a selection. */
+  address(t = this.t, selected = this.selected, agent = this.agent) {
+    const parts = new URLSearchParams({ t: String(Number(t.toFixed(4))), agent: agent ?? "", ...(selected && { select: selected }) });
+    for (const { name, give } of this.kept) for (const text of give()) parts.append(name, text);
+    return `#${parts}`;
   }
 
   limited(t) { return Number.isFinite(t) ? Math.min(this.run.end, Math.max(this.run.start, t)) : this.run.start; }
@@ -64,6 +105,7 @@ export class Cursor extends EventTarget {
   /** Selects a track, and goes to a time if one is given. @param {string} address @param {number} [t] */
   select(address, t = this.t) {
     const agent = address.split("|")[0], changes = agent !== this.agent && this.run.agents.includes(agent);
+    this.pushes ||= address !== this.selected;
     this.selected = address;
     this.t = this.limited(t);
     if (changes) { this.agent = agent; this.say("agent"); }
@@ -102,11 +144,12 @@ export class Cursor extends EventTarget {
     requestAnimationFrame(frame);
   }
 
+  /** Writes the address; another selection is a step of the browser's history. */
   write() {
     clearTimeout(this.timer);
     this.timer = setTimeout(() => {
-      const parts = { t: this.t.toFixed(2), agent: this.agent, ...(this.selected && { select: this.selected }) };
-      if (location.protocol !== "about:") history.replaceState(null, "", `#${new URLSearchParams(parts)}`);
+      if (location.protocol !== "about:" && this.address() !== location.hash) history[this.pushes ? "pushState" : "replaceState"](null, "", this.address());
+      this.pushes = false;
     }, 150);
   }
 }

@@ -29,9 +29,10 @@ class Panel {
 export class Log extends Panel {
   constructor(run, cursor) {
     const list = el("ol", { class: "log" });
-    const find = el("input", { type: "search", placeholder: "filter the log", "aria-label": "filter the log", oninput: () => this.build() });
+    const again = () => { this.build(); cursor.write(); };
+    const find = el("input", { type: "search", placeholder: "filter the log", "aria-label": "filter the log", oninput: again });
     const least = el(
-      "select", { "aria-label": "least level", onchange: () => this.build() },
+      "select", { "aria-label": "least level", onchange: again },
       ...[["all", 1], ["info", 2], ["warnings", 3], ["errors", 4]].map(([name, level]) => el("option", { value: level, selected: level === 2 }, String(name))),
     );
     super(run, cursor, el("div", { class: "tools" }, find, least), list);
@@ -39,6 +40,8 @@ export class Log extends Panel {
     this.find = find;
     this.least = least;
     this.build();
+    const { value } = least;
+    cursor.keep("log", () => (find.value || least.value !== value ? [find.value, least.value] : []), ([word = "", level = value]) => { find.value = word; least.value = level; this.build(); });
   }
 
   build() {
@@ -156,6 +159,7 @@ export class Signals extends Panel {
     this.list = list;
     this.find = find;
     this.timeline = timeline;
+    cursor.addEventListener("pins", () => this.build());
     this.build();
   }
 

@@ -137,9 +137,9 @@ export class Run {
     });
   }
 
-  /** Opens the run of the server: a packed one, or one that goes on, of which `onchange` gets whether new tracks began. */
-  static async open(onchange) {
-    const { search } = location, head = async () => {
+  /** Opens a run of the server: a packed one, or one that goes on, of which `onchange` gets whether new tracks began; as it is now, without `onchange`. */
+  static async open(name, onchange) {
+    const search = `?${new URLSearchParams({ run: name, ...(onchange ? {} : { whole: "1" }) })}`, head = async () => {
       const answer = await fetch(`head${search}`);
       if (answer.headers.get("Content-Type") === "application/octet-stream") return answer.arrayBuffer();
       const found = await answer.json();
@@ -180,6 +180,12 @@ export class Run {
       this.tracks.get(address).grow(from, t, v);
     }
     return fresh;
+  }
+
+  /** Whether something has this address; empty for nothing. */
+  has(address) {
+    const [agent, topic] = address.split("|", 2), rule = address.slice(agent.length + 6);
+    return !address || this.tracks.has(address) || (this.agents.includes(agent) && (["outcome", "pose"].includes(topic) || (topic === "rule" && rule in (this.guards[agent] ?? {}))));
   }
 
   get(agent, topic, name = "") { return this.tracks.get(`${agent}|${topic}|${name}`); }

@@ -19,11 +19,17 @@ export class Layers extends EventTarget {
     const follow = el("button", { "aria-pressed": "false", title: "the camera follows the robot (c)", onclick: () => this.toggle("follow") }, "follow");
     const boxes = Object.entries(NAMES).map(([name, text]) => {
       const input = el("input", { type: "checkbox", checked: true, onchange: () => this.toggle(name) });
+      this.addEventListener("change", () => { input.checked = this[name]; });
       return el("label", {}, input, text, ...TINTS[name].map(swatch));
     });
     this.addEventListener("change", () => follow.setAttribute("aria-pressed", String(this.follow)));
     this.box = el("div", { class: "layers" }, follow, el("details", {}, el("summary", {}, "layers"), el("div", {}, ...boxes)));
   }
+
+  /** Names of the layers that are not as at the start. */
+  get turned() { return [...Object.keys(NAMES), "follow"].filter((name) => this[name] !== (name !== "follow")); }
+
+  set turned(names) { for (const name of [...Object.keys(NAMES), "follow"]) if (this.turned.includes(name) !== names.includes(name)) this.toggle(name); }
 
   toggle(name) {
     this[name] = !this[name];

@@ -10,7 +10,7 @@ const CLOSE = 0.01; // [m, rad, SI] from which numbers differ; recorded ones are
 export const isSecond = (agent) => agent.endsWith(MARK);
 
 /** Adds the tracks, robots and log of a second run to a run. */
-export const join = (run, other) => {
+const join = (run, other) => {
   const mark = (name) => (name ? name + MARK : name), renamed = (list = []) => list.map((each) => ({ ...each, name: mark(each.name) }));
   for (const { agent, topic, name, t, v, width, ray } of other.tracks.values()) run.add(new Track(`${mark(agent)}|${topic}|${name}`, t, v, width, ray));
   run.header = { ...run.header, agents: [...run.header.agents, ...renamed(other.header.agents)], bodies: [...run.header.bodies, ...renamed(other.header.bodies)] };
@@ -20,6 +20,7 @@ export const join = (run, other) => {
   run.log = [...run.log, ...lines].sort((a, b) => a[0] - b[0]);
   run.end = Math.max(run.end, other.end);
   run.other = other;
+  run.missing = [run.missing, other.missing && `${other.header.scenario}${MARK}: ${other.missing}`].filter(Boolean).join(" ");
   run.differences = differences(run);
 };
 
@@ -56,13 +57,21 @@ const alike = (a, b, width) => {
 
 const worded = (value) => shown(value?.state ? `${value.action} ${value.state}` : value?.outcome ?? (value?.phase === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
 
-/** The first differences as a list; a click goes there. */
-export const listed = (run, cursor) => el(
-  "ol", { class: "log differences" },
-  ...run.differences.map(({ kind, t, track }) => el(
-    "li", { tabindex: 0, role: "button", onclick: () => cursor.select(track.address, t) },
-    el("time", {}, seconds(t)),
-    el("span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: ${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`),
-  )),
-  run.differences.length ? null : el("li", { class: "empty" }, "The two runs are the same."),
-);
+/** Panel of the first differences; each is a link to its moment. */
+export const listed = (run, cursor) => ({ box: el(
+  "div", { class: "panel", role: "tabpanel" }, el("ol", { class: "log differences" },
+    ...run.differences.map(({ kind, t, track }) => el("li", {}, el(
+      "a", { href: cursor.address(t, track.address, track.agent), onclick: (event) => { event.preventDefault(); cursor.select(track.address, t); } },
+      el("time", {}, seconds(t)),
+      el("span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: ${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`),
+    ))),
+    run.differences.length ? null : el("li", { class: "empty" }, "The two runs are the same."),
+  ),
+) });
+
+/** Two runs as one; without the second one, if that cannot be read. @param {Promise<any>} first @param {Promise<any>} second */
+export const both = async (first, second) => {
+  const run = await first;
+  await second.then((other) => join(run, other), (error) => { run.missing = [run.missing, `The second run cannot be shown: ${error.message}`].filter(Boolean).join(" "); });
+  return run;
+};

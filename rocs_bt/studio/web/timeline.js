@@ -9,6 +9,7 @@ const AXIS = 18, BAR = 16, RIBBON = 20, CURVE = 38, TALL = 96, MOST = 150, GAP =
 const FIRST = ["battery", "goal_distance", "speed", "min_clearance"]; // signals shown while none is pinned
 const LINES = 24; // values of a signal that are drawn at most
 const LEAST = 0.2, RECENT = 30, LONG = 180; // [s] shortest interval; interval of a run that goes on; run that begins with a part
+const exact = (t) => Number(t.toFixed(5)); // of the interval, so that an address has all of it
 
 export class Timeline {
   constructor(run, cursor) {
@@ -38,7 +39,12 @@ export class Timeline {
     cursor.addEventListener("move", () => this.place());
     cursor.addEventListener("agent", () => this.build());
     cursor.addEventListener("select", () => this.pick());
-    if (run.end - run.start > LONG && !run.going) this.recent();
+    const long = run.end - run.start > LONG && !run.going;
+    if (long) this.recent();
+    cursor.keep("pin", () => [...this.pinned], (all) => { this.pinned = new Set(all.filter((address) => cursor.known(address))); this.show(); });
+    cursor.keep("window", () => (!this.whole ? [this.from, this.to].map(String) : long ? ["all"] : []), ([from, to]) => {
+      if (Number(to) > Number(from)) this.window(Number(from), Number(to)); else if (from || !long) this.window(run.start, run.end);
+    });
     this.build();
   }
 
@@ -54,8 +60,17 @@ export class Timeline {
   /** Pins a signal as a row, or removes it. */
   pin(address, on = !this.pinned.has(address)) {
     if (on) this.pinned.add(address); else this.pinned.delete(address);
-    this.build();
+    this.show();
+    this.cursor.write();
   }
+
+  show() {
+    this.build();
+    this.cursor.say("pins");
+  }
+
+  /** Whether the whole run is shown, or the newest of one that goes on. */
+  get whole() { return this.cursor.follows || this.to - this.from > this.run.end - this.run.start - 1e-3; }
 
   build() {
     const { agent } = this.cursor, group = (label, rows) => (rows.length ? [{ address: "", label, kind: "heading", least: HEADING }, ...rows] : []);
@@ -192,10 +207,11 @@ export class Timeline {
   /** Shows an interval. */
   window(from, to) {
     const { start, end } = this.run, span = Math.min(Math.max(to - from, LEAST), Math.max(end - start, LEAST));
-    this.from = Math.max(start, Math.min(from, end - span));
-    this.to = this.from + span;
+    this.from = exact(Math.max(start, Math.min(from, end - span)));
+    this.to = exact(this.from + span);
     this.fit();
     this.onwindow(this.from, this.to);
+    this.cursor.write();
   }
 
   under(event) {

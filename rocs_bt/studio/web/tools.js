@@ -2,7 +2,6 @@
 // What a reader takes along or asks for: keys, values of pinned signals, a report of a fault, raw values, a second run.
 import { dialog, el, seconds, shown } from "./dom.js";
 import { colours } from "./legend.js";
-import { listed } from "./second.js";
 
 /** Shows a text to copy, which works without a clipboard too. */
 const copied = (title, text) => {
@@ -47,12 +46,6 @@ export const report = (run, cursor, said) => {
 export const raw = (run, [t, agent, level, text, about]) => {
   const track = run.tracks.get(about), value = track ? track.at(t) : null;
   copied("Event", JSON.stringify({ t, agent, level, text, about, value: ArrayBuffer.isView(value) ? Array.from(/** @type {any} */ (value)) : value }, null, 2));
-};
-
-/** Shows where the two runs differ first. */
-export const compared = (run, cursor) => {
-  const box = dialog("First differences", listed(run, cursor));
-  box.addEventListener("click", (event) => { if (event.target.closest("li[role]")) box.close(); });
 };
 
 /** Lets a reader choose the report of a second run on the disk; calls back with its text. */
