@@ -5,7 +5,7 @@ import re
 import msgspec
 import pytest
 
-from rocs_bt.event import BodyMoved
+from rocs_bt.event import BodyMoved, RuleChanged
 from rocs_bt.record.header import BodyInfo, Outline
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -13,7 +13,7 @@ from rocs_bt.studio.page import WEB
 from rocs_bt.studio.report import write_report
 
 from .. import synthetic
-from .test_page import STYLE, faults, press, show, text
+from .test_page import STYLE, faults, go, press, show, text
 from .test_reading import each, resize, screen, touched  # noqa: F401  # fixtures
 
 NEUTRAL = {"paper", "raised", "ink", "muted", "line", "track", "wall", "curve"}
@@ -175,3 +175,68 @@ def test_labels_of_the_arena_are_beside_each_other_and_inside(browser, live):
     seen = browser.evaluate(BESIDE)
     assert seen["outside"] == 0
     assert seen["over"] < 12  # of 3,000 pairs: in a crowd there is not always room
+
+
+TURNS = """
+import("./turns.js").then(({ parts }) => {
+  const wrong = [];
+  let seed = 5, folded = 0;
+  const random = (n) => (seed = (seed * 16807) % 2147483647) % n;
+  const changes = (part) => part.filter((name, i) => i && name !== part[i - 1]).length;
+  const turns = (part) => !part.includes("") && new Set(part).size <= 2 && changes(part) >= 6;
+  for (let run = 0; run < 300; run++) {
+    let pair = ["a", "b"];
+    const names = Array.from({ length: 40 }, () => {
+      if (!random(9)) pair = [["a", "b"], ["b", "c"], ["a", "c"], ["a", ""]][random(4)];
+      return pair[random(2)];
+    });
+    const found = parts(names), taken = names.map(() => 0);
+    for (const part of found) {
+      for (let i = part.from; i < part.to; i++) taken[i] += part.changes ? 2 : 1;
+      if (!part.changes) continue;
+      const inside = names.slice(part.from, part.to);
+      folded++;
+      if (!turns(inside) || changes(inside) !== part.changes) wrong.push(["no turns", inside.join("")]);
+      if ([...new Set(inside)].join() !== part.names.join()) wrong.push(["names", part.names.join(), inside.join("")]);
+    }
+    if (taken.some((n) => n !== 1 && n !== 2)) wrong.push(["not each once", names.join("")]);
+    for (let i = 0; i < names.length; i++) for (let j = i + 7; j <= names.length; j++) {
+      if (turns(names.slice(i, j)) && taken.slice(i, j).every((n) => n === 1)) wrong.push(["missed", names.join("|")]);
+    }
+  }
+  return { wrong: wrong.slice(0, 3), folded };
+})
+"""
+
+
+@pytest.mark.browser
+def test_all_that_takes_turns_in_a_list_is_found_and_nothing_else(browser, live):
+    browser.open(live.url)
+    seen = browser.evaluate(TURNS)
+    assert seen["wrong"] == []
+    assert seen["folded"] > 100
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_two_rules_that_take_turns_are_one_line_of_the_log_which_opens(browser, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    for i in range(20):
+        rule = ("a/Flinch", "a/Turn")[i % 2] if i < 16 else f"a/Other{i}"
+        recorder.emit(RuleChanged(t=float(i), agent="R2", rule=rule, phase="fired", priority=1))
+        recorder.emit(RuleChanged(t=i + 0.5, agent="R2", rule=rule, phase="ended", priority=1))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), tmp_path / "report.html")
+    show(browser, tmp_path / "report.html")
+    visible = ".log li:not([hidden])"
+    assert len(each(browser, visible)) == 5
+    assert "rule Flinch and rule Turn alternate ×15, until 15.00 s" in text(browser, ".log .turns")
+    go(browser, 7.2)
+    assert "here" in browser.evaluate("document.querySelector('.log .turns').className")
+    browser.evaluate("document.querySelector('.log .turns').click()")
+    assert len(each(browser, visible)) == 21
+    go(browser, 3.2)
+    assert "a/Turn fired" in text(browser, ".log .here")
+    browser.evaluate("document.querySelector('.log .turns').click()")
+    assert len(each(browser, visible)) == 5
+    assert faults(browser) == []

@@ -1,11 +1,12 @@
 // @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
-import { el, put, shown, upto } from "./dom.js";
+import { el, put, seconds, shown, upto } from "./dom.js";
 import { Graph } from "./graph.js";
 import { tintOf } from "./legend.js";
 import { isSecond } from "./second.js";
 import { get, runName } from "./server.js";
 import { raw } from "./tools.js";
+import { turns } from "./turns.js";
 
 const MOST = 3000; // lines of the log on the page
 const ASK = 500; // [ms] between two questions for what the run has printed
@@ -39,6 +40,8 @@ export class Log extends Panel {
     this.list = list;
     this.find = find;
     this.least = least;
+    /** @type {Set<number>} times at which opened turns begin */
+    this.open = new Set();
     this.build();
     const { value } = least;
     cursor.keep("log", () => (find.value || least.value !== value ? [find.value, least.value] : []), ([word = "", level = value]) => { find.value = word; least.value = level; this.build(); });
@@ -47,19 +50,46 @@ export class Log extends Panel {
   build() {
     const word = this.find.value.toLowerCase(), least = Number(this.least.value), { agent } = this.cursor;
     const lines = this.run.log.filter(([, who, level, text]) => level >= least && (!who || who === agent || who === `${agent}′`) && text.toLowerCase().includes(word));
-    const shownLines = lines.slice(-MOST);
-    this.times = shownLines.map(([t]) => t);
-    this.items = shownLines.map(([t, agentOf, level, text, about]) => el(
-      "li", { class: `${level === 1 ? "debug" : tintOf([t, agentOf, level, text, about])} ${isSecond(agentOf) ? "second" : ""}`, tabindex: 0, role: "button", onclick: () => (about ? this.cursor.select(about, t) : this.cursor.move(t)) },
-      el("time", {}, t.toFixed(2)), el("span", {}, text),
-      el("button", { class: "raw", title: "the whole event", "aria-label": "the whole event", onclick: (event) => { event.stopPropagation(); raw(this.run, [t, agentOf, level, text, about]); } }, "{ }"),
-    ));
+    this.lines = lines.slice(-MOST);
+    this.times = this.lines.map(([t]) => t);
+    /** @type {any[]} */
+    this.items = this.lines.map((line) => this.line(line));
     const more = lines.length > MOST ? `${lines.length - MOST} earlier lines are not shown; filter the log.` : "";
     const none = this.items.length ? more : word ? "No line has this text." : "Nothing was logged at this level.";
-    this.list.replaceChildren(...(none ? [el("li", { class: "empty" }, none)] : []), ...this.items);
+    const rows = turns(this.run, this.lines).flatMap((part) => this.part(part));
+    this.list.replaceChildren(...(none ? [el("li", { class: "empty" }, none)] : []), ...rows);
     this.here = -1;
     this.count = this.run.log.length;
     this.update();
+  }
+
+  line([t, agent, level, text, about]) {
+    const kinds = `${level === 1 ? "debug" : tintOf([t, agent, level, text, about])} ${isSecond(agent) ? "second" : ""}`;
+    const go = () => (about ? this.cursor.select(about, t) : this.cursor.move(t));
+    const whole = (event) => { event.stopPropagation(); raw(this.run, [t, agent, level, text, about]); };
+    return el(
+      "li", { class: kinds, tabindex: 0, role: "button", onclick: go }, el("time", {}, t.toFixed(2)), el("span", {}, text),
+      el("button", { class: "raw", title: "the whole event", "aria-label": "the whole event", onclick: whole }, "{ }"),
+    );
+  }
+
+  /** Lines of a part; what takes turns is one line, which opens. */
+  part({ from, to, names, changes }) {
+    const items = this.items.slice(from, to), key = this.times[from];
+    if (!changes) return items;
+    const mark = el("span"), head = el(
+      "li", { class: "turns", tabindex: 0, role: "button", onclick: () => { show(!this.open.delete(key)); } },
+      el("time", {}, key.toFixed(2)), el("span", {}, mark, `${names.join(" and ")} alternate ×${changes}, until ${seconds(this.times[to - 1])}`),
+    );
+    const show = (on) => {
+      if (on) this.open.add(key);
+      put(mark, on ? "▾ " : "▸ ");
+      head.setAttribute("aria-expanded", String(on));
+      for (const item of items) Object.assign(item, { hidden: !on, head: on ? null : head });
+    };
+    for (const item of items) item.classList.add("inner");
+    show(this.open.has(key));
+    return [head, ...items];
   }
 
   /** Takes new lines of a run that goes on. */
@@ -70,9 +100,10 @@ export class Log extends Panel {
   update() {
     const here = upto(this.times, this.cursor.t) - 1;
     if (here === this.here) return;
-    this.items[this.here]?.classList.remove("here");
-    this.items[here]?.classList.add("here");
-    if (here >= 0) this.list.scrollTop = this.items[here].offsetTop - this.list.clientHeight * 0.6;
+    const item = this.items[here]?.head ?? this.items[here];
+    this.list.querySelector(".here")?.classList.remove("here");
+    item?.classList.add("here");
+    if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight * 0.6;
     this.here = here;
   }
 }

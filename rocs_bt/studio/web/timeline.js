@@ -425,7 +425,7 @@ export class Timeline {
     const gaps = held.map(({ left, right, unit }) => ({ gap: Math.abs(left - right), unit }));
     if (!gaps.length) return this.run.get(this.cursor.agent, "guard", rule)?.at(t)?.since === undefined ? "off" : "holds";
     const [first] = gaps;
-    return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit} off` : "far off";
+    return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit ?? ""} off` : "far off";
   }
 
   valued({ curve, unit, sides, second }, t) {
