@@ -14,7 +14,6 @@ from .requirements import finding_line
 from .terminal import styled
 
 if TYPE_CHECKING:
-    from ..event import Event
     from ..record import AgentResult, Following, KnowledgeFile, Localisation, Summary
 
 _FAULTS = 3  # maximum number of printed faults
@@ -66,37 +65,25 @@ def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
 
 
 def _moment(summary: Summary, folder: Path) -> str:
-    """Time to explain, with the agent if it is not the first: of the first failure, else of the first reflex."""
-    from ..event import AgentStopped, ContactBegan, RuleChanged
+    """Time to explain, with the agent if it is not the first: the decisive moment of the run."""
     from ..record import Recording
+    from ..record.decisive import TOPICS, decisive
+    from ..record.tracks import Tracks
 
-    start, found = 0.0, dict[str, float]()
-    reflex: tuple[float, str] | None = None
+    t, name = min(summary.sim_time / 2, 5.0), ""
+    outcomes = {name: agent.outcome for name, agent in summary.agents.items()}
+    succeeded = set(outcomes.values()) <= {"success"}
     try:
         recording = Recording.open(folder)
-        start = 0.0 if summary.simulated else recording.header.start  # on hardware, the preflight check comes first
-        for event in recording.events((AgentStopped, ContactBegan, RuleChanged)):
-            hit = (
-                isinstance(event, ContactBegan)
-                and event.kind == "collision"
-                and _outcome_of(summary, event) == event.kind
-            )
-            if hit or isinstance(event, AgentStopped):
-                found.setdefault(event.agent, event.t)
-            elif reflex is None and isinstance(event, RuleChanged) and event.phase == "fired":
-                reflex = event.t, event.agent
+        t += 0.0 if summary.simulated else recording.header.start  # on hardware, the preflight check comes first
+        tracks = Tracks.of_recording(recording, ("rule", "outcome") if succeeded else TOPICS)
+        for found in decisive(tracks, outcomes)[:1]:
+            t, name = found.t, found.about.agent
     except RecordingError:  # the run has no recording, or it is cut off
         pass
-    failed = [name for name, agent in summary.agents.items() if agent.outcome != "success" and name in found]
-    t, name = (found[failed[0]], failed[0]) if failed else reflex or (start + min(summary.sim_time / 2, 5.0), "")
     seconds = f"{t:.3f}".rstrip("0")
-    other = f" --agent {shlex.quote(name)}" if name not in ("", next(iter(summary.agents), "")) else ""
+    other = f" --agent {shlex.quote(name)}" if name not in ("", next(iter(outcomes), "")) else ""
     return seconds + ("0" if seconds.endswith(".") else "") + other
-
-
-def _outcome_of(summary: Summary, event: Event) -> str:
-    agent = summary.agents.get(event.agent)
-    return "" if agent is None else agent.outcome
 
 
 def _counts(summary: Summary) -> list[str]:

@@ -16,7 +16,7 @@ from ..record.comparisons import Comparisons
 from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
-from .pack import TIME, Json, Numbers, address, head, items, log_line, plain, samples_shown, text
+from .pack import TIME, Json, Numbers, address, head, items, log_line, opens_at, plain, samples_shown, text
 from .requests import Stream
 
 _DIGITS = 5
@@ -86,7 +86,7 @@ class Feed:
             if self._tracks is None or self.version == seen.version:
                 return None
             seen.version = self.version
-            return seen.message(self._tracks, self.about)
+            return seen.message(self._tracks, opens_at(self._tracks), self.about)
 
 
 async def updates(feed: Feed) -> Stream:
@@ -138,9 +138,16 @@ class Seen:
         self.version = 0
         self._tracks: dict[Key, _Sent] = {}
         self._lines = 0
+        self._moments: Sequence[Json] = []
 
-    def message(self, tracks: Tracks, about: Json | None = None) -> bytes:
-        """JSON of what is new: of each changed track its address, and its times and values from an index on."""
+    def message(self, tracks: Tracks, moments: Sequence[Json] = (), about: Json | None = None) -> bytes:
+        """JSON of what is new: of each changed track its address, and its times and values from an index on.
+
+        Args:
+            tracks: Tracks of the run.
+            moments: Decisive moments of the run so far.
+            about: Additions of the run's end.
+        """
         changed = []
         for key, shown, track in items(tracks):
             before = self._tracks.get(key, _Sent())
@@ -153,6 +160,8 @@ class Seen:
         lines = [log_line(line) for line in tracks.log[self._lines :]]
         self._lines = len(tracks.log)
         message: Json = {"end": round(tracks.end, 3), "log": lines, "tracks": changed}
+        if moments != self._moments:
+            message["decisive"] = self._moments = moments
         return msgspec.json.encode(message if about is None else {**message, "about": about}, enc_hook=plain)
 
     def _from_index(self, key: Key, shown: Key, track: Steps | Scans, before: _Sent) -> list[Any] | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import msgspec
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from ..event import TicketChanged
 from ..record import RunHeader
+from ..record.decisive import decisive
 from ..record.states import Key
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
@@ -105,6 +106,11 @@ def items(tracks: Tracks) -> Iterator[tuple[Key, Key, Steps | Curve]]:
         most = FEW if (key.agent, key.name) in distances else WIDE
         wide = key.topic == "signal" and isinstance(track, Curve) and track.width > most
         yield key, key._replace(name=f"min({key.name})") if wide else key, track
+
+
+def opens_at(tracks: Tracks, outcomes: Mapping[str, str] = {}) -> list[Json]:
+    """Decisive moments, at the first of which the page opens; see `decisive`."""
+    return [{"t": each.t, "address": address(each.about), "text": each.text} for each in decisive(tracks, outcomes)]
 
 
 def samples_shown(track: Curve, end: float, *, least: bool, first: int = 0) -> tuple[Numbers, Numbers]:

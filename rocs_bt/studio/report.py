@@ -14,7 +14,7 @@ from ..record.comparisons import Comparisons
 from ..record.states import LogLine
 from ..record.tracks import Tracks
 from .numbers import numbers, requirement
-from .pack import Json, pack
+from .pack import Json, opens_at, pack
 from .page import render_page
 
 KILLED = "The run was killed: its recording ends here."
@@ -90,6 +90,7 @@ def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool =
     Comparisons(tracks).update(over=True)
     about = {
         "missing": damage or ("" if recording.complete else end),
+        "decisive": opens_at(tracks, {} if summary is None else {n: a.outcome for n, a in summary.agents.items()}),
         "results": {} if summary is None else about_end(summary),
     }
     return pack(tracks, about)

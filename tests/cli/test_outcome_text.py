@@ -41,12 +41,12 @@ def suggested(folder, outcomes, events):
         ({"A": "success"}, [], "5.0"),
         ({"A": "success"}, [fired(3.25, "A"), fired(4.0, "A")], "3.25"),
         ({"A": "success", "B": "success"}, [fired(3.25, "B")], "3.25 --agent B"),
-        ({"A": "timeout"}, [fired(3.25, "A"), AgentStopped(t=20.4, agent="A", by="end")], "20.4"),
+        ({"A": "timeout"}, [fired(3.25, "A"), AgentStopped(t=20.4, agent="A", by="end")], "20.39"),
         ({"A": "success", "B": "failed"}, [AgentStopped(t=t, agent=a, by="x") for t, a in ((9.0, "A"), (12.02, "B"))],
-         "12.02 --agent B"),
+         "12.01 --agent B"),
         ({"A": "collision"}, [ContactBegan(t=7.5, agent="A", other="box", kind="struck"),
                               ContactBegan(t=8.5, agent="A", other="box", kind="collision"),
-                              AgentStopped(t=20.0, agent="A", by="end")], "8.5"),
+                              AgentStopped(t=20.0, agent="A", by="end")], "8.49"),
     ],
 )  # fmt: skip
 def test_try_next_names_the_moment_of_the_failure_or_of_the_first_reflex(tmp_path, outcomes, events, moment):

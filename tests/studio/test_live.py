@@ -47,6 +47,7 @@ def fold(known, message):
     """What a page makes of a message: the page's own rules, written anew."""
     known["end"], news = message["end"], message["tracks"]
     known["log"] += message["log"]
+    known["decisive"] = message.get("decisive", known["decisive"])
     for address, first, t, v, width, ray in news:
         times, values = known["tracks"].setdefault(address, ([], [], width, ray))[:2]
         del times[first:], values[first:]
@@ -61,7 +62,7 @@ def heard(feed, seen, known):
 
 
 def empty():
-    return {"end": 0.0, "log": [], "tracks": {}}
+    return {"end": 0.0, "log": [], "tracks": {}, "decisive": []}
 
 
 @given(st.lists(st.integers(0, len(EVENTS)), max_size=8).map(sorted))
@@ -154,7 +155,7 @@ def test_the_live_page_has_at_the_end_what_the_report_has(name, tmp_path):
     whole = Tracks(header)
     whole.take(events)
     Comparisons(whole).update(over=True)
-    about, column = unpacked(packing.pack(whole, {}))
+    about, column = unpacked(packing.pack(whole, {"decisive": packing.opens_at(whole)}))
     feed, seen, known = Feed(), Seen(), empty()
     feed.begin(header)
     for i in range(0, len(events), 173):
@@ -167,6 +168,7 @@ def test_the_live_page_has_at_the_end_what_the_report_has(name, tmp_path):
         name: about[name] for name in ("header", "inactive")
     }
     assert known["log"] == about["log"]
+    assert known["decisive"] == about["decisive"]
     assert known["tracks"].keys() == {address for address, *_ in about["tracks"]}
     for address, kind, t, v, *_ in about["tracks"]:
         times, values = column(t)[:, 0], known["tracks"][address]

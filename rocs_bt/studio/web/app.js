@@ -178,7 +178,7 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: ",", keys: [","], text: "previous event", act: () => cursor.step(-1) },
     { key: "home, end", keys: ["Home"], text: "start and end", act: () => cursor.move(run.start) },
     { key: "", keys: ["End"], text: "", act: () => cursor.move(run.end) },
-    { key: "f", keys: ["f"], text: "decisive moment: the failure, else the first reflex", act: () => { const { t, address } = run.moment(); cursor.select(address, t); } },
+    { key: "f", keys: ["f"], text: "decisive moment: the failure, else the first reflex", act: () => { const { t, address } = run.moment; cursor.select(address, t); } },
     { key: "b", keys: ["b"], text: "pause when the selected node fails or the selected rule fires", item: "pause at the selected thing", act: () => { if (cursor.selected) cursor.stop(cursor.selected); } },
     { key: "+, −", keys: ["+", "="], text: "zoom the time axis; with ctrl and the wheel too, shift and drag moves it", act: () => timeline.zoom(0.5) },
     { key: "", keys: ["-"], text: "", act: () => timeline.zoom(2) },

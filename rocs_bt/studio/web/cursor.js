@@ -7,7 +7,7 @@ const given = () => new URLSearchParams(location.hash.slice(1));
 export class Cursor extends EventTarget {
   constructor(run) {
     super();
-    const now = given(), moment = run.moment(), wanted = now.get("select") ?? (now.has("agent") ? "" : moment.address);
+    const now = given(), moment = run.moment, wanted = now.get("select") ?? (now.has("agent") ? "" : moment.address);
     this.run = run;
     /** @type {{name: string, give: () => string[], take: (texts: string[]) => void}[]} */
     this.kept = [];

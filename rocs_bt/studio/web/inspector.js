@@ -96,8 +96,8 @@ export class Inspector {
   outcome(agent) {
     const { run } = this, found = run.outcome(agent), results = run.results?.[agent] ?? {}, evidence = [];
     if (!found) return { title: agent, cause: "It has no outcome yet." };
-    const { outcome, reason, time_to_goal: reached, t: at } = found, locked = run.livelock(agent), after = reached ? ` ${seconds(reached)} after the start` : "";
-    if (locked) evidence.push(row("from", locked.text, `${agent}|alternation|`, locked.begin));
+    const { outcome, reason, time_to_goal: reached, t: at } = found, locked = run.decisive.find((each) => each.text && each.address.startsWith(`${agent}|`)), after = reached ? ` ${seconds(reached)} after the start` : "";
+    if (locked) evidence.push(row("from", locked.text, locked.address, locked.t));
     if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
       const { because } = whyNot(run, agent, rule, at), active = run.get(agent, "rule", rule)?.at(at)?.active;
       evidence.push(row(short(rule), active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));

@@ -70,7 +70,6 @@ export class Track {
   }
 }
 
-const BEFORE = 0.01; // [s] before an outcome, when the nodes are not halted yet
 const PORT = /([\w.]+)=("[^"]*"|[^,)]*)/g;
 
 /** Values of a ticket share the parameters of the first. */
@@ -88,7 +87,7 @@ const guardOf = (guard) => ({ ...guard, sides: (guard.comparisons ?? []).map((te
 
 export class Run {
   constructor({ header, end, log = [], tracks = [], texts = [], ...rest }, columns = (_) => []) {
-    const { missing = "", control = false, results = {}, inactive = {} } = rest;
+    const { missing = "", control = false, results = {}, inactive = {}, decisive = [] } = rest;
     this.header = header;
     this.end = end;
     this.log = log;
@@ -97,6 +96,7 @@ export class Run {
     this.control = control; // whether the run hears commands
     this.results = results;
     this.inactive = inactive;
+    this.decisive = decisive; // moments: the causes of failures, else the first reflex
     this.start = header.start ?? 0;
     this.going = false;
     this.other = null; // the second run, whose robots have a prime
@@ -170,10 +170,13 @@ export class Run {
     });
   }
 
+  /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
+  get moment() { return this.decisive[0] ?? { t: this.start, address: "" }; }
+
   /** Takes a message of a run that goes on; returns whether new tracks began. */
-  grow({ end, log, tracks, about = {} }) {
+  grow({ end, log, tracks, decisive = this.decisive, about = {} }) {
     let fresh = false;
-    Object.assign(this, about, { end });
+    Object.assign(this, about, { end, decisive });
     this.log.push(...log);
     for (const [address, from, t, v, width, ray] of tracks) {
       if (!this.tracks.has(address)) { this.add(new Track(address, [], [], width, ray)); fresh = true; }
@@ -226,48 +229,6 @@ export class Run {
       path = children.get(path).filter(failed).reduce((a, b) => (a !== undefined && since(a) > since(b) ? a : b), undefined);
     }
     return found;
-  }
-
-  /** The last leaf that failed with a message before a time; of several at once the last of the tree. */
-  said(agent, end) {
-    let found = null;
-    for (const { path, children = [] } of this.get(agent, "tree")?.at(end) ?? []) {
-      const track = this.get(agent, "node", path), note = this.get(agent, "note", path);
-      if (!track || !note || children.length) continue;
-      track.t.forEach((t, i) => { if (track.v[i] === "FAILURE" && t <= end && note.at(t) && t >= (found?.t ?? t)) found = { t, address: track.address }; });
-    }
-    return found;
-  }
-
-  /** The longest alternation of an agent that explains its outcome, as in record/alternation.py; undefined without one. */
-  livelock(agent) {
-    const { outcome, t: at } = this.outcome(agent), found = this.get(agent, "alternation")?.v.filter(Boolean) ?? [], took = (a) => a.last - a.begin;
-    const longest = found.sort((a, b) => took(b) - took(a))[0];
-    const lasts = longest && at - longest.last <= longest.pause + 1e-6, long = longest && outcome === "timeout" && took(longest) >= (at - this.start) / 4;
-    return ["timeout", "failed", "stuck"].includes(outcome) && (lasts || long) ? longest : undefined;
-  }
-
-  /** What a reader wants first: the cause of the first failure, else the first reflex, else the start. */
-  moment() {
-    const failed = this.agents.find((a) => this.outcome(a) && this.outcome(a).outcome !== "success");
-    if (failed) {
-      const { t } = this.outcome(failed), locked = this.livelock(failed);
-      if (locked) return { t: locked.begin, address: `${failed}|alternation|` };
-      const cause = this.log.findLast(([at, agent, level, , about]) => agent === failed && level >= 4 && at <= t && about);
-      if (cause) return { t: cause[0], address: cause[4] };
-      const last = this.of(failed, "node").filter((n) => n.at(t) === "FAILURE").sort((x, y) => y.name.length - x.name.length)[0];
-      const leaf = this.get(failed, "node", this.failing(failed, t).at(-1) ?? last?.name);
-      if (leaf && this.get(failed, "note", leaf.name)?.at(t)) return { t: leaf.since(t), address: leaf.address };
-      // A leaf such as AlwaysFailure says nothing about the cause: one before it often does.
-      const said = this.outcome(failed).outcome === "failed" ? this.said(failed, t) : null;
-      if (said ?? leaf) return said ?? { t: leaf.since(t), address: leaf.address };
-      return { t: Math.max(this.start, t - BEFORE), address: `${failed}|outcome|` };
-    }
-    for (const agent of this.agents) {
-      const fired = this.log.find(([, a, , , about]) => a === agent && about.startsWith(`${agent}|rule|`));
-      if (fired) return { t: fired[0], address: fired[4] };
-    }
-    return { t: this.start, address: "" };
   }
 }
 

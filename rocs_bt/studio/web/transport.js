@@ -39,7 +39,7 @@ export class Transport {
       this.play,
       button("›", "next event (.)", () => cursor.step(1)),
       button("⇥", "to the end (end)", () => cursor.move(run.end)),
-      button("⚑", "the decisive moment (f)", () => { const { t, address } = run.moment(); cursor.select(address, t); }),
+      button("⚑", "the decisive moment (f)", () => { const { t, address } = run.moment; cursor.select(address, t); }),
       this.pace, this.clock, this.bar,
     );
     cursor.addEventListener("move", () => this.place());

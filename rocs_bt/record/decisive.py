@@ -1,0 +1,104 @@
+"""Decisive moments of a run: what a person wants to see first, on the page and by `--why`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import msgspec
+
+from ..event import ContactBegan, Level, OutcomeDecided
+from .alternation import livelock
+from .moment import Mission
+from .samples import stopped
+from .states import Key
+from .track import Steps
+from .tracks import Tracks
+
+TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "event")
+"""Topics of tracks from which the decisive moments are found."""
+
+_BEFORE = 0.01  # [s] before an outcome, when the nodes are not halted yet
+
+
+class Decisive(msgspec.Struct, frozen=True):
+    """Decisive moment of an agent.
+
+    Attributes:
+        t: Time [s].
+        about: Track that it is about.
+        text: Cause in words; may be empty.
+    """
+
+    t: float
+    about: Key
+    text: str = ""
+
+
+def decisive(tracks: Tracks, outcomes: Mapping[str, str] = {}) -> list[Decisive]:
+    """Causes of all failures, in the order of the agents; without a failure the first reflex, if one fired.
+
+    Args:
+        tracks: Tracks of the run, which may go on.
+        outcomes: Outcomes by agent, for a recording that was cut off before they were decided.
+    """
+    judged = (_judged(tracks, agent.name, outcomes) for agent in tracks.header.agents)
+    failures = [_cause(tracks, each) for each in judged if each is not None and each.outcome != "success"]
+    return failures or _first_reflex(tracks)
+
+
+def _judged(tracks: Tracks, agent: str, outcomes: Mapping[str, str]) -> OutcomeDecided | None:
+    track = tracks.get(agent, "outcome")
+    if isinstance(track, Steps) and track.v:
+        return track.v[-1]  # type: ignore[no-any-return]  # tracks hold anything
+    end = min(stopped(tracks, agent), tracks.end)
+    return OutcomeDecided(t=end, agent=agent, outcome=outcomes[agent], reason="") if agent in outcomes else None
+
+
+def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
+    t, agent = judged.t, judged.agent
+    if lock := livelock(tracks.get(agent, "alternation"), judged, tracks.header.start):
+        return Decisive(lock.begin, Key(agent, "alternation"), lock.text)
+    for line in reversed(tracks.log):
+        if line.agent == agent and line.level >= Level.ERROR and line.t <= t and line.about is not None:
+            return Decisive(line.t, line.about)
+    mission = Mission(tracks, agent, t)
+    leaf = mission.failed() or max((p for p in mission.nodes if mission.status(p) == "FAILURE"), key=len, default="")
+    if leaf and mission.note(leaf):
+        return Decisive(mission.since(leaf), Key(agent, "node", leaf))
+    # A leaf such as AlwaysFailure has no message: one before it often has.
+    said = _said(tracks, mission, agent, t) if judged.outcome == "failed" else None
+    if said is None and leaf:
+        return Decisive(mission.since(leaf), Key(agent, "node", leaf))
+    if judged.outcome == "collision":  # it need not have ended the run
+        hits = (
+            e.t for e in tracks.events if isinstance(e, ContactBegan) and e.agent == agent and e.kind == "collision"
+        )
+        t = min(hits, default=t)
+    return said or Decisive(max(tracks.header.start, t - _BEFORE), Key(agent, "outcome"))
+
+
+def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive | None:
+    """The last leaf that failed with a message; of several at once the last of the tree."""
+    found = None
+    for path, node in mission.nodes.items():
+        track, notes = tracks.get(agent, "node", path), tracks.steps(agent, "note", path)
+        if node.children or not isinstance(track, Steps):
+            continue
+        failed = [t for t, status in zip(track.t, track.v, strict=True) if status == "FAILURE" and t <= end]
+        last = max((t for t in failed if notes.at(t)), default=None)
+        if last is not None and (found is None or last >= found.t):
+            found = Decisive(last, Key(agent, "node", path))
+    return found
+
+
+def _first_reflex(tracks: Tracks) -> list[Decisive]:
+    fired = (
+        Decisive(
+            next(t for t, state in zip(track.t, track.v, strict=True) if state.fired), Key(agent.name, "rule", rule)
+        )
+        for agent in tracks.header.agents
+        for rule, track in tracks.of(agent.name, "rule").items()
+        if isinstance(track, Steps) and track.v and track.v[-1].fired
+    )
+    first = min(fired, key=lambda each: each.t, default=None)
+    return [] if first is None else [first]

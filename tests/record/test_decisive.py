@@ -1,0 +1,68 @@
+"""Decisive moments: the cause of a failure, else the first reflex."""
+
+import pytest
+
+from rocs_bt.event import AgentStopped, ContactBegan, ContentRaised, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
+from rocs_bt.record import AgentInfo, RunHeader
+from rocs_bt.record.decisive import decisive
+from rocs_bt.record.tracks import Tracks
+
+LEAVES = ("root/look", "root/drive", "root/end")
+NODES = (
+    TreeNode(path="root", type="Fallback", children=LEAVES),
+    *(TreeNode(path=path, type="Go") for path in LEAVES),
+)
+
+
+def ticked(t, node, text="", status="FAILURE"):
+    return NodeTicked(t=t, agent="B", node=node, status=status, feedback=text)
+
+
+def judged(outcome, t=2.0, agent="B"):
+    return OutcomeDecided(t=t, agent=agent, outcome=outcome, reason="")
+
+
+def fired(t, agent, rule="f/R"):
+    return RuleChanged(t=t, agent=agent, rule=rule, phase="fired", priority=1)
+
+
+SILENT = [ticked(1.0, "root/drive", "no room"), ticked(1.0, "root/look", "dark"), ticked(2.0, "root/end")]
+RAISED = ContentRaised(t=1.5, agent="B", kind="leaf", content="root/drive", file="a.py", line=3, detail="KeyError: 3")
+
+
+@pytest.mark.parametrize(
+    ("events", "outcomes", "expected"),
+    [
+        ([], {}, []),
+        ([judged("success"), fired(1.0, "B"), fired(1.4, "A")], {}, [(1.0, "B|rule|f/R")]),
+        ([fired(1.0, "B", "f/S"), fired(0.5, "A"), fired(1.4, "A")], {}, [(0.5, "A|rule|f/R")]),
+        (
+            [ticked(1.0, "root/drive", "no room"), ticked(1.0, "root"), judged("failed")],
+            {},
+            [(1.0, "B|node|root/drive")],
+        ),
+        ([*SILENT, ticked(2.0, "root"), judged("failed")], {}, [(1.0, "B|node|root/drive")]),
+        ([*SILENT, ticked(2.0, "root"), judged("timeout")], {}, [(2.0, "B|node|root/end")]),
+        ([RAISED, *SILENT, ticked(2.0, "root"), judged("failed")], {}, [(1.5, "B|node|root/drive")]),
+        (
+            [judged("stuck", agent="A", t=5.0), judged("timeout", t=3.0)],
+            {},
+            [(4.99, "A|outcome|"), (2.99, "B|outcome|")],
+        ),
+        (
+            [
+                ContactBegan(t=1.5, agent="B", other="box", kind="struck"),
+                ContactBegan(t=2.5, agent="B", other="box", kind="collision"),
+                judged("collision", t=20.0),
+            ],
+            {},
+            [(2.49, "B|outcome|")],
+        ),
+        ([AgentStopped(t=4.0, agent="A", by="end")], {"A": "interrupted", "B": "success"}, [(3.99, "A|outcome|")]),
+    ],
+)
+def test_the_cause_of_each_failure_is_first_and_else_the_first_reflex(events, outcomes, expected):
+    agents = tuple(AgentInfo(name=name, robot="r", mission="m", nodes=NODES) for name in ("A", "B"))
+    tracks = Tracks(RunHeader(scenario="s", seed=1, agents=agents))
+    tracks.take(sorted(events, key=lambda event: event.t))
+    assert [(round(each.t, 3), "|".join(each.about)) for each in decisive(tracks, outcomes)] == expected
