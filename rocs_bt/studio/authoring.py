@@ -43,7 +43,7 @@ def edit_routes(catalog: Catalog, *, allow_code: bool = False) -> Routes:
     """
     table = Authoring(catalog, allow_code=allow_code).table()
     answers = {("POST", f"edit/{name}"): _answer(function) for name, function in table.items()}
-    return {**web_routes({"edit": "edit.html"}), **answers}
+    return {**web_routes({"edit": "edit"}), **answers}
 
 
 def _answer(function: Callable[[Asked], Json]) -> Handler:

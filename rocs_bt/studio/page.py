@@ -31,14 +31,33 @@ def render_page(title: str, data: bytes, second: bytes = b"") -> str:
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
     parts = {"data": data, "second": second, "program": zlib.compress(program.encode(), 9)}
-    elements = (
+    scripts = [
         f'<script type="application/octet-stream" id="{name}">{base64.b64encode(part).decode()}</script>'
         for name, part in parts.items()
         if part
-    )
-    return Template(read_text(WEB / "page.html")).substitute(
-        csp=policy, title=html.escape(title), style=style, start=start, parts="\n".join(elements)
-    )
+    ]
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<style>{style}</style>'
+    return _page(title, head, "app", "Loading the run …", "\n".join([*scripts, f"<script>{start}</script>"]))
+
+
+#: Pages that a server has: title, styles, module, main element, and the text until the module has its data.
+SERVED = {
+    "run": ("rocs_bt live", ("studio",), "app", "app", "Waiting for the run …"),
+    "home": ("rocs_bt studio", ("studio", "home"), "home", "home", "Loading the project …"),
+    "edit": ("rocs_bt editor", ("studio", "edit"), "edit", "editor", "Loading the file …"),
+}
+
+
+def served_page(name: str) -> str:
+    """A page of a server, of `SERVED`; the browser asks for its modules and styles by their names."""
+    title, styles, module, main, waiting = SERVED[name]
+    head = "\n".join(f'<link rel="stylesheet" href="{style}.css">' for style in styles)
+    return _page(title, head, main, waiting, f'<script type="module" src="{module}.js"></script>')
+
+
+def _page(title: str, head: str, main: str, waiting: str, scripts: str) -> str:
+    page = Template(read_text(WEB / "page.html"))
+    return page.substitute(title=html.escape(title), head=head, main=main, waiting=waiting, scripts=scripts)
 
 
 def bundle(entry: str) -> str:

@@ -38,7 +38,7 @@ def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_co
         return as_json({})
 
     return {
-        **web_routes({"": "home.html", "run": "run.html"}),
+        **web_routes({"": "home", "run": "run"}),
         **edit_routes(catalog, allow_code=allow_code),
         ("GET", "project"): lambda _: as_json(_project(catalog, runs)),
         ("GET", "runs"): lambda _: as_json(runs.list()),

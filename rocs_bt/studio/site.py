@@ -10,11 +10,10 @@ import msgspec
 from ..files import read_bytes
 from ..running.command import RunCommand
 from .feed import Feed, updates
-from .page import WEB
+from .page import WEB, served_page
 from .requests import Answer, Handler, Request, Routes
 
 _KINDS = {
-    ".html": "text/html; charset=utf-8",
     ".js": "text/javascript; charset=utf-8",
     ".css": "text/css; charset=utf-8",
 }
@@ -22,10 +21,9 @@ PACKED = "application/octet-stream"
 
 
 def web_routes(pages: dict[str, str]) -> Routes:
-    """Routes of pages, by the name of each page's file, and of all modules and styles."""
-    files = {name: WEB / file for name, file in pages.items()}
-    files |= {file.name: file for file in WEB.iterdir() if file.suffix in (".js", ".css")}
-    return {("GET", name): _file(file) for name, file in files.items()}
+    """Routes of pages, by the name of each page, and of all modules and styles."""
+    files = {("GET", file.name): _file(file) for file in WEB.iterdir() if file.suffix in _KINDS}
+    return files | {("GET", name): _served(page) for name, page in pages.items()}
 
 
 def live_routes(feed: Feed, control: Callable[[RunCommand], object]) -> Routes:
@@ -41,7 +39,7 @@ def live_routes(feed: Feed, control: Callable[[RunCommand], object]) -> Routes:
         return Answer(b"{}")
 
     return {
-        **web_routes({"": "run.html"}),
+        **web_routes({"": "run"}),
         ("GET", "head"): lambda _: Answer(feed.head()),
         ("GET", "events"): lambda _: stream(feed),
         ("POST", "control"): command,
@@ -57,6 +55,10 @@ def command_of(request: Request) -> RunCommand:
 def stream(feed: Feed) -> Answer:
     """The updates of a run, as server-sent events."""
     return Answer(updates(feed), "text/event-stream")
+
+
+def _served(page: str) -> Handler:
+    return lambda _: Answer(served_page(page).encode(), "text/html; charset=utf-8")
 
 
 def _file(path: Path) -> Handler:

@@ -1,23 +1,17 @@
 // @ts-check
 // Control of a run that goes on: pause, step, continue, swap a subtree, reload a rule file; stop, and run again.
-import { el, put } from "./dom.js";
+import { dialog, el, put } from "./dom.js";
 import { post, runName, start } from "./server.js";
 
 /** Asks in a dialog; the form's values go to `act`. */
 const ask = (title, label, fields, act) => {
-  const close = () => { dialog.close(); dialog.remove(); };
   const submit = (event) => {
     event.preventDefault();
     act(Object.fromEntries(Object.entries(fields).map(([name, field]) => [name, field.value])));
-    close();
+    box.close();
   };
   const rows = Object.entries(fields).map(([name, field]) => el("label", {}, el("span", {}, name), field));
-  const dialog = el(
-    "dialog", { "aria-label": title, onclose: () => dialog.remove() },
-    el("form", { class: "ask", onsubmit: submit }, el("h3", {}, title), ...rows, el("div", { class: "acts" }, el("button", { type: "button", onclick: close }, "cancel"), el("button", { class: "main" }, label))),
-  );
-  document.body.append(dialog);
-  dialog.showModal();
+  const box = dialog(title, el("form", { class: "ask", onsubmit: submit }, ...rows, el("div", { class: "acts" }, el("button", { class: "main" }, label))));
 };
 
 export class Control {

@@ -25,7 +25,11 @@ const MARKS = [
   ["▔", "the curve is beyond the scale, which shows the region of the limit"], ["◇", "where the robot believes an object to be"],
 ];
 
-export const swatch = (tint) => el("i", { class: `swatch ${tint}` });
+export const swatch = (tint) => {
+  const box = el("i", { class: "swatch" });
+  box.style.background = `var(--${tint})`;
+  return box;
+};
 
 /** Line of the colours that the rows of the timeline use. */
 export const legend = (tints, act) => el(
