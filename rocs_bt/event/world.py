@@ -35,7 +35,7 @@ class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
 
 
 class ActorMoved(Event, frozen=True, kw_only=True):
-    """A scripted actor began to move, came to rest, or appeared. It is derived from its poses and not recorded.
+    """A scripted actor began to move, stopped, or appeared. It is derived from its poses and not recorded.
 
     Attributes:
         body: Name of the actor.

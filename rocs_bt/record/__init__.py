@@ -17,6 +17,7 @@ from .header import (
     Place,
     RequirementInfo,
     RunHeader,
+    SensorInfo,
     SignalInfo,
     SubtreeSwap,
 )
@@ -63,6 +64,7 @@ __all__ = [
     "Remembered",
     "RequirementInfo",
     "RunHeader",
+    "SensorInfo",
     "SignalInfo",
     "SolveTime",
     "SubtreeSwap",

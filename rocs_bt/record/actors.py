@@ -103,7 +103,7 @@ def _axis(hull: Sequence[Point]) -> list[Point] | None:
     (ax, ay), (bx, by) = max(pairs, key=lambda pair: math.dist(*pair))
     length = math.dist((ax, ay), (bx, by))
     mx, my = sum(x for x, _ in hull) / len(hull), sum(y for _, y in hull) / len(hull)
-    # The diagonal of a thin outline is nearly its axis: the width is what the corners are apart across it.
+    # The diagonal of a thin outline is nearly its axis: the width is the distance of the corners across it.
     across = [((x - mx) * (by - ay) - (y - my) * (bx - ax)) / length for x, y in hull] if length else [0.0]
     if length < _LONG * (max(across) - min(across)):
         return None

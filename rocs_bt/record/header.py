@@ -271,6 +271,24 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
     max_hold: float = 0.0
 
 
+class SensorInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """Sensor of an agent.
+
+    Attributes:
+        name: Name in robot.toml.
+        signals: Signals that its monitor writes.
+        derived: Signals that analysers write from these.
+        low: Minimum of a range [m]; smaller distances are reported as the minimum. None if it is not known.
+        high: Maximum of a range [m]; None if it is not known.
+    """
+
+    name: str
+    signals: tuple[str, ...]
+    derived: tuple[str, ...] = ()
+    low: float | None = None
+    high: float | None = None
+
+
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Agent: names of robot, mission and rules, nodes of the tree (parents before children), and signals.
 
@@ -288,6 +306,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     signals: tuple[SignalInfo, ...] = ()
     axes: tuple[str, ...] = ()
     guards: tuple[GuardInfo, ...] = ()
+    sensors: tuple[SensorInfo, ...] = ()
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):

@@ -36,6 +36,7 @@ from ..event import (
     RobotPushed,
     RuleChanged,
     RunControlled,
+    SensorFailed,
     SensorRead,
     SignalsWritten,
     SubtreeSwapped,
@@ -44,6 +45,7 @@ from ..event import (
 )
 from .actors import ActorMotion
 from .alternation import Alternation, Turns
+from .clue import Clues
 from .codec import KINDS
 from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
@@ -78,6 +80,7 @@ class Tracks:
         self._movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
         self._turns: dict[str, Turns] = {}
+        self.clues = Clues(header, self.get, self._failed)
         self._bodies = {body.name: body for body in header.bodies}
         self._actors: dict[str, ActorMotion] = {}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
@@ -192,6 +195,10 @@ class Tracks:
             return None
         made = self._actors.get(event.body) or ActorMotion(body, self.header.outlines, self.header.start)
         return self._actors.setdefault(event.body, made).take(event)
+
+    def _failed(self, agent: str) -> dict[str, float]:
+        """Time of the last failure of each sensor of an agent that has failed [s]."""
+        return {e.sensor: e.t for e in self.events if isinstance(e, SensorFailed) and e.agent == agent}
 
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
@@ -357,6 +364,11 @@ def _rule(tracks: Tracks, event: RuleChanged) -> None:
     track.put(event.t, before.after(event, rules))
 
 
+def _clue(tracks: Tracks, event: RuleChanged) -> None:
+    if event.phase in ("latched", "fired", "fired again", "stopped"):
+        tracks.steps(event.agent, "clue", event.rule).put(event.t, tracks.clues.of(event.agent, event.rule, event.t))
+
+
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
     track = tracks.steps(event.agent, "ticket", str(event.ticket))
     if track.v and not event.parameters:  # they are recorded with the first event only
@@ -423,6 +435,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},
+    "clue": {RuleChanged: _clue},
     "ticket": {TicketChanged: _ticket},
     "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},

@@ -119,13 +119,13 @@ class Why(Moment):
         if state is None or state.firing is None:
             return f"the rule {rule} runs{action or f' {ticket.action}'}"
         (t, phase, reading), cause = state.firing, state.cause
-        ago = since(t, self.t)
+        ago, clue = since(t, self.t), self._clue(ticket.by, t)
         if phase == "stopped":
-            text = f"the rule {rule} fired, and {ticket.action} replaced its action, which raised{ago}: {reading}"
+            text = f"the rule {rule} fired, and {ticket.action} replaced its action, which raised{ago}: {reading}{clue}"
         elif cause is None or t - cause[0] < SLACK:
-            text = f"the rule {rule} fired{action}{ago}: {reading}"
+            text = f"the rule {rule} fired{action}{ago}: {reading}{clue}"
         else:
-            held = f"it is latched since t = {cause[0]:.2f} s, when {cause[1]}"
+            held = f"it is latched since t = {cause[0]:.2f} s, when {cause[1]}{self._clue(ticket.by, cause[0])}"
             if phase == "fired again":
                 first = f"the rule {rule} fired{action} again ({counted(state.again, 're-firing')})"
                 text = f"{first}{ago}: its action had ended, and {held}"
@@ -135,6 +135,12 @@ class Why(Moment):
         if state.phase == "released":
             text += f"; its guard is clear since t = {self.since('rule', ticket.by):.2f} s, and its action goes on"
         return text
+
+    def _clue(self, rule: str, t: float) -> str:
+        """Clues to the values of a guard at a time, in brackets: a silent sensor, a limit, the nearest object."""
+        track = self.tracks.get(self.agent, "clue", rule)
+        text = "" if track is None else track.at(t)
+        return f" ({text})" if text else ""
 
     def _waits(self) -> str:
         """Leaves in which the mission waits, each with the values and deadlines for which it waits."""

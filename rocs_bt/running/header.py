@@ -7,7 +7,7 @@ import math
 import platform
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
 import msgspec
@@ -20,7 +20,7 @@ from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
 from ..reactive import Rule, RuleSet
-from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SignalInfo, SubtreeSwap
+from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SensorInfo, SignalInfo, SubtreeSwap
 from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
@@ -188,7 +188,26 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
             for file in agent.rule_files
             for rule in file.model.rules.rules
         ),
+        sensors=tuple(_sensors(agent)),
     )
+
+
+def _sensors(agent: Agent) -> Iterator[SensorInfo]:
+    for monitor in agent.monitors:
+        written = [signal.name for signal in monitor.signals()]
+        derived = dict.fromkeys(written)
+        for analyze in agent.analyzes:  # one reads what others write, in this order
+            if not derived.keys().isdisjoint(analyze.expects()):
+                derived.update(dict.fromkeys(signal.name for signal in analyze.signals()))
+        for each in monitor.monitored:
+            low, high = getattr(getattr(each.sensor, "parameters", None), "range", (None, None))
+            yield SensorInfo(
+                name=each.sensor.name,
+                signals=tuple(written),
+                derived=tuple(name for name in derived if name not in written),
+                low=low,
+                high=high,
+            )
 
 
 def guard_info(rules: RuleSet, rule: Rule, environment: Environment) -> GuardInfo:

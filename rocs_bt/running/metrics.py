@@ -29,6 +29,7 @@ from ..event import (
 )
 from ..record import AgentInfo, AgentResult, Finding, Following, RunHeader, SolveTime, TrackingError
 from ..record.alternation import livelock
+from ..record.clue import failed_text
 from ..record.track import Curve
 from ..record.tracks import Tracks
 from .follow_metrics import following
@@ -85,7 +86,7 @@ class Metrics:
             rules=agent.rules,
             inactive_rules=agent.inactive,
             outcome=judged.outcome,
-            reason="; ".join(filter(None, (judged.reason, "" if lock is None else lock.text))),
+            reason=_reason(judged, events, "" if lock is None else lock.text),
             time_to_goal=judged.time_to_goal,
             failed_block=None if failed is None else failed.block,
             failed_owner=None if failed is None else failed.owner,
@@ -163,6 +164,12 @@ class _Times:
             if drive.route in self.of:
                 self.switches += driven_by not in ("", drive.route)
                 route = driven_by = drive.route
+
+
+def _reason(judged: OutcomeDecided, events: _Events, lock: str) -> str:
+    """Reason of an outcome, with the sensor without which the values in it are invalid, and a livelock."""
+    failed = {event.sensor: event.t for event in events.all(SensorFailed) if "invalid" in judged.reason}
+    return "; ".join(filter(None, (judged.reason, *(failed_text(*each) for each in failed.items()), lock)))
 
 
 def _path_length(tracks: Tracks, agent: str, *, spatial: bool) -> float:

@@ -165,7 +165,7 @@ class Seen:
         return msgspec.json.encode(message if about is None else {**message, "about": about}, enc_hook=plain)
 
     def _from_index(self, key: Key, shown: Key, track: Steps | Scans, before: _Sent) -> list[Any] | None:
-        """What is new of a track whose newest sample may be replaced; None if nothing is."""
+        """What is new of a track with a newest sample that may be replaced; None if nothing is."""
         newest, every = (track.v[-1], 1) if isinstance(track, Steps) else (None, track.every)
         now = _Sent(len(track.t), track.t[-1], newest, every)
         if now[:2] == before[:2] and newest is before.value:

@@ -109,10 +109,11 @@ const answer = (run, agent, t) => {
     const rule = last(running.by), state = value("rule", running.by), action = running.action === rule ? "" : ` ${running.action}`;
     if (!state?.firing) return `the rule ${rule} runs${action || ` ${running.action}`}`;
     const [at, phase, reading] = state.firing, { cause, again = 0 } = state, then = ago(at, t);
-    let text = `the rule ${rule} fired${action}${then}: ${reading}`;
-    if (phase === "stopped") text = `the rule ${rule} fired, and ${running.action} replaced its action, which raised${then}: ${reading}`;
+    const clue = (when) => { const found = run.get(agent, "clue", running.by)?.at(when); return found ? ` (${found})` : ""; };
+    let text = `the rule ${rule} fired${action}${then}: ${reading}${clue(at)}`;
+    if (phase === "stopped") text = `the rule ${rule} fired, and ${running.action} replaced its action, which raised${then}: ${reading}${clue(at)}`;
     else if (cause && at - cause[0] >= SLACK) {
-      const held = `it is latched since t = ${fixed(cause[0], 2)} s, when ${cause[1]}`;
+      const held = `it is latched since t = ${fixed(cause[0], 2)} s, when ${cause[1]}${clue(cause[0])}`;
       text = phase === "fired again"
         ? `the rule ${rule} fired${action} again (${again} re-firing${again === 1 ? "" : "s"})${then}: its action had ended, and ${held}`
         : `the rule ${rule} resumed${action}${then}, after it waited for ${last(state.behind || "another rule")}: ${held}`;

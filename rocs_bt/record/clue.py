@@ -1,0 +1,177 @@
+"""Clues to the firing of a rule: a sensor that is silent or at its limit, and the object that is nearest."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Mapping
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .header import AgentInfo, GuardInfo, Outline, Point, RunHeader
+from .track import Curve, Steps
+
+Numbers = NDArray[np.float64]
+
+_SECTORS = {"front": 0.0, "left_gap": math.pi / 2.0, "rear": math.pi, "right_gap": -math.pi / 2.0}  # [rad]
+_HALF = math.radians(65.0)  # half of a sector: neighbours overlap
+_FINE = 0.02  # [m] between the points of an outline
+_FAR = 2.0  # [m] distance up to which an object is looked for
+_SAME = 1e-6  # relative difference of a value from a limit
+
+
+class Clues:
+    """Finds the clues of one run.
+
+    Args:
+        header: Header of the run.
+        track: Function that finds a track by agent, topic and name.
+        failed: Function that gives the time of the last failure of each sensor of an agent that has failed [s].
+    """
+
+    def __init__(
+        self,
+        header: RunHeader,
+        track: Callable[[str, str, str], Steps | Curve | None],
+        failed: Callable[[str], Mapping[str, float]],
+    ) -> None:
+        self._header, self._track, self._failed = header, track, failed
+        self._agents = {agent.name: agent for agent in header.agents}
+        self._guards = {(agent.name, guard.rule): guard for agent in header.agents for guard in agent.guards}
+
+    def of(self, agent: str, rule: str, t: float) -> str:
+        """Clues to the guard of a rule at a time, in words; empty if there are none."""
+        guard = self._guards.get((agent, rule))
+        if guard is None:
+            return ""
+        values = {name: value for name in _read(guard, self._agents[agent]) if (value := self._values(agent, name, t))}
+        invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
+        if invalid:
+            return "; ".join(self._silent(self._agents[agent], invalid, t))
+        found = [*self._limits(self._agents[agent], values)]
+        if self._header.simulated and not _SECTORS.keys().isdisjoint(values):
+            found += self._blocker(agent, [_SECTORS[name] for name in values if name in _SECTORS], t)
+        return "; ".join(found)
+
+    def _values(self, agent: str, name: str, t: float) -> list[float]:
+        curve = self._track(agent, "signal", name)
+        return list(curve.at(t)) if isinstance(curve, Curve) else []
+
+    def _silent(self, agent: AgentInfo, invalid: list[str], t: float) -> Iterator[str]:
+        """Sensors without which signals are invalid, and since when; those that have failed if that is known."""
+        named, failed = set[str](), self._failed(agent.name)
+        for name in invalid:
+            sensors = {s.name for s in agent.sensors if name in s.signals or name in s.derived}
+            broken = [sensor for sensor in failed if sensor in sensors]
+            if named.isdisjoint(sensors):
+                what = " or ".join(f"'{each}'" for each in sorted(sensors))
+                other = (
+                    f"no valid value of {what and 'the sensor '}{what or repr(name)}{self._since(agent.name, name, t)}"
+                )
+                yield from (failed_text(sensor, failed[sensor]) for sensor in broken) if broken else (other,)
+            named |= sensors or {name}
+
+    def _since(self, agent: str, name: str, t: float) -> str:
+        curve = self._track(agent, "signal", name)
+        assert isinstance(curve, Curve)
+        good = (i for i in reversed(range(len(curve.t))) if curve.t[i] <= t and not _nan(curve, i))
+        last = next(good, None)
+        return " so far" if last is None else f" since t = {curve.t[last]:.2f} s"
+
+    def _limits(self, agent: AgentInfo, values: Mapping[str, list[float]]) -> Iterator[str]:
+        """Sensors with a limit that is the least of the values."""
+        for sensor in agent.sensors:
+            own = [min(value) for name, value in values.items() if name in sensor.signals]
+            for limit, word in ((sensor.low, "minimum"), (sensor.high, "maximum")):
+                if own and limit is not None and math.isclose(min(own), limit, rel_tol=_SAME):
+                    yield f"{limit:.3g} m is the {word} of the sensor '{sensor.name}'"
+
+    def _blocker(self, agent: str, sectors: list[float], t: float) -> Iterator[str]:
+        """Nearest object in the world within some sectors of the robot."""
+        pose, body = self._pose(agent, t), next((b for b in self._header.bodies if b.name == agent), None)
+        if pose is None or body is None or len(body.hull) < 3:
+            return
+        names, points = [*self._still[0]], [self._still[1]]
+        for other in self._header.bodies:
+            if other.name != agent and other.hull and (there := self._pose(other.name, t)) is not None:
+                rows = _points(Outline(name=other.name, points=other.hull))
+                names += [other.name] * len(rows)
+                points.append(_placed(rows, there))
+        at = np.concatenate(points)
+        near = np.flatnonzero(np.hypot(*(at - pose[:2]).T) < _FAR)
+        rows = _seen(at[near], pose)
+        bearing = np.arctan2(rows[:, 1], rows[:, 0])
+        inside = np.any(
+            [np.abs(np.remainder(bearing - s + np.pi, 2 * np.pi) - np.pi) <= _HALF for s in sectors], axis=0
+        )
+        if inside.any():
+            distances = _distances(rows[inside], body.hull)
+            first = int(distances.argmin())
+            name = names[near[inside.nonzero()[0][first]]]
+            yield f"in the recorded world '{name}' is nearest, {distances[first]:.2f} m away"
+
+    @cached_property
+    def _still(self) -> tuple[list[str], Numbers]:
+        """Points of everything that never moves, and the name of each."""
+        rows = [_points(outline) for outline in self._header.outlines]
+        names = [outline.name for outline, part in zip(self._header.outlines, rows, strict=True) for _ in part]
+        return names, np.concatenate([np.empty((0, 2)), *rows])
+
+    def _pose(self, body: str, t: float) -> Numbers | None:
+        track = self._track(body, "pose", "")
+        found = track.last(t) if isinstance(track, Curve) else None
+        return None if found is None else np.array(found[1][:3])
+
+
+def failed_text(sensor: str, t: float) -> str:
+    """Sentence about a sensor that failed at a time [s]."""
+    return f"the sensor '{sensor}' failed at t = {t:.2f} s"
+
+
+def _read(guard: GuardInfo, agent: AgentInfo) -> list[str]:
+    """Signals that the condition of a guard reads."""
+    words = set(re.findall(r"\w+", guard.sources[0]))
+    return [signal.name for signal in agent.signals if signal.name in words]
+
+
+def _nan(curve: Curve, i: int) -> bool:
+    return any(map(math.isnan, curve.data[i * curve.width : (i + 1) * curve.width]))
+
+
+def _points(outline: Outline) -> Numbers:
+    """Points along an outline, shape (n, 2)."""
+    if outline.radius > 0.0:
+        angles = np.arange(0.0, 2.0 * np.pi, _FINE / max(outline.radius, _FINE))
+        circle: Numbers = outline.points[0] + outline.radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
+        return circle
+    corners = np.array(outline.points)
+    sides = zip(corners, np.roll(corners, -1, axis=0), strict=True)
+    return np.concatenate([np.linspace(a, b, 1 + math.ceil(math.dist(a, b) / _FINE), endpoint=False) for a, b in sides])
+
+
+def _placed(points: Numbers, pose: Numbers) -> Numbers:
+    """Points of a body in the world frame."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    rows: Numbers = points @ np.array([[c, s], [-s, c]]) + pose[:2]
+    return rows
+
+
+def _seen(points: Numbers, pose: Numbers) -> Numbers:
+    """Points of the world in the frame of a body."""
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    rows: Numbers = (points - pose[:2]) @ np.array([[c, -s], [s, c]])
+    return rows
+
+
+def _distances(points: Numbers, hull: tuple[Point, ...]) -> Numbers:
+    """Distances of points from a convex outline [m]; 0 inside."""
+    corners = np.array(hull)
+    a, edge = corners, np.roll(corners, -1, axis=0) - corners
+    offset = points[:, None, :] - a
+    part = np.clip((offset * edge).sum(axis=2) / np.maximum((edge**2).sum(axis=1), 1e-12), 0.0, 1.0)
+    away = np.linalg.norm(offset - part[..., None] * edge, axis=2).min(axis=1)
+    side = edge[:, 0] * offset[..., 1] - edge[:, 1] * offset[..., 0]
+    inside = (side >= 0.0).all(axis=1) | (side <= 0.0).all(axis=1)
+    return np.where(inside, 0.0, away)
