@@ -17,7 +17,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from dataclasses import dataclass
-from importlib.machinery import ModuleSpec
+from importlib.machinery import ModuleSpec, SourceFileLoader
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -93,7 +93,32 @@ class _SiblingFinder:
         if file.name not in siblings:
             raise ModuleNotFoundError(str(unknown("file", file.name, siblings, "The folder")))
         check_regular(file)
-        return importlib.util.spec_from_file_location(name, file)
+        _loaded[name] = file, _state(file)
+        return importlib.util.spec_from_file_location(name, file, loader=_Source(name, str(file)))
+
+
+class _Source(SourceFileLoader):
+    """Loader that neither reads nor writes bytecode: that of an edit within the same second would be taken for new."""
+
+    def path_stats(self, path: Any) -> Mapping[str, Any]:
+        raise OSError(f"no bytecode of {path}")
+
+
+_loaded: dict[str, tuple[Path, tuple[int, ...]]] = {}  # by module: its file, and the state of the file before
+
+
+def _state(file: Path) -> tuple[int, ...]:
+    """What changes when a file changes; empty if there is none."""
+    try:
+        stat = file.stat()
+    except OSError:
+        return ()
+    return stat.st_mtime_ns, stat.st_size, stat.st_ino
+
+
+def has_changed_content() -> bool:
+    """Whether a file that this process has loaded has changed since; only a new process loads it again."""
+    return any(name in sys.modules and _state(file) != state for name, (file, state) in [*_loaded.items()])
 
 
 sys.meta_path.insert(0, _SiblingFinder)

@@ -71,6 +71,10 @@ class Catalog:
         """Catalog of the project that contains a folder; the current folder by default."""
         return cls(find_project(start or Path.cwd()), code=code)
 
+    def fresh(self) -> Catalog:
+        """Catalog of the same project that looks at its folders again."""
+        return Catalog(self.project, code=self.code)
+
     def with_scene(self, name: str, scenario: Mapping[str, Any], world: str) -> Self:
         """Copy of this catalog, with its cache, to which a scenario and a world made by a program are added.
 

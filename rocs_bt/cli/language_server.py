@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import asyncio
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import unquote, urlparse
 
 import click
@@ -15,6 +19,11 @@ from .terminal import own_stdout
 if TYPE_CHECKING:
     from pygls.lsp.server import LanguageServer
 
+    from ..editing.worker import Worker
+
+T = TypeVar("T")
+
+_THREADS = 32  # that wait for the worker
 _KINDS = {"key": 6, "value": 12, "port": 10, "Action": 3, "Condition": 3, "Control": 7, "Decorator": 8, "SubTree": 9}
 """`CompletionItemKind` of the kinds of items; 22, a structure, for others."""
 
@@ -28,15 +37,19 @@ def command(no_code: bool) -> None:
 
     The editor starts it and speaks with it on its standard input and output, by the Language Server Protocol.
     """
-    server = make_server(code=not no_code)
-    with own_stdout() as stdout:  # the protocol's: content may print
+    from ..editing.worker import Worker
+
+    worker = Worker()
+    server = make_server(worker, code=not no_code)
+    with closing(worker), own_stdout() as stdout:  # the protocol's: content may print
         server.start_io(stdout=stdout.buffer)
 
 
-def make_server(*, code: bool = True) -> LanguageServer:
+def make_server(worker: Worker, *, code: bool = True) -> LanguageServer:
     """Language server for missions in XML, rule files, robots, scenarios and planners.
 
     Args:
+        worker: Answers the questions of the editor.
         code: Whether Python content of the project may run.
 
     Raises:
@@ -48,21 +61,23 @@ def make_server(*, code: bool = True) -> LanguageServer:
     except ImportError as error:
         raise InputError("the language server needs pygls. Install it: pip install 'rocs_bt[editor]'.") from error
     server = LanguageServer("rocs-bt", "1")
-    _Features(server, types, code).add()
+    _Features(server, types, worker, code).add()
     return server
 
 
 class _Features:
-    """Requests of an editor, answered by `rocs_bt.editing`.
+    """Requests of an editor, answered by `rocs_bt.editing` in a process of its own.
 
     Args:
         server: The server.
         types: Module of the protocol's types.
+        worker: Answers the questions.
         code: Whether Python content may run.
     """
 
-    def __init__(self, server: LanguageServer, types: Any, code: bool) -> None:
+    def __init__(self, server: LanguageServer, types: Any, worker: Worker, code: bool) -> None:
         self.server, self.types, self.code = server, types, code
+        self._worker, self._threads = worker, ThreadPoolExecutor(_THREADS)
         self.open: dict[Path, str] = {}  # addresses of the open files, as the editor writes them
 
     def add(self) -> None:
@@ -70,8 +85,13 @@ class _Features:
         t = self.types
 
         def feature(name: str, options: Any = None) -> Any:
-            # pygls writes attributes to what it is given, which a method does not take.
-            return lambda method: self.server.feature(name, options)(lambda params: method(params))
+            def add(method: Any) -> None:
+                async def handle(params: Any) -> Any:  # pygls writes attributes to it, which a method does not take
+                    return await method(params)
+
+                self.server.feature(name, options)(handle)
+
+            return add
 
         for name in (t.TEXT_DOCUMENT_DID_OPEN, t.TEXT_DOCUMENT_DID_CHANGE, t.TEXT_DOCUMENT_DID_SAVE):
             feature(name)(self.check)
@@ -82,26 +102,24 @@ class _Features:
         feature(t.TEXT_DOCUMENT_DEFINITION)(self.definition)
         feature(t.TEXT_DOCUMENT_CODE_ACTION)(self.actions)
 
-    def check(self, params: Any) -> None:
+    async def check(self, params: Any) -> None:
         """Publish the faults of every open file: a change of one may be a fault of another."""
         self.open[_path(params.text_document.uri)] = params.text_document.uri
         texts = {path: self.server.workspace.get_text_document(uri).source for path, uri in self.open.items()}
-        for path in texts:
-            if path.suffix in (".xml", ".toml"):
-                self._publish(path, texts)
+        await asyncio.gather(*(self._publish(path, texts) for path in texts if path.suffix in (".xml", ".toml")))
 
-    def closed(self, params: Any) -> None:
+    async def closed(self, params: Any) -> None:
         """Remove the faults of a closed file."""
         self.open.pop(_path(params.text_document.uri), None)
         self._send(params.text_document.uri, [])
 
-    def complete(self, params: Any) -> list[Any]:
+    async def complete(self, params: Any) -> list[Any]:
         """Proposals at a position."""
         from ..editing import complete
 
         t, (path, text, at) = self.types, self._place(params)
         items = []
-        for order, item in enumerate(complete(path, text, at, code=self.code)):
+        for order, item in enumerate(await self._ask(path, complete, path, text, at, code=self.code)):
             kind = t.CompletionItemKind(_KINDS.get(item.kind, 22))
             edit = t.TextEdit(self._span(text, item.start, item.end), _snippet(item.new))
             items.append(
@@ -118,30 +136,30 @@ class _Features:
             )
         return items
 
-    def hover(self, params: Any) -> Any:
+    async def hover(self, params: Any) -> Any:
         """Description of what is at a position, or None."""
         from ..editing import describe
 
         t, (path, text, at) = self.types, self._place(params)
-        found = describe(path, text, at, code=self.code)
+        found = await self._ask(path, describe, path, text, at, code=self.code)
         if found is None:
             return None
         rows = "".join(f"\n- {row}" for row in found.rows)
         value = f"**{found.title}** {found.detail}\n\n{found.doc}\n{rows}".strip()
         return t.Hover(t.MarkupContent(t.MarkupKind.Markdown, value), self._span(text, found.start, found.end))
 
-    def definition(self, params: Any) -> Any:
+    async def definition(self, params: Any) -> Any:
         """Definition of the name at a position, or None."""
         from ..editing import define
 
         t, (path, text, at) = self.types, self._place(params)
-        found = define(path, text, at, code=self.code)
+        found = await self._ask(path, define, path, text, at, code=self.code)
         if found is None:
             return None
         position = t.Position(found.line - 1, found.column - 1)
         return t.Location(found.file.resolve().as_uri(), t.Range(position, position))
 
-    def actions(self, params: Any) -> list[Any]:
+    async def actions(self, params: Any) -> list[Any]:
         """Corrections of the faults in a range: the existing name that is closest."""
         t, uri = self.types, params.text_document.uri
         found = []
@@ -152,14 +170,23 @@ class _Features:
                 found.append(t.CodeAction(f"Replace by '{new}'", kind=kind, diagnostics=[diagnostic], edit=edit))
         return found
 
-    def _publish(self, path: Path, texts: Mapping[Path, str]) -> None:
-        from ..editing import faults
+    async def _ask(self, path: Path, function: Callable[..., T], *args: Any, **kwargs: Any) -> T:
+        ask = partial(self._worker.ask, (function.__name__, path), function, *args, **kwargs)
+        return await asyncio.get_running_loop().run_in_executor(self._threads, ask)
 
-        t, text = self.types, texts[path]
+    async def _publish(self, path: Path, texts: Mapping[Path, str]) -> None:
+        from ..editing import Mark, faults
+        from ..editing.worker import Superseded
+
+        t, text, uri = self.types, texts[path], self.open[path]
+        version = self.server.workspace.get_text_document(uri).version
         try:
-            marks = faults(path, text, texts=texts, code=self.code)
+            marks = await self._ask(path, faults, path, text, texts=texts, code=self.code)
+        except Superseded:
+            return
         except RocsError as error:
-            self.server.window_log_message(t.LogMessageParams(t.MessageType.Error, str(error)))
+            marks = (Mark(1, 1, 1, "warning", str(error)),)
+        if self.open.get(path) != uri or self.server.workspace.get_text_document(uri).version != version:
             return
         lines = text.split("\n")
         found = []
@@ -172,10 +199,10 @@ class _Features:
             level, message = t.DiagnosticSeverity(_LEVELS[mark.level]), f"{mark.message} {mark.hint}".strip()
             data = {"instead": mark.instead, "message": mark.message}
             found.append(t.Diagnostic(span, message, severity=level, source="rocs-bt", data=data))
-        self._send(self.open[path], found)
+        self._send(uri, found, version)
 
-    def _send(self, uri: str, found: list[Any]) -> None:
-        self.server.text_document_publish_diagnostics(self.types.PublishDiagnosticsParams(uri, found))
+    def _send(self, uri: str, found: list[Any], version: int | None = None) -> None:
+        self.server.text_document_publish_diagnostics(self.types.PublishDiagnosticsParams(uri, found, version))
 
     def _place(self, params: Any) -> tuple[Path, str, int]:
         """Path, text and offset of a position."""

@@ -6,10 +6,10 @@ with each question, and nothing of it is kept here.
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import threading
-from collections.abc import Callable, Mapping
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -18,11 +18,12 @@ from ..catalog import TREES, Catalog, kind_of, make_entry
 from ..check import fitted_rules
 from ..confine import confined
 from ..editing import complete, define, describe, edit, faults, form, keys_in, parse, vocabulary
+from ..editing.worker import Superseded, Worker
 from ..errors import Fault, InputError
 from ..files import is_file, read_bytes, unsaved, write_whole
 from ..reactive import run_tests, tested_file
 from .pack import Json
-from .requests import Handler, Routes, as_json
+from .requests import Answer, Handler, Request, Routes, as_json
 from .site import web_routes
 
 MOST = 2_000_000
@@ -31,23 +32,36 @@ MOST = 2_000_000
 Asked = Mapping[str, Any]
 """Object of a request."""
 
+_saving = threading.Lock()
+_VIEWS = ("look", "complete", "describe", "form")  # of which only the newest question of a page counts
 _EDITED = (".xml", ".toml", ".py")
 
 
-def edit_routes(catalog: Catalog, *, allow_code: bool = False) -> Routes:
+def edit_routes(catalog: Catalog, worker: Worker, *, allow_code: bool = False) -> Routes:
     """Routes of the editor of a project's files.
 
     Args:
         catalog: Content of the project.
+        worker: Answers everything that reads content.
         allow_code: Whether Python files may be changed.
     """
     table = Authoring(catalog, allow_code=allow_code).table()
-    answers = {("POST", f"edit/{name}"): _answer(function) for name, function in table.items()}
+    answers = {("POST", f"edit/{name}"): _answer(function, worker) for name, function in table.items()}
     return {**web_routes({"edit": "edit"}), **answers}
 
 
-def _answer(function: Callable[[Asked], Json]) -> Handler:
-    return lambda request: as_json(function(request.read(dict)))
+def _answer(function: Callable[[Asked], Json], worker: Worker) -> Handler:
+    def answer(request: Request) -> Answer:
+        asked = request.read(dict)
+        if function.__name__ == "save":
+            return as_json(function(asked))
+        last = (str(asked.get("file")), str(asked.get("page"))) if function.__name__ in _VIEWS else object()
+        try:
+            return as_json(worker.ask((function.__name__, last), function, asked))
+        except Superseded:
+            return as_json(None)
+
+    return answer
 
 
 class Authoring:
@@ -61,7 +75,6 @@ class Authoring:
     def __init__(self, catalog: Catalog, *, allow_code: bool = False) -> None:
         self.catalog = catalog
         self.allow_code = allow_code
-        self._saving = threading.Lock()
 
     def table(self) -> dict[str, Callable[[Asked], Json]]:
         """Functions by the name of the request."""
@@ -151,7 +164,7 @@ class Authoring:
         path, own = self._file(asked, new=True)
         if reason := self._reason(path, own):
             raise InputError(Fault(reason, path))
-        with self._saving:
+        with _saving:
             before = _read(path) if is_file(path) else b""
             if _hash(before) != _text(asked, "hash"):
                 return {"conflict": {"text": _page_text(before), "hash": _hash(before)}}
@@ -295,17 +308,29 @@ def _file_bytes(text: str, before: bytes) -> bytes:
     usual = "\r\n" if sum(line.endswith("\r\n") for line in old) * 2 > len(old) else "\n"
     new = text.splitlines(keepends=True)
     plain = [line.replace("\r\n", "\n") for line in old]
-    kept = [line.replace("\n", usual) for line in new]
-    for a, b, size in difflib.SequenceMatcher(None, plain, new, autojunk=False).get_matching_blocks():
-        kept[b : b + size] = old[a : a + size]
-    return "".join(kept).encode()
+    first = _same(plain, new)
+    last = _same(plain[first:][::-1], new[first:][::-1])
+    left: dict[str, deque[str]] = {}  # lines between the first and the last that are the same, by their text
+    for line, written in zip(plain[first : len(plain) - last], old[first : len(old) - last], strict=True):
+        left.setdefault(line, deque()).append(written)
+    between = [
+        left[line].popleft() if left.get(line) else line.replace("\n", usual) for line in new[first : len(new) - last]
+    ]
+    return "".join([*old[:first], *between, *old[len(old) - last :]]).encode()
+
+
+def _same(old: Sequence[str], new: Sequence[str]) -> int:
+    """Number of lines at the beginning that are the same."""
+    pairs = zip(old, new, strict=False)
+    return next((i for i, (a, b) in enumerate(pairs) if a != b), min(len(old), len(new)))
 
 
 def _mark(mark: Json, rows: list[str]) -> Json:
     """A mark for the page, with columns in UTF-16 code units; the name of another file without its folder."""
     row = rows[mark["line"] - 1]
     columns = {name: _units(row, mark[name] - 1) + 1 for name in ("column", "end")}
-    return {**mark, **columns, "file": mark["file"].name if mark["file"] else "", "names": []}
+    del mark["names"]  # many, and `instead` has the nearest
+    return {**mark, **columns, "file": mark["file"].name if mark["file"] else ""}
 
 
 def _tree(text: str) -> Json:

@@ -42,6 +42,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
     has started, in order.
     """
     from ..catalog import Catalog
+    from ..editing.worker import Worker
     from ..record import Recording
     from .launch import Launcher
     from .project import project_routes
@@ -55,14 +56,15 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
     runs = Runs((catalog.project or place).absolute() / "runs", run)
     routes: Routes = {}
     server = _server(port, routes)
-    launcher = Launcher(catalog, runs, server.url)
-    routes.update(project_routes(catalog, runs, launcher, allow_code=allow_code))
+    launcher, worker = Launcher(catalog, runs, server.url), Worker()
+    routes.update(project_routes(catalog, runs, launcher, worker, allow_code=allow_code))
     server.start()
     try:
         _open(f"{server.url}{'' if run is None else f'run?run={quote(run.name)}'}", server.port, no_browser)
         threading.Event().wait()
     finally:
         launcher.end()
+        worker.close()
         server.end()
 
 

@@ -79,7 +79,7 @@ class Launcher:
         Raises:
             InputError: There is no such scenario, a value is not possible, or the run's folder has links.
         """
-        scenarios = {entry.name for entry in self._catalog.list("scenario")}
+        scenarios = {entry.name for entry in self._catalog.fresh().list("scenario")}
         if wanted.scenario not in scenarios:
             raise InputError(unknown("scenario", wanted.scenario, scenarios))
         if wanted.seed < 0:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ..catalog import Catalog
+from ..editing.worker import Worker
 from ..errors import InputError
 from .authoring import edit_routes
 from .launch import Launcher, Start
@@ -16,13 +17,16 @@ from .site import command_of, stream, web_routes
 _KINDS = ("scenario", "mission", "rules", "robot")
 
 
-def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_code: bool = False) -> Routes:
+def project_routes(
+    catalog: Catalog, runs: Runs, launcher: Launcher, worker: Worker, *, allow_code: bool = False
+) -> Routes:
     """Routes of the studio: the first view, each run, and the editor.
 
     Args:
         catalog: Content of the project.
         runs: Runs of the project.
         launcher: Starts runs of the project.
+        worker: Answers everything of the editor that reads content.
         allow_code: Whether Python files may be changed.
     """
 
@@ -39,8 +43,8 @@ def project_routes(catalog: Catalog, runs: Runs, launcher: Launcher, *, allow_co
 
     return {
         **web_routes({"": "home", "run": "run"}),
-        **edit_routes(catalog, allow_code=allow_code),
-        ("GET", "project"): lambda _: as_json(_project(catalog, runs)),
+        **edit_routes(catalog, worker, allow_code=allow_code),
+        ("GET", "project"): lambda _: as_json(_project(catalog.fresh(), runs)),
         ("GET", "runs"): lambda _: as_json(runs.list()),
         ("GET", "head"): lambda request: runs.head(_run(request), whole="whole" in request.query),
         ("GET", "events"): lambda request: stream(runs.feed(_run(request))),

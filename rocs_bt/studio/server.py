@@ -24,7 +24,7 @@ MOST_CONNECTIONS = 128
 _REQUEST_TIME = 5.0  # [s] time limit of a whole request
 _STALLED = 3.0  # [s] time limit of a browser that does not read
 _NO_FILES = 0.1  # [s] until the next try to accept a connection
-_THREADS = 8  # that answer requests
+_THREADS = 32  # that answer requests; those about texts wait for another process
 _POLICY = (
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src data:; connect-src 'self'; base-uri 'none'; "
     "form-action 'none'; frame-ancestors 'none'"

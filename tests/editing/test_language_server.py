@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -14,6 +15,7 @@ from rocs_bt.cli.main import call
 
 from ..noise import write_noisy_project
 from .conftest import MISSION
+from .test_worker import NODE
 
 
 class Client:
@@ -22,7 +24,8 @@ class Client:
     def __init__(self, folder: Path) -> None:
         command = [sys.executable, "-m", "rocs_bt", "language-server"]
         self.process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=folder)
-        self.folder, self.count, self.diagnostics = folder, 0, dict[str, list[dict[str, Any]]]()
+        self.versions: dict[str, int] = {}
+        self.folder, self.count, self.diagnostics = folder, 0, dict[str, dict[str, Any]]()
 
     def start(self) -> None:
         self.ask("initialize", processId=None, rootUri=self.folder.as_uri(), capabilities={})
@@ -57,15 +60,17 @@ class Client:
                 length = int(line.split(b":")[1])
         message: dict[str, Any] = json.loads(self.process.stdout.read(length))
         if message.get("method") == "textDocument/publishDiagnostics":
-            self.diagnostics[message["params"]["uri"]] = message["params"]["diagnostics"]
+            self.diagnostics[message["params"]["uri"]] = message["params"]
         return message
 
     def open(self, file: Path, text: str) -> None:
         item = {"uri": file.as_uri(), "languageId": "xml", "version": 1, "text": text}
+        self.versions[item["uri"]] = 1
         self.tell("textDocument/didOpen", textDocument=item)
 
     def type(self, file: Path, text: str) -> None:
-        document = {"uri": file.as_uri(), "version": self.count + 2}
+        self.versions[file.as_uri()] += 1
+        document = {"uri": file.as_uri(), "version": self.versions[file.as_uri()]}
         self.tell("textDocument/didChange", textDocument=document, contentChanges=[{"text": text}])
 
     def at(self, method: str, file: Path, line: int, character: int) -> Any:
@@ -73,9 +78,11 @@ class Client:
         return self.ask(f"textDocument/{method}", textDocument={"uri": file.as_uri()}, position=position)
 
     def faults(self, file: Path) -> list[dict[str, Any]]:
-        """Diagnostics of a file after everything that was sent."""
-        self.at("hover", file, 0, 0)
-        return self.diagnostics[file.as_uri()]
+        """Diagnostics of the newest text of a file."""
+        uri = file.as_uri()
+        while self.diagnostics.get(uri, {}).get("version") != self.versions[uri]:
+            self.read()
+        return self.diagnostics.pop(uri)["diagnostics"]
 
 
 @pytest.fixture
@@ -166,6 +173,23 @@ def test_content_that_prints_does_not_reach_the_editor(tmp_path):
         assert client.at("completion", folder / "planners" / "missions" / "new.xml", 4, 7)
     finally:
         client.end()
+
+
+def test_a_python_file_that_was_saved_counts_at_once_and_a_slow_check_holds_up_nothing(client, yard):
+    mission, node = yard / "planners" / "missions" / "mine.xml", yard / "planners" / "nodes" / "shine.py"
+    node.parent.mkdir()
+    node.write_text(NODE)
+    text = MISSION % '<Shine colour="red"/>'
+    client.open(mission, text)
+    assert [f for f in client.faults(mission) if f["severity"] == 1] == []
+    node.write_text(NODE.replace("colour = Input", "shades = Input"))
+    client.type(mission, text + " ")
+    assert any("colour" in f["message"] for f in client.faults(mission))
+    node.write_text("import time\ntime.sleep(600)\n")
+    client.type(mission, text)
+    rules = yard / "rules" / "keep_clear.toml"
+    assert client.at("hover", rules, 4, 1)  # answered while the check goes on
+    shutil.rmtree(node.parent)  # the server ends although the check goes on
 
 
 def test_without_pygls_the_command_says_what_to_install(monkeypatch, capsys):

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import os
+import urllib.error
+import urllib.request
+from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.editing import parse
+from rocs_bt.editing.worker import Worker
 from rocs_bt.errors import InputError
-from rocs_bt.studio.authoring import Authoring
+from rocs_bt.studio.authoring import Authoring, edit_routes
+from rocs_bt.studio.server import Server
+
+from ..waiting import GUARD, until
 
 MISSION = """<root BTCPP_format="4">
   <!-- ä 𝒙 -->
@@ -178,3 +186,47 @@ def test_a_link_to_a_file_that_is_no_content_is_neither_read_nor_written(ask, ya
 def test_a_link_to_other_content_of_the_project_is_opened(ask, yard):
     (yard / "planners" / "missions" / "same.xml").symlink_to(yard / FILE)
     assert ask("open", file="planners/missions/same.xml")["text"] == MISSION
+
+
+def test_a_check_that_takes_long_holds_up_nothing_and_ends_with_an_answer(yard):
+    worker = Worker(limit=1.5)
+    server = Server("127.0.0.1", 0, "token", edit_routes(Catalog(yard), worker))
+    server.start()
+    origin = server.url.rsplit("/", 2)[0]
+
+    def post(name, **body):
+        fields = {"Origin": origin, "Content-Type": "application/json"}
+        request = urllib.request.Request(f"{server.url}edit/{name}", json.dumps(body).encode(), fields)
+        try:
+            with urllib.request.urlopen(request, timeout=GUARD) as answer:
+                return json.loads(answer.read())
+        except urllib.error.HTTPError as error:
+            return json.loads(error.read())
+
+    rule = '[rule.r%d]\nwhen = "min(front) < %d m"\npriority = %d\n[rule.r%d.action]\ndo = "Stop"\n'
+    text = 'format = "reflex/1"\n' + "".join(rule % (k, k, k, k) for k in range(4000))
+    try:
+        for name in ("form", "look"):  # both processes are ready
+            until(lambda name=name: "error" not in post(name, file=FILE, text=MISSION, at=0))
+        with ThreadPoolExecutor(60) as pool:
+            slow = [pool.submit(post, "look", file="rules/keep_clear.toml", text=text + "#" * k) for k in range(50)]
+            assert post("form", file=FILE, text=MISSION, at=0)["node"] is None
+            assert not all(each.done() for each in slow)
+            answers = [each.result() for each in slow]
+        long = [each for each in answers if each is not None]
+        assert all("took longer than 1.5 s" in each["error"] for each in long)
+        assert 1 <= len(long) <= 2  # the first and the newest; others are not begun
+        assert post("look", file=FILE, text=MISSION)["marks"] == []
+    finally:
+        worker.close()
+        server.end()
+
+
+def test_line_ends_are_kept_in_linear_time(ask, yard):
+    lines = [f"<!-- {k % 7} -->" + ("\r\n" if k % 2 else "\n") for k in range(60_000)]
+    (yard / FILE).write_bytes("".join(lines).encode())
+    opened = ask("open")
+    ask("save", text="<a/>\n" + opened["text"] + "<b/>\n", hash=opened["hash"])
+    assert sorted((yard / FILE).read_bytes().split(b"\n")) == sorted(
+        b"".join([b"<a/>\n", *(line.encode() for line in lines), b"<b/>\n"]).split(b"\n")
+    )

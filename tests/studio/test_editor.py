@@ -8,6 +8,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
+from rocs_bt.editing.worker import Worker
 from rocs_bt.studio.authoring import edit_routes
 from rocs_bt.studio.server import Server
 
@@ -42,9 +43,11 @@ def yard(tmp_path_factory):
 @pytest.fixture(scope="module")
 def site(yard):
     """Address of a server of the editor's files and requests."""
-    server = Server("127.0.0.1", 0, "token", edit_routes(Catalog(yard)))
+    worker = Worker()
+    server = Server("127.0.0.1", 0, "token", edit_routes(Catalog(yard), worker))
     server.start()
     yield server.url
+    worker.close()
     server.end()
 
 

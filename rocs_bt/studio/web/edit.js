@@ -15,7 +15,8 @@ const post = async (name, body) => {
   try { message = JSON.parse(text).error ?? text; } catch { /* a plain text */ }
   throw new Error(message || `the studio answered ${reply.status}`);
 };
-const ask = (name, body) => post(`edit/${name}`, { file, ...body });
+const page = Math.random(); // of two pages with this file, neither replaces the questions of the other
+const ask = (name, body) => post(`edit/${name}`, { file, page, ...body });
 
 class Editor {
   constructor(given) {
@@ -128,14 +129,18 @@ class Editor {
     const { text, at } = this.code, number = this.looked += 1, node = this.mission ? this.quiet("form", at) : null;
     try {
       const found = check ? await ask("look", { text }) : this.found;
-      if (text !== this.code.text) return;
+      if ((check && !found) || text !== this.code.text) return;
       if (check) { this.found = found; this.drawn = text; this.redraw(); }
       const form = await node;
       if (!form || number !== this.looked || text !== this.code.text) return;
       const typing = this.nodes.form.contains(document.activeElement);
       if (!typing || form.path === this.nodes.chosen) this.refill(form);
       if (form.node && !this.nodes.tree.contains(document.activeElement)) this.nodes.choose(form.path, false);
-    } catch (error) { this.tell(error.message); }
+    } catch (error) {
+      if (text !== this.code.text) return;
+      this.tell("not checked");
+      this.faults.replaceChildren(el("li", { class: "warning" }, error.message));
+    }
   }
 
   /** Fills the form again and leaves the cursor in its field. */
