@@ -6,16 +6,16 @@ import it.
 
 from __future__ import annotations
 
-from contextlib import closing
+from contextlib import ExitStack, closing
 from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from .catalog import CachingCatalog, Catalog, ScenarioSpec
-from .check import check_scenario
-from .errors import RecordingError
-from .files import write_whole
+from .check import Findings, check_run, check_scenario
+from .errors import InputError, RecordingError
+from .files import read_once, write_whole
 from .record import FolderLock, Recording, write_report
 from .running import REPORT, SUMMARY, Run, RunOptions, RunResult, summary_of
 
@@ -106,13 +106,34 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
     return RunResult(summary=summary, recording=recorded.path, report=page)
 
 
+def checked_run(
+    scenario: ScenarioSpec | str, catalog: Catalog, options: RunOptions = _DEFAULTS, *, on_hardware: bool = False
+) -> tuple[Run, Findings]:
+    """Check a scenario by preparing a run of it, which `conduct` then plays.
+
+    Returns:
+        The run, and the findings of the check without errors.
+
+    Raises:
+        InputError: The check finds errors in the scenario; contains all of them.
+    """
+    with ExitStack() as refused, read_once():
+        try:
+            spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
+        except InputError:
+            check_scenario(scenario, catalog).refuse()  # all faults, also those of the robots
+            raise
+        run = Run(spec, catalog, options, on_hardware=on_hardware)
+        refused.callback(run.close)
+        findings = check_run(run)
+        findings.refuse()
+        refused.pop_all()
+    return run, findings
+
+
 def _conduct(
     scenario: ScenarioSpec | str, catalog: Catalog | None, options: RunOptions, *, on_hardware: bool = False
 ) -> RunResult:
     """Check a scenario, run it, and add the warnings of the check to the result."""
-    catalog = catalog or CachingCatalog.here()
-    findings = check_scenario(scenario, catalog, options.missions or {})
-    findings.refuse()
-    spec = catalog.load_scenario(scenario) if isinstance(scenario, str) else scenario
-    result = Run(spec, catalog, options, on_hardware=on_hardware).conduct()
-    return msgspec.structs.replace(result, warnings=findings.warnings)
+    run, findings = checked_run(scenario, catalog or CachingCatalog.here(), options, on_hardware=on_hardware)
+    return msgspec.structs.replace(run.conduct(), warnings=findings.warnings)

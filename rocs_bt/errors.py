@@ -173,6 +173,17 @@ def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
         raise InputError(Fault(str(error), file, line)) from error
 
 
+@contextmanager
+def collected(faults: list[Fault] | None) -> Iterator[None]:
+    """Context that adds the faults of an InputError raised in it to a list; without a list, the error passes."""
+    try:
+        yield
+    except InputError as error:
+        if faults is None:
+            raise
+        faults += error.faults
+
+
 class NameHint(str):
     """Hint about an unknown name, for a text; an editor shows less of it, and offers the names.
 

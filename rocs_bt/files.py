@@ -26,7 +26,11 @@ MOST_TEXT = 64_000_000
 MOST_BYTES = 1 << 32
 """Maximum size of any other file [bytes]."""
 
+_MOST_KEPT = 1_000_000
+"""Maximum size of a file of which `read_once` keeps the content [bytes]; larger ones are meshes and maps."""
+
 _UNSAVED: ContextVar[Mapping[str, bytes]] = ContextVar("unsaved", default={})  # noqa: B039 - never changed
+_KEPT: ContextVar[dict[str, bytes] | None] = ContextVar("kept", default=None)
 _NO_WAIT = getattr(os, "O_NONBLOCK", 0)  # Windows has no pipes in its file system
 _SPECIAL = {
     stat.S_IFIFO: (errno.EINVAL, "it is a named pipe, not a regular file"),
@@ -53,6 +57,20 @@ def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
         yield
     finally:
         _UNSAVED.reset(token)
+
+
+@contextmanager
+def read_once() -> Iterator[None]:
+    """Context in which each file is opened once, so that checked and built content is the same if a file changes.
+
+    Only this thread and the functions that it calls share the contents, which are forgotten at the end of the outermost
+    context. The import of Python modules opens their files itself.
+    """
+    token = _KEPT.set({} if (kept := _KEPT.get()) is None else kept)
+    try:
+        yield
+    finally:
+        _KEPT.reset(token)
 
 
 def _unsaved(path: Path | str) -> bytes | None:
@@ -92,11 +110,17 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     """
     if (content := _unsaved(path)) is not None:
         return content
+    kept, key = _KEPT.get(), os.path.abspath(path)
+    if kept is not None and key in kept:
+        return kept[key]
     with open_regular(path, most) as file:
         try:
-            return file.read()
+            content = file.read()
         except MemoryError as error:
             raise OSError(errno.ENOMEM, os.strerror(errno.ENOMEM), str(path)) from error
+    if kept is not None and len(content) <= _MOST_KEPT:
+        kept[key] = content
+    return content
 
 
 def open_regular(path: Path, most: int = MOST_BYTES) -> BinaryIO:

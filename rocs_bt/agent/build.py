@@ -19,14 +19,14 @@ from ..control.follower import Follower
 from ..control.locomotion import Locomotion
 from ..device import Sensor
 from ..drivers.ros2.known_types import installed_types
-from ..errors import Fault, InputError, located_at
+from ..errors import Fault, InputError, collected, located_at
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..knowledge.share import Mailbox, Sharing
 from ..pipeline import Pipeline
-from ..plan import Mission, Plan, TreePlan
+from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
 from ..safety import SafetyGate
 from .agent import Agent
@@ -59,6 +59,7 @@ class Controller:
         strategy_model: Class of `knowledge.strategy`.
         schema: Schema of the Knowledge graph.
         privileged: Ground-truth information for oracle planners (`Mission.privileged`).
+        check_options: Options of a check of the mission; None to build it without a check.
     """
 
     build: Callable[..., Any]
@@ -76,6 +77,7 @@ class Controller:
     strategy_model: type[StrategyModel] = StrategyModel
     schema: Schema = SCHEMA
     privileged: Mapping[str, Any] = field(default_factory=dict)
+    check_options: CheckOptions | None = None
 
 
 def build_agent(
@@ -88,6 +90,7 @@ def build_agent(
     load_class: LoadClass = load_class_from_file,
     cached: Cache = lambda key, make: make(),
     share: Callable[[Knowledge], Sharing] | None = None,
+    faults: list[Fault] | None = None,
 ) -> Agent:
     """Build, connect and check all blocks of one agent, without running them.
 
@@ -100,6 +103,8 @@ def build_agent(
         load_class: Loader of classes that robot.toml names as `file.py:Class`.
         cached: Cache of data that agents with the same content share (`Catalog.cached`).
         share: Factory of the knowledge sharing; None without sharing.
+        faults: List to which the faults of mission and rules are added, in a check: with errors, the agent lacks these
+            rules, and its plan does nothing. By default they are raised.
 
     Raises:
         InputError: A class, signal, action or parameter is unknown, or content is faulty; the error lists all faults.
@@ -115,7 +120,7 @@ def build_agent(
     actions = action_table(*controller.actions)
     pipeline = Pipeline(clock, sink, name, latency=controller.latency)
     environment = Environment.of(knowledge.signals, robot.values)
-    rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached)
+    rule_files = _rule_files(controller, robot, environment, actions, knowledge, cached, faults)
     knowledge.reactive_models.extend([*(file.model for file in rule_files), *controller.reflexes(knowledge)])
     _follow_mode(knowledge, [file.model for file in rule_files])
     sharing = None if share is None else _with_mailbox(share(knowledge), devices.sensors)
@@ -134,8 +139,9 @@ def build_agent(
         ros=devices.ros,
         ros_types=partial(installed_types, robot.ros2),
         motion_held=lambda: devices.actuators[robot.locomotion.actuator].held,
+        check_options=controller.check_options,
     )
-    plan = _plan(controller, mission)
+    plan = _plan(controller, mission, faults)
     arc.on_end = lambda rule: plan.replan(f"{rule} ended")
     for analyze in analyzers:
         analyze.attach(plan)
@@ -189,23 +195,23 @@ def _rule_files(
     actions: Mapping[str, type[Action]],
     knowledge: Knowledge,
     cached: Cache,
+    faults: list[Fault] | None,
 ) -> list[RuleFile]:
     """Load the rule files; agents with the same robot and mission share the parsed rules."""
-    return [
-        RuleFile(
-            file,
-            environment,
-            actions,
-            thresholds(robot, file),
-            knowledge,
-            partial(cached, ("rules", file, robot.file, controller.mission)),
-        )
-        for file in controller.rules
-    ]
+    found = []
+    for file in controller.rules:
+        shared = partial(cached, ("rules", file, robot.file, controller.mission))
+        with collected(faults):
+            found.append(RuleFile(file, environment, actions, thresholds(robot, file), knowledge, shared))
+    return found
 
 
-def _plan(controller: Controller, mission: Mission) -> Plan:
+def _plan(controller: Controller, mission: Mission, faults: list[Fault] | None) -> Plan:
     """Call the mission's `build`; returns its Plan, or a TreePlan for its tree."""
+    if faults is not None and mission.check_options is not None:
+        plan = checked_plan(controller.build, mission, controller.parameters)
+        faults += mission.faults
+        return plan or Plan.idle(mission)
     with located_at(*_source(controller.build)):
         planned = controller.build(mission, **controller.parameters)
         return planned if isinstance(planned, Plan) else TreePlan(planned, mission)

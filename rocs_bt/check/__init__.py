@@ -3,8 +3,8 @@
 Used by the command line and by the pytest plugin.
 """
 
-from .check import Findings, check_content, check_scenario
-from .mission_use import mission_notes
+from .check import Findings, check_content, check_run, check_scenario
+from .mission import mission_notes
 from .picture import FORMATS, draw_mission
 from .rules import fitted_rules, inactive_rules
 
@@ -12,6 +12,7 @@ __all__ = [
     "FORMATS",
     "Findings",
     "check_content",
+    "check_run",
     "check_scenario",
     "draw_mission",
     "fitted_rules",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import closing, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -27,16 +27,17 @@ from ..catalog import (
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
 from ..expression import one_for_each_signal
-from ..files import MOST_TEXT, is_file, read_bytes, read_text, unsaved
+from ..files import MOST_TEXT, is_file, read_bytes, read_once, read_text, unsaved
 from ..knowledge import SCHEMA, load_schema
 from ..raised import content_line, describe
 from ..reactive import tested_file
+from ..running import Run
 from ..trees.examine import blocking_faults
 from ..trees.xml import included_files, survey
 from .mission import check_mission_file
 from .robot import check_robot, check_world
 from .rules import check_rule_file
-from .scenario import NO_MISSIONS, Missions, check_scenario_file, scenario_faults
+from .scenario import check_scenario_file, run_faults
 from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
@@ -111,7 +112,7 @@ def check_content(
     Raises:
         InputError: A palette cannot be read, or declares no node.
     """
-    with unsaved(texts):
+    with unsaved(texts), read_once():
         return _check_content(paths, code, progress, MissionOptions(dialect, stub_unknown=stub_unknown), palettes)
 
 
@@ -141,26 +142,36 @@ def _check_content(
     return replace(found, files=tuple(dict.fromkeys(entry.path for entry, _ in entries)))
 
 
-def check_scenario(scenario: ScenarioSpec | str, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Findings:
+def check_scenario(scenario: ScenarioSpec | str, catalog: Catalog) -> Findings:
     """Check a scenario and the robots that it uses, as for a run, which refuses what has errors here.
 
     Args:
         scenario: Scenario, or its name, or its file.
         catalog: Source of the content.
-        missions: Mission functions that replace the scenario's, by agent; they are not called.
 
     Raises:
         InputError: The scenario does not exist.
     """
     if isinstance(scenario, str):
         entry, robots = catalog.find("scenario", scenario), _robots(catalog, scenario)
-        check: Checker = partial(check_scenario_file, missions=missions)
-    else:
-        entry, robots = catalog.entry_of(scenario), scenario.robots
-        check = lambda entry, catalog: scenario_faults(scenario, catalog, missions)  # noqa: E731 - narrowed type
-    entries = [(found, catalog) for found in (entry, *_entries_of(robots, catalog))]
-    key = "check", str(scenario), catalog.made, tuple(missions)
-    return catalog.cached(key, lambda: _findings(entries, [], {**_CHECKERS, "scenario": check}))
+        entries = [(found, catalog) for found in (entry, *_entries_of(robots, catalog))]
+        with read_once():
+            return _findings(entries, [], _CHECKERS)
+    with closing(Run(scenario, catalog)) as run:
+        return check_run(run)
+
+
+def check_run(run: Run) -> Findings:
+    """Check the scenario of a run and the robots that it uses; without errors, the run is prepared afterwards."""
+    catalog = run.catalog
+    checkers: dict[str, Checker] = {
+        **_CHECKERS,
+        "scenario": lambda entry, catalog: run_faults(run),
+        "robot": partial(check_robot, run=run),
+    }
+    entries = [(found, catalog) for found in (catalog.entry_of(run.spec), *_entries_of(run.spec.robots, catalog))]
+    with read_once():
+        return _findings(entries, [], checkers)
 
 
 def _findings(

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
-from ..agent import Agent, Controller, Rates, Runtime, build_agent
+from ..agent import Agent
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
 from ..errors import Fault
 from ..event import NullSink
 from ..expression import Node, evaluate
 from ..expression.node import TEMPORAL_OPS
 from ..geometry import Pose2
+from ..plan import Plan
 from ..reactive import Rule, RuleModel
 from ..reactive.rule_model import describe, stateless_rule
-from ..running import Run, RunOptions
+from ..running import Run
+from ..running.simulated_stage import simulated_agents
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from ..simulation.scripted_objects import FREE
 from ..units import TIME
 from .floor import floor_faults
 from .robot import trial_faults
-from .stub_agent import idle
 
 _EASY = 0.5  # fraction of free poses at a goal below which the goal is reported as tight
 _AT_ONCE = 0.2  # [s] maximum `for` of a rule that fires before a robot that drives to a goal is there
@@ -32,38 +32,22 @@ _TIME = TIME.exponents.index(1)
 _AWAY = 1000.0  # [m] distance of moving objects from the world while the goals are checked
 
 
-def check_feasible(scenario: ScenarioSpec, catalog: Catalog, replaced: Iterable[str] = ()) -> Iterable[Fault]:
-    """Set a scenario up and check its feasibility; an unreachable goal is a warning, since the scenario still runs.
+def check_feasible(run: Run) -> Iterator[Fault]:
+    """Check the feasibility of a prepared run; an unreachable goal is a warning, since the scenario still runs.
 
     A goal needs a pose within its tolerance at which the robot has no contact and no reflex fires; a goal with few
-    free poses is also reported. Every goal that an agent knows is checked. The agents in `replaced` have no mission.
-
-    Raises:
-        InputError: A run of the scenario could not begin: for example, a robot's start pose is not free.
+    free poses is also reported. Every goal that an agent knows is checked. Each robot is moved in a world of its own.
     """
-    run = Run(scenario, catalog, RunOptions(missions=dict.fromkeys(replaced, idle)))
-    with closing(run):
-        simulated, agents = _prepared(run) if catalog.code else (build_world(scenario, catalog, 1, NullSink()), ())
-        yield from _feasible(scenario, catalog, simulated, agents)
-
-
-def _prepared(run: Run) -> tuple[SimulatedWorld, Sequence[Agent]]:
-    """World and agents of a run that is ready to begin. They are not those of the run itself: the check moves them."""
-    run.prepare()
-    return run.world, run.stage.agents
-
-
-def _feasible(
-    scenario: ScenarioSpec, catalog: Catalog, simulated: SimulatedWorld, agents: Sequence[Agent]
-) -> Iterator[Fault]:
-    yield from _outside(scenario, simulated)
-    if len(agents) == 1 and not any(actor.robot for actor in scenario.actors):
-        yield from _in_world(scenario, scenario.agents[0], simulated, agents[0], catalog)
-    else:
-        for agent in scenario.agents:
-            others = tuple(m for m in scenario.actors if not m.robot)
-            world = build_world(replace(scenario, agents=(agent,), actors=others), catalog, 1, NullSink())
-            yield from _in_world(scenario, agent, world, _single_agent(scenario, catalog, agent, world), catalog)
+    scenario, catalog = run.spec, run.catalog
+    yield from _outside(scenario, run.world)
+    if not catalog.code:
+        return
+    for agent in scenario.agents:
+        others = tuple(m for m in scenario.actors if not m.robot)
+        alone = replace(scenario, agents=(replace(agent, latency=0.0),), actors=others, share=None)
+        world = build_world(alone, catalog, 1, NullSink())
+        (built,) = simulated_agents(alone, world, catalog, NullSink(), {agent.name: Plan.idle})
+        yield from _in_world(scenario, agent, world, built, catalog)
 
 
 def _in_world(
@@ -103,20 +87,6 @@ def _outside(scenario: ScenarioSpec, simulated: SimulatedWorld) -> Iterable[Faul
                 hint="Move it inside.",
                 warning=True,
             )
-
-
-def _single_agent(scenario: ScenarioSpec, catalog: Catalog, agent: AgentSpec, world: SimulatedWorld) -> Agent:
-    """Build an agent with its rules and an idle mission, alone in the world."""
-    controller = Controller(
-        build=idle,
-        rules=[catalog.find("rules", name).path for name in agent.rules],
-        places=[p for p in scenario.places if agent.name in p.agents],
-        facts=scenario.facts_of(agent.name),
-        schema=catalog.load_schema(),
-    )
-    rates = Rates(scenario.rate.control_rate, scenario.rate.plan_rate)
-    runtime = Runtime(world.clock, NullSink())
-    return build_agent(agent.name, world.devices(agent.name), controller, rates, runtime, load_class=catalog.load_class)
 
 
 def _goal_warnings(

@@ -8,14 +8,13 @@ from typing import Any
 
 from ..agent import Controller
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
-from ..drivers.ros2.known_types import installed_types
 from ..errors import Fault, InputError
 from ..expression import NO_NAME
 from ..files import read_text, same_file
-from ..plan import mission_parameters
+from ..plan import CheckOptions, mission_actions, mission_parameters
+from ..running.build_agents import worldless_agents
 from ..trees.examine import blocking_faults
-from .mission_use import built_faults, idle_controller, mission_faults
-from .stub_agent import idle, stub_agent
+from .stub_agent import stub_agent
 from .xml_mission import MissionOptions, check_xml, declared_dialect
 
 DEFAULT = MissionOptions()
@@ -86,14 +85,13 @@ def _in_use(
 
 
 def _of_agent(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> Iterator[Fault]:
-    controller = idle_controller(scenario, agent, catalog)
-    try:
-        built = stub_agent(catalog.load_robot(agent.robot), catalog.load_class, controller, agent.name)
-    except InputError:
+    found = list[Fault]()
+    alone = replace(scenario, agents=(replace(agent, rules=()),))
+    if not worldless_agents(alone, catalog, seed=1, faults=found):
         message = f"not judged in the scenario '{scenario.name}': '{agent.name}' cannot be built without its mission."
         yield Fault(message, hint="Check the scenario.", warning=True, note=True)
         return
-    yield from mission_faults(scenario, agent, catalog, built)
+    yield from found
 
 
 def _alone(build: Any, catalog: Catalog, parameters: dict[str, Any]) -> list[Fault]:
@@ -102,18 +100,35 @@ def _alone(build: Any, catalog: Catalog, parameters: dict[str, Any]) -> list[Fau
     The robots of the project come first. Signals that this robot has not are only noted, because another one may.
     """
     best: list[Fault] | None = None
+    actions, options = mission_actions(build), CheckOptions(robot="")
     for robot in catalog.list("robot"):
+        found = list[Fault]()
         try:
-            controller = Controller(build=idle, schema=catalog.load_schema())
-            agent = stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller)
+            controller = Controller(
+                build=build,
+                parameters=parameters,
+                actions=actions,
+                schema=catalog.load_schema(),
+                check_options=options,
+            )
+            stub_agent(catalog.load_robot(str(robot.path)), catalog.load_class, controller, found)
         except InputError:
             continue  # reported by the check of the robot
-        found = built_faults(build, agent, parameters, "", ros_types=installed_types)
         if best is None or _misfit(found) < _misfit(best):
             best = found
         if not _of_signals(best):
             break
     return [_noted(fault) if fault in _of_signals(best or []) else fault for fault in best or []]
+
+
+def mission_notes(agent: AgentSpec, catalog: Catalog) -> Iterable[Fault]:
+    """Notes about the file of an agent's mission, such as that it was recognised as one of Nav2.
+
+    Raises:
+        InputError: The mission does not load.
+    """
+    trees = agent.mission and catalog.find("mission", agent.mission).path.suffix in TREES
+    return getattr(catalog.load_mission(agent.mission, agent.nodes), "notes", ()) if trees else ()
 
 
 def _misfit(faults: list[Fault]) -> tuple[int, int]:

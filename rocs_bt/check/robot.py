@@ -5,7 +5,7 @@ An exception of a user's class is a fault of that class's file.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -27,22 +27,33 @@ from ..drivers.mujoco.body import hull_outline
 from ..errors import DeviceError, Fault, InputError, located_at, unknown
 from ..event import pack
 from ..monitor import Monitor
+from ..plan import Plan
 from ..raised import describe
-from ..record.header import Point
+from ..running import Run
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults
 from .ros2 import not_isolated, ros2_faults
-from .stub_agent import idle, stub_agent
+from .stub_agent import stub_agent
 
 
-def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
-    """Check a robot: its file, its user drivers, its model, and its blocks."""
+def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Iterable[Fault]:
+    """Check a robot: its file, its user drivers, its model, and its blocks.
+
+    Args:
+        entry: Entry of the robot.
+        catalog: Source of the content.
+        run: Run of a scenario with the robot; if it is prepared, the robot's devices and blocks were built and tried.
+    """
     robot = catalog.load_robot(str(entry.path))
-    own = not robot.code or catalog.code
+    own, built = not robot.code or catalog.code, run is not None and run.ready and _agent_with(robot, run)
     if own:
         yield from driver_faults(robot, catalog)
     yield from ros2_faults(robot)
-    sensors = yield from check_model(robot, catalog)
+    sensors: dict[str, Sensor] = {}
+    if run is not None and built:
+        yield from _outline_faults(robot, run.world.world, built)
+    else:
+        sensors = yield from check_model(robot, catalog)
     known = [rules.name for rules in catalog.list("rules")]
     for name, thresholds in robot.thresholds.items():
         if name not in known:
@@ -51,12 +62,20 @@ def check_robot(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     if not own:
         return
     yield from identified_faults(robot, catalog)
+    if built:
+        return
     try:
-        agent = stub_agent(robot, catalog.load_class, Controller(build=idle, schema=catalog.load_schema()))
+        agent = stub_agent(robot, catalog.load_class, Controller(build=Plan.idle, schema=catalog.load_schema()))
     except InputError as error:
         yield from error.at(robot.file).faults
     else:
         yield from trial_faults(agent, robot, sensors)
+
+
+def _agent_with(robot: RobotSpec, run: Run) -> str:
+    """Name of an agent in a run that has this robot; empty if none has, or if no code may run."""
+    agents = [agent.name for agent in run.agents if run.world.robots[agent.name].file == robot.file]
+    return agents[0] if agents and run.catalog.code else ""
 
 
 def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
@@ -86,8 +105,7 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
             world.allow_ground_contact(_NAME, robot.ground_contact)
         except InputError as error:
             yield from error.at(robot.file).faults
-    if robot.ros2 is None:  # a real robot can have another size than the simulated one on which it is based
-        yield from _outline_faults(robot, hull_outline(world.model, world.robots[_NAME].hull))
+    yield from _outline_faults(robot, world, _NAME)
     made: dict[str, Sensor] = {}
     devices: list[SensorSpec | ActuatorSpec] = [*robot.sensors, *robot.actuators]
     for device in devices:
@@ -113,8 +131,11 @@ def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, di
 _NAME = "R1"
 
 
-def _outline_faults(robot: RobotSpec, outline: Sequence[Point]) -> Iterator[Fault]:
+def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator[Fault]:
     """Compare `[body]` with the outline of the model's hull, which collides."""
+    if robot.ros2 is not None:  # a real robot can have another size than the simulated one on which it is based
+        return
+    outline = hull_outline(world.model, world.robots[name].hull)
     for key, declared, along in (("length", robot.length, 0), ("width", robot.width, 1)):
         places = [point[along] for point in outline]
         size = max(places, default=0.0) - min(places, default=0.0)

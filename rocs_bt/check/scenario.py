@@ -2,75 +2,65 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import suppress
-from dataclasses import replace
+from collections.abc import Iterable, Iterator
+from contextlib import closing
 
-from ..actions import action_table
-from ..agent.build import thresholds
+import msgspec
+
+from ..agent import Agent
 from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
-from ..errors import Fault, InputError
+from ..errors import Fault, collected, located_at
 from ..expression import Environment
 from ..files import read_text
-from ..plan import mission_actions
-from ..reactive import Rule, load_rules, rule_misfits
+from ..plan import Plan
+from ..plan.mission_texts import words_in
+from ..reactive import Rule
 from ..reactive.analysis import analyse_fit
-from ..record import TRUTH
-from ..running import requirement_faults
-from ..running.options import Build
+from ..running import Build, Run
 from ..running.share import share_faults
 from ..simulation import on_hardware
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible
-from .mission_use import idle_controller, mission_faults, words_in
 from .protection import unprotected
 from .rules import examined, inactive_faults
-from .stub_agent import stub_agent
-
-Missions = Mapping[str, Build]
-NO_MISSIONS: Missions = {}
 
 
-def check_scenario_file(entry: Entry, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Iterable[Fault]:
-    """Check the file of a scenario, and the scenario; see `scenario_faults`."""
+def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """Check the file of a scenario, and the scenario; see `run_faults`."""
     # Read with code allowed: reading runs no code, and most checks do not either.
     reader = catalog if catalog.code else Catalog(catalog.project)
-    return scenario_faults(reader.load_scenario(str(entry.path)), catalog, missions)
+    with closing(Run(reader.load_scenario(str(entry.path)), catalog)) as run:
+        yield from run_faults(run)
 
 
-def scenario_faults(scenario: ScenarioSpec, catalog: Catalog, missions: Missions = NO_MISSIONS) -> Iterator[Fault]:
-    """Check a scenario: its agents' missions and rules, and whether its goals can be reached.
-
-    A scenario without other errors is set up as for a run, so that everything that a run refuses is an error here too.
+def run_faults(run: Run) -> Iterator[Fault]:
+    """Check a scenario by preparing its run: its agents with their missions and rules, and whether its goals are free.
 
     Args:
-        scenario: The scenario.
-        catalog: Source of the content.
-        missions: Mission functions that replace the scenario's, by agent. They are not called: only the run does.
+        run: The run, which is prepared afterwards unless there are errors. Missions that need code which may not run do
+            nothing then.
     """
-    found = []
-    for fault in _faults(scenario, catalog, missions):
-        found.append(fault)
-        yield fault
-    robots = [catalog.load_robot(name) for name in scenario.robots]
-    # Not simulated: robots with code that may not run, and robots with drivers for hardware.
-    code = catalog.code or not any(robot.code for robot in robots)
-    if code and all(fault.warning for fault in found) and not any(on_hardware(catalog, robot) for robot in robots):
-        yield from check_feasible(scenario, catalog, missions)
-
-
-def _faults(scenario: ScenarioSpec, catalog: Catalog, missions: Missions) -> Iterator[Fault]:
-    """Faults that are found without a simulated world."""
+    scenario, catalog, found = run.spec, run.catalog, list[Fault]()
+    if not catalog.code:
+        run.options = msgspec.structs.replace(run.options, missions=_idle_missions(scenario, catalog))
+    run.prepare(found)
+    built = {agent.name: agent for agent in run.agents}
     for agent in scenario.agents:
-        try:
-            build = missions.get(agent.name)
-            own = agent if build is None else replace(agent, mission="", parameters={})
-            yield from _agent_faults(scenario, own, catalog, build)
-        except InputError as error:
-            yield from error.at(scenario.file, agent.line).faults
-    yield from share_faults(scenario, catalog.load_schema())
-    yield from _late_pushes(scenario)
-    yield from _slow_sensors(scenario, catalog)
+        with collected(found), located_at(scenario.file, agent.line):
+            if agent.name in built:
+                found += _agent_faults(scenario, agent, catalog, built[agent.name])
+    found += share_faults(scenario, catalog.load_schema())
+    found += _late_pushes(scenario)
+    found += _slow_sensors(scenario, catalog)
+    yield from found
+    if run.ready:
+        yield from check_feasible(run)
+
+
+def _idle_missions(scenario: ScenarioSpec, catalog: Catalog) -> dict[str, Build]:
+    """Missions that do nothing, for the agents with missions that need code."""
+    agents = {a.name: catalog.content_of_controller(a) for a in scenario.agents}
+    return {name: Plan.idle for name, used in agents.items() if any(entry.path.suffix == ".py" for entry in used)}
 
 
 _SLOW = 0.2  # [s] interval of readings above which reflexes and path following are late: that of the watchdog
@@ -104,35 +94,21 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
             yield Fault(message, scenario.file, push.line, hint=hint, warning=True)
 
 
-def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None) -> Iterable[Fault]:
+def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, built: Agent) -> Iterator[Fault]:
+    """Faults of an agent's rules and code, which could be built."""
     robot = catalog.load_robot(agent.robot)
-    if robot.code and not catalog.code:
-        return
-    built = stub_agent(robot, catalog.load_class, idle_controller(scenario, agent, catalog), agent.name)
-    environment = Environment.of(built.knowledge.signals, robot.values)
-    if build is None and catalog.code:
-        build = catalog.load_mission(agent.mission, agent.nodes)
-    actions = action_table(*(mission_actions(build) if build else ()))
+    environment, actions = Environment.of(built.knowledge.signals, robot.values), built.plan.actions
     modes = words_in(catalog.find("mission", agent.mission).path) if agent.mission else None
-    period = scenario.rate.control_rate.period
-    found: list[Rule] = []
+    period, found = scenario.rate.control_rate.period, list[Rule]()
     for name in agent.rules:
-        file = catalog.find("rules", name).path
-        own = thresholds(robot, file)
-        yield from examined(file, robot, environment, actions, catalog)
-        with suppress(InputError):  # reported already
-            rules = load_rules(file, environment, actions, overrides=own)
-            yield from analyse_fit(rules.rules, environment, period, modes)
-            yield from inactive_faults(rules, robot.name, catalog)
-            yield from rule_misfits(rules.rules, actions, built.knowledge)
-            found += rules.rules
+        yield from examined(catalog.find("rules", name).path, robot, environment, actions, catalog)
+    for file in built.rule_files:
+        rules = file.model.rules
+        yield from analyse_fit(rules.rules, environment, period, modes)
+        yield from inactive_faults(rules, robot.name, catalog)
+        found += rules.rules
     if on_hardware(catalog, robot):
         yield from (fault.at(scenario.file, agent.line) for fault in unprotected(built, robot, found))
-    signals = built.knowledge.signals
-    known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
-    yield from requirement_faults(scenario, agent.name, known)
     for entry in catalog.content_of_controller(agent):
         if entry.path.suffix == ".py":
             yield from blocking_faults(read_text(entry.path), entry.path)
-    if build is not None and agent.mission:
-        yield from mission_faults(scenario, agent, catalog, built)

@@ -30,8 +30,6 @@ def command(scenario: str, **given: Any) -> int:
     agent succeeded; 1 if one did not, if a sensor or actuator cannot be reached, or if a file could not be written; 2
     if the input is invalid; 3 if the engine failed; 128 + signal if a signal ended the run.
     """
-    from .._run import drive
-
     local, unsent = local_options(given), DryRunOutput() if given["dry_run"] else None
     sinks = [HoldOutput(), *([] if unsent is None else [unsent])]
     given |= {"go": EnterKey(), "preflight": PreflightOutput(), "notice": show_notice, "sinks": sinks}
@@ -39,7 +37,7 @@ def command(scenario: str, **given: Any) -> int:
     if unsent is not None:
         echo("Dry run: nothing is sent to any actuator.", err=True)
     try:
-        return play_scenario(drive, scenario, given, unit="s on hardware", keep=True, progress=progress, **local)
+        return play_scenario(scenario, given, unit="s on hardware", on_hardware=True, progress=progress, **local)
     except DeviceError as error:
         echo(str(error), err=True)
         return 1

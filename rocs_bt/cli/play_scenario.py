@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import closing, contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_origin
 
 import click
 
-from ..catalog import CachingCatalog, Catalog
+from ..catalog import CachingCatalog
 from ..event import Event, RulesReplaced
 from .content import catalog_for, json_option, no_code_option
 from .outcome import exit_code, outcome_text
@@ -18,10 +18,7 @@ from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
-    from ..running import Option, RunOptions, RunResult
-
-Play = Callable[[str, "Catalog", "RunOptions"], "RunResult"]
-"""Function that runs a scenario: `rocs_bt.run` or `rocs_bt.drive`."""
+    from ..running import Option, RunResult
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
 
@@ -86,7 +83,6 @@ def _option(name: str, kind: Any, declared: Option) -> Callable[..., Any]:
 
 
 def play_scenario(
-    play: Play,
     scenario: str,
     given: dict[str, Any],
     *,
@@ -95,13 +91,12 @@ def play_scenario(
     as_json: bool,
     no_code: bool,
     unit: str,
-    keep: bool = False,
+    on_hardware: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Run a scenario, print its outcome, and return the exit code.
 
     Args:
-        play: Function that runs the scenario.
         scenario: Name or file of the scenario.
         given: Options of the run, by attribute of `RunOptions`.
         show_live: Whether to show the live page.
@@ -109,25 +104,26 @@ def play_scenario(
         as_json: Whether to print the summary as JSON.
         no_code: Whether to refuse Python content.
         unit: Unit of the progress bar.
-        keep: Whether the default output folder gets a number where an earlier run has a recording.
+        on_hardware: Whether to run on hardware. The default folder of output then keeps an earlier recording.
         progress: Function that is called once per control period, with the time [s].
     """
-    from ..check import check_scenario, mission_notes
+    from .._run import checked_run
+    from ..check import mission_notes
     from ..running import RunOptions, StopSignals
 
+    if given["watch_rules"]:
+        given["sinks"] = [*given.get("sinks", ()), _Replacements()]
     project = catalog_for(scenario, no_code=no_code)
-    catalog = CachingCatalog(project.project, code=project.code)  # the check and the run read each file once
-    findings = check_scenario(scenario, catalog)
-    findings.refuse()
-    spec, warnings = catalog.load_scenario(scenario), findings.warnings
+    catalog = CachingCatalog(project.project, code=project.code)  # robots of one kind are loaded once
+    run, findings = checked_run(scenario, catalog, RunOptions(**given), on_hardware=on_hardware)
+    spec = run.spec
     notes = [note for agent in spec.agents for note in mission_notes(agent, catalog)]
     for note in dict.fromkeys(notes):
         echo(str(note), err=True)
-    show_warnings(warnings, f"rocs-bt check {scenario}")
-    folder, signals = given["out"] or _default_folder(f"{spec.name}-{given['seed']}", keep), StopSignals(_NOTICE)
-    if given["watch_rules"]:
-        given["sinks"] = [*given.get("sinks", ()), _Replacements()]
-    with _live(port) if show_live else nullcontext() as live:
+    show_warnings(findings.warnings, f"rocs-bt check {scenario}")
+    folder = given["out"] or _default_folder(f"{spec.name}-{given['seed']}", on_hardware)
+    signals = StopSignals(_NOTICE)
+    with closing(run), _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, given["duration"] or spec.duration, unit) as shown:
 
             def show(t: float) -> None:
@@ -135,8 +131,7 @@ def play_scenario(
                     progress(t)
                 shown(t)
 
-            options = RunOptions(**{**given, "out": folder, "live": live, "progress": show, "signals": signals})
-            result = play(scenario, catalog, options)
+            result = run.conduct(out=folder, live=live, progress=show, signals=signals)
         _print(result, folder, as_json)
         if live is not None and signals.received is None:
             with suppress(KeyboardInterrupt):  # also before `wait` is entered

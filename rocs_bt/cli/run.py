@@ -20,12 +20,11 @@ def command(scenario: str, swaps: tuple[str, ...], **given: Any) -> int:
     it at once. Exits with 0 if every agent succeeded, 1 if one did not or a file could not be written, 2 if the input
     is invalid, 3 if the engine failed, 128 + signal if a signal ended the run.
     """
-    from .._run import run
     from ..running import read_swap
 
     asked, made, local = [read_swap(text) for text in swaps], _Swaps(), local_options(given)
     given |= {"swaps": asked, "sinks": [made] if asked else []}
-    code = play_scenario(run, scenario, given, unit="s simulated", **local)
+    code = play_scenario(scenario, given, unit="s simulated", **local)
     for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:
         echo(f"'{swap}' was not made, because the run had ended.", err=True)
     return code

@@ -6,10 +6,10 @@ it.
 
 from .act import Act
 from .action_node import ActionNode, action_nodes
-from .context import Content, MissionContext, SignalCondition, mission_of
+from .context import CheckOptions, Content, MissionContext, SignalCondition, mission_of
 from .leaves import Condition, Wait
 from .mission import Mission
-from .mission_check import check_mission, mission_faults
+from .mission_check import checked_plan, mission_faults
 from .parameters import mission_actions, mission_arguments, mission_parameters
 from .plan import Plan
 from .python_planner import Observation, PythonPlan, PythonPlanner, Task, python_mission
@@ -22,6 +22,7 @@ __all__ = [
     "NO_PATH",
     "Act",
     "ActionNode",
+    "CheckOptions",
     "Condition",
     "Content",
     "MapRoutePlanner",
@@ -42,7 +43,7 @@ __all__ = [
     "Vehicle",
     "Wait",
     "action_nodes",
-    "check_mission",
+    "checked_plan",
     "distance_to_path",
     "mission_actions",
     "mission_arguments",

@@ -118,14 +118,14 @@ class CheckOptions:
     """Options of a mission check, in which leaves with faults are created and their faults collected.
 
     Attributes:
-        fit: Whether the robot is the one for which the mission is meant; only then its actions are checked against the
-            robot's limits.
+        robot: Robot for which the mission is meant, in messages; empty if the robot is an arbitrary one, the limits of
+            which do not count.
         passed: File, line and column of each text that is the value of a parameter of the mission. A fault of such a
             value is reported there instead of at the mission's line.
         later: Names of knowledge-graph nodes that may become known during the run; None if any node may.
     """
 
-    fit: bool = True
+    robot: str = "this robot"
     passed: Mapping[str, Position] = field(default_factory=dict)
     later: Collection[str] | None = None
 
@@ -155,8 +155,7 @@ class MissionContext:
         leaves: Leaves created by `build`, in order.
         faults: Faults that a check of the mission has collected.
         swap: Function that replaces a subtree, given by its name, while the mission runs (see `TreePlan.swap`).
-        check_options: Options of a check; None in a run.
-        passed: Position of each value of a parameter that is a text; empty except in a check.
+        check_options: Options of a check; None in a run, also of a plan that a check has built, once it may run.
         board: Blackboard of the root, where `build` may store values for nodes.
         content: Access to nodes, route planners and missions; empty unless a catalog loaded the mission.
         dialect: Dialect of the XML trees that the mission loads: that of the scenario, or Nav2's if the mission's own
@@ -207,9 +206,6 @@ class MissionContext:
         self._ros_types = ros_types
         self._compile = compile_guard
         self.check_options = check_options
-        self.fit = check_options is None or check_options.fit
-        self.passed: Mapping[str, Position] = {} if check_options is None else check_options.passed
-        self._later = None if check_options is None else check_options.later
         self._paths: Mapping[Any, str] = {}
         self._time = self.clock.now()
         self._snapshot: list[float] | None = None
@@ -218,6 +214,16 @@ class MissionContext:
     def parts(self) -> dict[str, Any]:
         """Keyword arguments for the constructor of a `Plan`, as in `Patrol("patrol", **mission.parts)`."""
         return {name: getattr(self, name) for name in ("knowledge", "pipeline", "actions", "clock", "sink")}
+
+    @property
+    def fit(self) -> bool:
+        """Whether the robot is the one for which the mission is meant."""
+        return self.check_options is None or bool(self.check_options.robot)
+
+    @property
+    def passed(self) -> Mapping[str, Position]:
+        """Position of each value of a parameter that is a text; empty except in a check."""
+        return {} if self.check_options is None else self.check_options.passed
 
     @property
     def ros_types(self) -> RosTypes | None:

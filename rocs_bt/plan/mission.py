@@ -235,7 +235,8 @@ class Mission(MissionContext):
         return given
 
     def _check_goal(self, action: str, goal: str) -> None:
-        if (fault := unknown_goal(self.knowledge.world, action, goal, self._later)) is not None:
+        later = None if self.check_options is None else self.check_options.later
+        if (fault := unknown_goal(self.knowledge.world, action, goal, later)) is not None:
             self._warn(fault, about=goal)
 
     def _check_leader(self, action: str, leader: str) -> None:

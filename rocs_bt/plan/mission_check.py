@@ -12,28 +12,23 @@ from py_trees.behaviour import Behaviour
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
-from ..action import Action, parameters_of
-from ..clock import Clock
+from ..action import parameters_of
 from ..errors import Fault, InputError, unknown
-from ..event import NullSink
-from ..expression import Expression
 from ..knowledge import Knowledge
-from ..pipeline import Pipeline
-from ..ros_link import RosTypes
 from ..trees.examine import Flow, examine, flow_of, initial_value
 from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
 from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
-from .context import CheckOptions, MissionContext, Position
+from .context import CheckOptions, MissionContext
 from .mission import Mission, named_place, unknown_goal
 from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
 from .plan import Plan
-from .tree import shape_faults
+from .tree import TreePlan, shape_faults
 
-THIS_ROBOT = "this robot"
+THIS_ROBOT = CheckOptions().robot
 
 _LIMITS: dict[Dimension, tuple[str, str]] = {SPEED: ("speed_limit", "m/s"), TURN_RATE: ("turn_limit", "rad/s")}
 
@@ -169,79 +164,48 @@ def _leader_fault(node: ActionNode, leader: str, knowledge: Knowledge) -> Iterat
         yield fault_at(node, found.message, found.hint, attribute="leader")
 
 
-def check_mission(
-    build: Callable[..., Any],
-    *,
-    actions: Mapping[str, type[Action]],
-    knowledge: Knowledge,
-    clock: Clock,
-    parameters: Mapping[str, Any] | None = None,
-    compile_guard: Callable[[str], Expression] | None = None,
-    robot: str = THIS_ROBOT,
-    later: Collection[str] | None = None,
-    ros_types: Callable[[], RosTypes | None] = lambda: None,
-    position: Callable[[str], Position] = lambda name: (None, 0, 0),
-    privileged: Mapping[str, Any] | None = None,
-) -> list[Fault]:
-    """Check a mission: build it, and check its tree. Faults that are warnings do not prevent a run.
+def checked_plan(build: Callable[..., Any], mission: Mission, parameters: Mapping[str, Any]) -> Plan | None:
+    """Build and check the plan of a mission with `check_options`; its faults are then in `mission.faults`.
 
     Args:
         build: `build` function of the mission.
-        actions: Actions of the agent, keyed by name.
-        knowledge: Knowledge of the robot at the beginning of the run; goals are checked if it contains any place.
-        clock: Time source.
+        mission: Argument of the function. Its check ends with this function, so that the plan can run.
         parameters: Parameters of the mission, in SI units.
-        compile_guard: Compiler of expressions over the robot's signals.
-        robot: Robot for which the mission is meant, in messages; empty if the robot is an arbitrary one, the limits of
-            which do not count.
-        later: Names of nodes that may become known during the run; None if any node may.
-        ros_types: Function that returns the ROS types that are installed, or None.
-        position: Function from the name of a parameter to its position.
-        privileged: Information for oracle planners only.
+
+    Returns:
+        The plan; None if there are errors.
     """
     try:
-        declared = mission_parameters(build)
+        plan = _plan(build, mission, parameters)
     except InputError as error:
-        return list(error.faults)
-    missing = [n for n, p in declared.items() if p.required and n not in (parameters or {})]
-    if missing:
-        return [Fault(f"the mission needs {', '.join(missing)}.", hint="Set them in the scenario, or give defaults.")]
-    sink = NullSink()
-    mission = Mission(
-        "check",
-        knowledge=knowledge,
-        pipeline=Pipeline(clock, sink),
-        actions=actions,
-        compile_guard=compile_guard,
-        check_options=CheckOptions(
-            bool(robot),
-            {value: position(name) for name, value in (parameters or {}).items() if isinstance(value, str)},
-            later,
-        ),
-        privileged=privileged,
-        ros_types=ros_types,
-    )
-    try:
-        root = build(mission, **(parameters or {}))
-    except InputError as error:
-        return [*mission.faults, *error.faults]
+        mission.faults += error.faults
+        return None
     except Exception as error:  # noqa: BLE001 - user code may raise anything; it is reported as a fault of the mission
-        return [*mission.faults, Fault(f"build raised {type(error).__name__}: {error}.")]
+        mission.faults.append(Fault(f"build raised {type(error).__name__}: {error}."))
+        return None
+    mission.check_options = None
+    return plan
+
+
+def _plan(build: Callable[..., Any], mission: Mission, parameters: Mapping[str, Any]) -> Plan | None:
+    missing = [n for n, p in mission_parameters(build).items() if p.required and n not in parameters]
+    if missing:
+        hint = "Set them in the scenario, or give defaults."
+        raise InputError(Fault(f"the mission needs {', '.join(missing)}.", hint=hint))
+    root = build(mission, **parameters)
     if isinstance(root, Plan):
-        return mission.faults
+        return None if _has_errors(mission) else root
     if faults := shape_faults(root):
-        return [*mission.faults, *faults]
-    misfits: list[Fault] = []
-    try:
-        tree = Tree(root, board=mission.board, clock=clock, owner=mission, faults=misfits)
-    except InputError as error:
-        return [*mission.faults, *error.faults]
-    return [
-        *mission.faults,
-        *misfits,
-        *_tree_faults(root, mission),
-        *mission_faults(tree, knowledge, later, robot=robot),
-    ]
+        raise InputError(*faults)
+    options = mission.check_options or CheckOptions()
+    tree = Tree(root, board=mission.board, clock=mission.clock, owner=mission, faults=mission.faults)
+    mission.faults += _tree_faults(root, mission)
+    mission.faults += mission_faults(tree, mission.knowledge, options.later, robot=options.robot)
+    return None if _has_errors(mission) else TreePlan(root, mission, tree)
+
+
+def _has_errors(mission: Mission) -> bool:
+    return any(not fault.warning for fault in mission.faults)
 
 
 def _tree_faults(root: Behaviour, mission: Mission) -> list[Fault]:

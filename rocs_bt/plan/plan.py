@@ -14,6 +14,7 @@ from ..event import Change, EventSink
 from ..knowledge import Knowledge
 from ..pipeline import Pipeline, Priority, Ticket
 from ..raised import Raised, from_actuator, owners_of
+from .context import MissionContext
 from .route import RoutePlanner
 
 RUNNING, SUCCESS, FAILURE = "RUNNING", "SUCCESS", "FAILURE"
@@ -75,6 +76,11 @@ class Plan(AnalyzeSubscriber, ABC):
         Args:
             t: Current time [s].
         """
+
+    @classmethod
+    def idle(cls, mission: MissionContext) -> Plan:
+        """Mission that does nothing."""
+        return _Idle(mission.name, **mission.parts)
 
     @property
     def called(self) -> bool:
@@ -147,3 +153,8 @@ class Plan(AnalyzeSubscriber, ABC):
     def definitions_of(self, owner: object) -> tuple[object, ...]:
         """Objects with source files that may contain the fault, the given object first; see `raised_at`."""
         return (owner,)
+
+
+class _Idle(Plan):
+    def run(self, t: float) -> None:
+        self.changes()

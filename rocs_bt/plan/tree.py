@@ -88,6 +88,7 @@ class TreePlan(Plan):
     Args:
         root: Root of the tree.
         mission: Mission with which the leaves of the tree were created.
+        tree: Tree with this root that was checked already; by default it is made and checked.
 
     Raises:
         InputError: `root` is no tree, a composite has no children, a key has two types, or a node reports an error.
@@ -99,13 +100,14 @@ class TreePlan(Plan):
         ticks: Number of ticks.
     """
 
-    def __init__(self, root: Behaviour, mission: Mission) -> None:
-        if faults := shape_faults(root):
+    def __init__(self, root: Behaviour, mission: Mission, tree: Tree | None = None) -> None:
+        if tree is None and (faults := shape_faults(root)):
             raise InputError(*faults)
         super().__init__(mission.name, **mission.parts)
         self.root = root
-        self.tree = Tree(root, board=mission.board, clock=mission.clock, owner=mission)
-        _refuse_faults(self.tree)
+        self.tree = tree or Tree(root, board=mission.board, clock=mission.clock, owner=mission)
+        if tree is None:
+            _refuse_faults(self.tree)
         self.ticks = 0
         self._mission = mission
         self._board_changes = BoardChanges(self.tree)

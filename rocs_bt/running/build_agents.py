@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
-from ..catalog import AgentSpec, Catalog, ScenarioSpec, mission_values
-from ..clock import Rate
-from ..errors import located_at
-from ..plan import mission_actions
+from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
+from ..clock import Clock, Rate, SimulatedClock
+from ..device import Sensor
+from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
+from ..errors import Fault, InputError, collected, located_at
+from ..event import Event, EventSink, NullSink
+from ..plan import CheckOptions, Plan, mission_actions
+from ..plan.mission_texts import nodes_in
 from ..simulation.random_streams import stream
 from .options import Build
 from .share import sharing_of
@@ -55,6 +59,7 @@ def build_agents(
     *,
     seed: int = 0,
     missions: Mapping[str, Build] | None = None,
+    faults: list[Fault] | None = None,
 ) -> list[Agent]:
     """Build the agents of a scenario, in its order, and connect them to their robots.
 
@@ -65,17 +70,26 @@ def build_agents(
         runtime: Clock, sink and timer of the run.
         seed: Seed of the missions' random streams.
         missions: Mission functions that replace the scenario's, by agent.
+        faults: List to which the errors and warnings of a check are added; agents that cannot be built are then
+            missing, and an agent with a faulty mission has one that does nothing. By default errors are raised, and
+            missions are not checked.
 
     Raises:
         InputError: A mission, rule file or robot.toml is invalid; lists every fault of that file.
     """
     rates = Rates(control=Rate(1, scenario.rate.control_rate.period), plan=scenario.rate.plan_rate)
-    shares = sharing_of(scenario, runtime.clock, seed)
-    agents = []
+    shares, agents = {}, []
+    with collected(faults):
+        shares = sharing_of(scenario, runtime.clock, seed)
     for agent in scenario.agents:
         own = replace(runtime, rng=partial(stream, scenario.name, seed, agent.name))
-        with located_at(scenario.file, agent.line):
-            controller = load_controller(scenario, agent, catalog, (missions or {}).get(agent.name))
+        build = (missions or {}).get(agent.name)
+        with collected(faults), located_at(scenario.file, agent.line):
+            if faults is None:
+                controller = load_controller(scenario, agent, catalog, build)
+            else:
+                controller = _checked_controller(scenario, agent, catalog, build, faults)
+            found = None if faults is None else list[Fault]()
             built = build_agent(
                 agent.name,
                 devices[agent.name],
@@ -85,6 +99,106 @@ def build_agents(
                 load_class=catalog.load_class,
                 cached=catalog.cached,
                 share=shares.get(agent.name),
+                faults=found,
             )
-        agents.append(built)
+            agents.append(built)
+            if faults is not None and found:
+                at = (scenario.file, agent.line) if agent.parameters_at is None else agent.parameters_at.of("")
+                faults += (fault.at(*at) for fault in found)
     return agents
+
+
+def _checked_controller(
+    scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, build: Build | None, faults: list[Fault]
+) -> Controller:
+    """Controller of an agent in a check, which does nothing if its mission cannot be loaded.
+
+    A mission function that a program gives is not checked: only the run calls it.
+    """
+    if build is not None:
+        return load_controller(scenario, agent, catalog, build)
+    try:
+        controller = load_controller(scenario, agent, catalog)
+    except InputError as error:
+        faults += error.at(scenario.file, agent.line).faults
+        return load_controller(scenario, agent, catalog, Plan.idle)
+    position = agent.parameters_at.of if agent.parameters_at is not None else lambda name: (None, 0, 0)
+    options = CheckOptions(
+        robot=f"{catalog.load_robot(agent.robot).name} ({agent.name} in {scenario.name})",
+        passed={value: position(name) for name, value in controller.parameters.items() if isinstance(value, str)},
+        later=_later(scenario, agent, catalog),
+    )
+    return replace(controller, check_options=options)
+
+
+def _later(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> set[str] | None:
+    """Names of nodes that may be added to an agent's Knowledge during the run; None if they cannot be determined.
+
+    The reason for None is that sharing, user blocks and TrackObjects may add nodes with any name.
+    """
+    robot = catalog.load_robot(agent.robot)
+    if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
+        return None
+    mission = catalog.find("mission", agent.mission)
+    python = catalog.python_of(mission, agent.parameters.values(), agent.nodes)
+    declared = {fact.node for fact in scenario.facts_of(agent.name)}
+    return declared | nodes_in([mission.path, *(entry.path for entry in python)])
+
+
+def worldless_devices(
+    robot: RobotSpec,
+    rate: RateSpec,
+    clock: Clock,
+    sink: EventSink | None = None,
+    agent: str = "",
+    recorded: Sequence[Event] = (),
+) -> RobotDevices:
+    """Devices of a robot without a world: sensors with the readings of a recording, and actuators without effect.
+
+    Args:
+        robot: The robot.
+        rate: Rates of the run.
+        clock: Clock of the devices.
+        sink: Sink for the events of the safety gates.
+        agent: Name of the robot's agent.
+        recorded: Events of a recording, in order of time.
+    """
+    sensors: dict[str, Sensor] = {
+        **replay_sensors(recorded, agent, [s.name for s in robot.sensors], clock),
+        **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},
+    }
+    period = rate.control_rate.period
+    actuators = {
+        a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, agent)
+        for a in robot.actuators
+    }
+    rates = {s.name: rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
+    return RobotDevices(robot, sensors, actuators, rates)
+
+
+def worldless_agents(
+    scenario: ScenarioSpec,
+    catalog: Catalog,
+    *,
+    seed: int,
+    missions: Mapping[str, Build] | None = None,
+    recorded: Sequence[Event] = (),
+    clock: SimulatedClock | None = None,
+    sink: EventSink | None = None,
+    faults: list[Fault] | None = None,
+) -> list[Agent]:
+    """Build the agents of a scenario on devices without a world; see `worldless_devices` and `build_agents`.
+
+    Raises:
+        InputError: The content is invalid.
+    """
+    clock, sink, devices = clock or SimulatedClock(scenario.rate.physics), sink or NullSink(), {}
+    for agent in scenario.agents:
+        with collected(faults), located_at(scenario.file, agent.line):
+            robot = catalog.load_robot(agent.robot)
+            if robot.code and not catalog.code and faults is not None:
+                continue
+            devices[agent.name] = worldless_devices(robot, scenario.rate, clock, sink, agent.name, recorded)
+    scenario = replace(scenario, agents=tuple(agent for agent in scenario.agents if agent.name in devices))
+    runtime = Runtime(clock, sink)
+    return build_agents(scenario, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)

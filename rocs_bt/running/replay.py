@@ -25,9 +25,9 @@ from ..event import (
 from ..files import unsaved
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap, compare
 from ..simulation.fact_schedule import fact_schedules
+from .build_agents import worldless_agents
 from .memory import recall
 from .options import Build
-from .replayed_agents import replayed_agents
 from .swaps import SwapSchedule, controlled_swaps, swapped_content
 
 _NOT_OF_AGENTS: tuple[type[Event], ...] = (
@@ -139,7 +139,9 @@ def _decide(
     """Run the agents of the scenario on recorded sensor data and return their events."""
     control, sink = scenario.rate.control_rate, ListSink()
     clock = SimulatedClock(scenario.rate.physics)
-    agents = replayed_agents(scenario, catalog, recorded, clock, sink, seed=header.seed, missions=missions)
+    agents = worldless_agents(
+        scenario, catalog, seed=header.seed, missions=missions, recorded=recorded, clock=clock, sink=sink
+    )
     recall(header.recalled, agents)
     schedules, coming = fact_schedules(scenario, agents), SwapSchedule(swaps, agents, catalog)
     stops = {e.agent: e for e in recorded if isinstance(e, AgentStopped)}

@@ -5,15 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Protocol
 
 from msgspec.structs import replace
 
 from ..agent import Agent, RuleWatch
 from ..catalog import Catalog, ScenarioSpec
-from ..errors import InputError
-from ..record import AgentInfo, RunHeader, SubtreeSwap, Summary, environment_of, write_report
+from ..errors import Fault, InputError, collected
+from ..expression import Environment
+from ..files import read_once
+from ..record import TRUTH, RunHeader, SubtreeSwap, Summary, write_report
+from ..simulation import on_hardware
 from ..simulation.simulated_world import SimulatedWorld
+from .build_agents import worldless_agents
 from .control import CommandDesk
 from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
@@ -66,7 +70,8 @@ class Run:
         result = Run(spec, catalog, options).conduct()
 
     `conduct` does `prepare`, `play` and `finish`, and closes everything, however the run ends: the robots go to neutral
-    first, then the files are completed. A check of a scenario only prepares, and closes.
+    first, then the files are completed. A check is `prepare` with a list of faults; the run then goes on with what its
+    check has built.
 
     Args:
         spec: The scenario.
@@ -76,6 +81,8 @@ class Run:
 
     Attributes:
         stage: Stage of the run, from `prepare` on.
+        agents: Agents that `prepare` has built.
+        ready: Whether the run is prepared and can be played.
 
     Raises:
         InputError: An option is for the other kind of stage.
@@ -90,18 +97,21 @@ class Run:
         options.refuse_simulation() if on_hardware else options.refuse_hardware()
         self.spec = spec
         self.catalog = catalog
-        self.options = options
+        self._take(options)
+        self.agents: Sequence[Agent] = ()
+        self.ready = False
         self._on_hardware = on_hardware
-        self._files = RunFiles(None if options.out is None else Path(options.out))
-        self._signals = StopSignals() if options.signals is None else options.signals
         self._relay = Relay()
         self._stack = ExitStack()  # closes all that was opened, before the report is written
         self._summary: Summary | None = None
         self._failure: Exception | None = None
         self._page: Path | None = None
 
-    def conduct(self) -> RunResult:
-        """Prepare, play and finish the run, and write its report.
+    def conduct(self, **later: Any) -> RunResult:
+        """Prepare the run unless it is prepared, play and finish it, and write its report.
+
+        Args:
+            later: Options of the run that do not affect its preparation, such as `live`.
 
         Raises:
             InputError: The content is invalid; nothing was written.
@@ -110,13 +120,15 @@ class Run:
             EndedAtOnce: A second signal was received; its note names the missing files.
             KeyboardInterrupt: A signal ended the run.
         """
+        self._take(replace(self.options, **later))
         try:
             with ExitStack() as last:
                 last.callback(self._files.unlock)  # after the report
                 last.enter_context(self._signals)
                 try:
                     with self._stack:
-                        self.prepare()
+                        if not self.ready:
+                            self.prepare()
                         self.play()
                         self.finish()
                 except Exception as error:  # such as a device that fails to close: the report is still written
@@ -131,23 +143,57 @@ class Run:
             raise
         return self._result()
 
-    def prepare(self) -> None:
+    def _take(self, options: RunOptions) -> None:
+        self.options = options
+        self._files = RunFiles(None if options.out is None else Path(options.out))
+        self._signals = StopSignals() if options.signals is None else options.signals
+
+    def prepare(self, faults: list[Fault] | None = None) -> None:
         """Build the stage, the agents and the header. Nothing is written, and no robot moves.
+
+        Args:
+            faults: List to which the errors and warnings of a check are added. No device of hardware is opened then: if
+                the world cannot be built, or the robots are real, `agents` are those that can be built without it. By
+                default the first errors are raised, and missions are not checked.
 
         Raises:
             InputError: The content is invalid.
             DeviceError: A driver cannot reach its device.
         """
+        with read_once(), collected(faults):
+            if faults is None or self._simulated():
+                self._set_up(faults)
+        if faults is not None and not self.agents:
+            missions = self.options.missions
+            with read_once():
+                self.agents = worldless_agents(self.spec, self.catalog, seed=1, missions=missions, faults=faults)
+            self._own(self.agents)
+        if faults is not None:
+            faults += (f for agent in self.agents for f in _requirement_faults(self.spec, agent))
+
+    def _simulated(self) -> bool:
+        """Whether the robots can be simulated, without code that may not run and without drivers for hardware."""
+        robots = [self.catalog.load_robot(name) for name in self.spec.robots]
+        code = self.catalog.code or not any(robot.code for robot in robots)
+        return code and not self._on_hardware and not any(on_hardware(self.catalog, robot) for robot in robots)
+
+    def _own(self, agents: Sequence[Agent]) -> None:
+        for agent in agents:
+            self._stack.callback(agent.close)
+
+    def _set_up(self, faults: list[Fault] | None) -> None:
         spec, catalog, options = self.spec, self.catalog, self.options
         if self._on_hardware:
             self.stage = HardwareStage(spec, catalog, options, self._relay, self._stack, self._ended)
         else:
-            self.stage = SimulatedStage.of(spec, catalog, options, self._relay)
+            self.stage = SimulatedStage.of(spec, catalog, options, self._relay, faults)
         stage, agents = self.stage, self.stage.agents
-        for agent in agents:
-            self._stack.callback(agent.close)
+        self.agents = agents
+        self._own(agents)
+        if any(not fault.warning for fault in faults or ()):
+            return
         self._memory = Memory(options.knowledge, agents)
-        self._stack.callback(self._files.attempt, "the knowledge", self._memory.close)
+        self._stack.callback(lambda: self._files.attempt("the knowledge", self._memory.close))
         self._swaps = SwapSchedule(stage.swaps, agents, catalog)
         files = [(agent.name, file) for agent in agents for file in agent.rule_files]
         self._rules = RuleWatch(files, stage.clock, self._relay, watching=options.watch_rules)
@@ -160,7 +206,9 @@ class Run:
             swaps=tuple(stage.swaps),
             simulated=not self._on_hardware,
         )
-        refuse_requirements(spec, self.header.agents)
+        if wrong := [fault for agent in agents for fault in _requirement_faults(spec, agent)]:
+            raise InputError(*dict.fromkeys(wrong))
+        self.ready = True
 
     @property
     def world(self) -> SimulatedWorld:
@@ -270,12 +318,8 @@ class Run:
         return result
 
 
-def refuse_requirements(spec: ScenarioSpec, agents: Sequence[AgentInfo]) -> None:
-    """Check that the scenario's requirements use only signals that their agents have.
-
-    Raises:
-        InputError: A requirement does not fit its agent; lists every fault.
-    """
-    faults = [f for info in agents for f in requirement_faults(spec, info.name, environment_of(info, truth=True))]
-    if faults:
-        raise InputError(*dict.fromkeys(faults))
+def _requirement_faults(spec: ScenarioSpec, agent: Agent) -> list[Fault]:
+    """Faults of requirements that use signals which their agent has not."""
+    signals = agent.knowledge.signals
+    known = Environment.packed([*(signals.spec(name) for name in signals.names), *TRUTH])
+    return requirement_faults(spec, agent.name, known)

@@ -13,6 +13,7 @@ from ..agent import Agent, Runtime, ThreadedRunner
 from ..catalog import Catalog, ScenarioSpec
 from ..clock import Clock, Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
+from ..errors import Fault
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.body_shapes import RobotShapes
@@ -93,8 +94,15 @@ class SimulatedStage:
         self._count = 0
 
     @classmethod
-    def of(cls, spec: ScenarioSpec, catalog: Catalog, options: RunOptions, sink: EventSink) -> SimulatedStage:
-        """Build the world of a scenario and its agents.
+    def of(
+        cls,
+        spec: ScenarioSpec,
+        catalog: Catalog,
+        options: RunOptions,
+        sink: EventSink,
+        faults: list[Fault] | None = None,
+    ) -> SimulatedStage:
+        """Build the world of a scenario and its agents; in a check, the faults of agents are added to a list.
 
         Raises:
             InputError: The content is invalid.
@@ -105,7 +113,7 @@ class SimulatedStage:
             options.prepare(simulated)
         limit, missions = spec.duration if options.duration is None else options.duration, options.missions
         swaps = rehearse_swaps(options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=missions)
-        agents = simulated_agents(spec, simulated, catalog, sink, missions, options.seed)
+        agents = simulated_agents(spec, simulated, catalog, sink, missions, options.seed, faults)
         again = options.command or run_command(spec.name, options.seed, options.mode, options.duration, swaps)
         return cls(
             simulated,
@@ -262,8 +270,9 @@ def simulated_agents(
     sink: EventSink,
     missions: Mapping[str, Build] | None = None,
     seed: int = 0,
+    faults: list[Fault] | None = None,
 ) -> list[Agent]:
-    """Build the agents of a scenario in its simulated world."""
+    """Build the agents of a scenario in its simulated world; see `build_agents`."""
     devices = {agent.name: simulated.devices(agent.name) for agent in spec.agents}
     runtime = Runtime(simulated.clock, sink, time.perf_counter)
-    return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions)
+    return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)

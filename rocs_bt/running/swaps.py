@@ -10,17 +10,16 @@ import msgspec
 
 from ..agent import Agent
 from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
-from ..clock import SimulatedClock
 from ..errors import Fault, InputError, RecordingError, unknown
-from ..event import Event, NullSink, RunControlled
+from ..event import Event, RunControlled
 from ..files import same_file
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
 from ..trees.error import TreeError
 from ..trees.nodes import Node
 from ..units import TIME, read_quantity
+from .build_agents import worldless_agents
 from .options import Build
-from .replayed_agents import replayed_agents
 
 _FORM = "Write NODE=FILE@TIME or NODE=FILE:TREE@TIME, such as 'visit first=careful.xml@12.5'."
 _SAME = 1e-9  # [s]
@@ -122,9 +121,7 @@ def rehearse_swaps(
             message = f"the swap '{swap}' is not within the run, which is from 0 s to {duration:g} s."
             raise InputError(Fault(message, hint=_FORM))
     with ExitStack() as stack:
-        agents = replayed_agents(
-            scenario, catalog, (), SimulatedClock(scenario.rate.physics), NullSink(), seed=seed, missions=missions
-        )
+        agents = worldless_agents(scenario, catalog, seed=seed, missions=missions)
         for agent in agents:
             stack.callback(agent.close)
             stack.callback(agent.stop, "the end of the rehearsal")

@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from concurrent.futures import Executor
-from contextlib import closing
+from contextlib import closing, suppress
 from pathlib import Path
 
 import pytest
 
-from rocs_bt import run, sweep
+from rocs_bt import files, run, sweep
 from rocs_bt.catalog import Catalog
-from rocs_bt.check import check_content
+from rocs_bt.check import check_content, scenario
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
 from rocs_bt.errors import InputError, RocsError
-from rocs_bt.running import Run
+from rocs_bt.running import Run, build_agents
 
 from .faulty_projects import ERRORS, WARNINGS, S, W, two_faults, write_project
 
@@ -137,6 +138,32 @@ def test_a_sweep_gives_each_warning_once(tmp_path, fault):
     (warnings,) = given
     assert len({*warnings}) == len(warnings)
     assert {*expected} <= {*warnings}
+
+
+SHIPPED = [entry.name for entry in Catalog().list("scenario")]
+
+
+@pytest.mark.parametrize("name", [pytest.param(n, marks=() if n in ("exp1", "exp3") else SOAK) for n in SHIPPED])
+def test_a_run_reads_each_file_once_and_builds_each_agent_once_and_one_that_its_check_moves(monkeypatch, name):
+    opened, built = Counter(), Counter()
+    open_file, build = files.open_regular, build_agents.build_agent
+    monkeypatch.setattr(files, "open_regular", lambda path, *most: opened.update([path]) or open_file(path, *most))
+    monkeypatch.setattr(build_agents, "build_agent", lambda name, *a, **k: built.update([name]) or build(name, *a, **k))
+    with suppress(InputError):  # robots of ROS 2 cannot be simulated
+        run(name, Catalog(), duration=0.05)
+    assert opened
+    assert [path for path, count in opened.items() if count > 1] == []
+    assert set(built.values()) <= {1, 2}
+
+
+def test_a_file_that_changes_after_its_check_does_not_change_the_run(tmp_path, monkeypatch):
+    write_project(tmp_path)
+    rules, analysed = tmp_path / "rules/own.toml", scenario.analyse_fit
+    before = run("own", Catalog(tmp_path), duration=0.05).summary.content_hash
+    monkeypatch.setattr(scenario, "analyse_fit", lambda *given: rules.write_text("no rules") and analysed(*given))
+    assert run("own", Catalog(tmp_path), duration=0.05).summary.content_hash == before
+    with pytest.raises(InputError):
+        run("own", Catalog(tmp_path), duration=0.05)
 
 
 def test_a_mission_that_a_program_gives_is_built_by_the_run_only(tmp_path):

@@ -109,26 +109,32 @@ def test_a_second_signal_ends_at_once_and_in_neutral(project, start, capsys):
     assert summary_in(project / "out")["agents"]["R1"]["outcome"] == "interrupted"
 
 
-SLOW = """
-import signal
+_WAITING = """
 import time
 from pathlib import Path
 
-from rocs_bt.units import MetresPerSecond
+import rocs_bt
 
 
-def build(mission, *, first: str = "", second: str = "", cruise: MetresPerSecond = 0.4):
-    if signal.getsignal(signal.SIGTERM) is not signal.SIG_DFL:  # not in the check before the run
+class Live:
+    def begin(self, header):
         Path("begun").touch()
         while not Path("go").exists():
             time.sleep(0.01)
-    return mission.act("GoTo", goal="gate")
+
+    def emit(self, event):
+        pass
+
+    def take(self):
+        return ()
+
+
+rocs_bt.run("first", out="out", live=Live())
 """
 
 
 def test_a_signal_before_the_first_control_period_ends_the_run_in_order(project, start):
-    (project / "planners/missions/patrol.py").write_text(SLOW)
-    process: Process = start("-c", "import rocs_bt; rocs_bt.run('first', out='out')")
+    process: Process = start("-c", _WAITING)
     process.wait_for(project / "begun", 0)
     process.send_signal(signal.SIGTERM)
     (project / "go").touch()

@@ -12,8 +12,10 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.geometry import Pose2
-from rocs_bt.plan import Mission, check_mission, mission_arguments, mission_parameters
+from rocs_bt.plan import Mission, mission_arguments, mission_parameters
 from rocs_bt.units import SPEED, Metres, PositiveMetresPerSecond
+
+from .checking import check_mission
 
 FOLDER = Path(__file__).parents[2] / "planners" / "missions"
 SHIPPED = sorted(FOLDER.glob("*.py"))
@@ -162,7 +164,7 @@ class TestCheck:
 
         (fault,) = check(build)
         assert fault.warning
-        assert "test_mission_files.py:160: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
+        assert "test_mission_files.py:162: warning: 'TurnTo': this leaf was created but is not in the tree." in str(
             fault
         )
 

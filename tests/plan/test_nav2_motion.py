@@ -7,10 +7,11 @@ import pytest
 from rocs_bt.actions import SetTwist
 from rocs_bt.errors import InputError
 from rocs_bt.pipeline import Priority
-from rocs_bt.plan import check_mission, xml_mission
+from rocs_bt.plan import xml_mission
 from rocs_bt.ros_link import GoalState, Received
 from rocs_bt.trees.nodes import RUNNING, SUCCESS
 
+from .checking import check_mission
 from .ros_fake import Message
 
 

@@ -12,12 +12,14 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.dialect import DIALECTS, DISTRIBUTIONS
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OccupancyGrid
-from rocs_bt.plan import check_mission, xml_mission
+from rocs_bt.plan import xml_mission
 from rocs_bt.plan.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes
 from rocs_bt.plan.xml_mission import shipped_nodes
 from rocs_bt.trees.nodes import Tree
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS
 from rocs_bt.trees.xml import load_xml
+
+from .checking import check_mission
 
 SERVED = "server_name server_timeout error_code_id error_msg"
 CANCEL, FRAMES, CODE = "server_name server_timeout", "global_frame robot_base_frame", "error_code"

@@ -8,9 +8,11 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import Said
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.geometry import Pose2
-from rocs_bt.plan import TreePlan, check_mission, mission_nodes
+from rocs_bt.plan import TreePlan, mission_nodes
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 from rocs_bt.trees.xml import load_xml
+
+from .checking import check_mission
 
 CATALOG = Catalog()
 NODES = mission_nodes(ACTIONS, CATALOG.load_nodes())

@@ -5,11 +5,12 @@ import pytest
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.geometry import Pose2
-from rocs_bt.plan import TreePlan, check_mission, xml_mission
+from rocs_bt.plan import TreePlan, xml_mission
 from rocs_bt.ros_link import Received
 from rocs_bt.trees.examine import examine
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 
+from .checking import check_mission
 from .ros_fake import Link, Message, Types, after
 
 

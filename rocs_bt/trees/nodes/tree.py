@@ -41,7 +41,7 @@ class Tree:
         clock: Time source for nodes that wait.
         owner: Object that the tree works for, such as a mission; see `Runtime.owner`.
         enums: Enum values by name, for scripts and ports.
-        faults: List to which faults are added, for a tree that is only inspected; by default they are raised.
+        faults: List to which faults are added, in a check; by default they are raised.
 
     Raises:
         TreeError: Keys have conflicting types, or enum names are unknown; the error lists all of them.
@@ -73,6 +73,7 @@ class Tree:
         self._faults = faults
         _write_initial_keys(root, self.board)
         self.bind()
+        self._faults = None  # of a subtree that is swapped in later they are raised
 
     def bind(self) -> None:
         """Bind all nodes to their blackboards. Call this again after editing the tree; subtrees keep theirs."""
