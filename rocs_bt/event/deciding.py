@@ -215,7 +215,7 @@ class TicketChanged(Event, frozen=True, kw_only=True):
     @property
     def sentence(self) -> str:
         """The event for people."""
-        return f"{self.action} failed: {self.reason}" if self.state == "FAILED" else ""
+        return f"action {self.action} failed: {self.reason}" if self.state == "FAILED" else ""
 
     @property
     def level(self) -> Level:

@@ -117,6 +117,19 @@ def test_panels_use_the_height_of_the_window(browser, touched, width, height):  
     assert browser.evaluate(SPARE)["heights"] == seen["heights"], "a selection moves the panels"
 
 
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_nothing_moves_while_the_time_goes_on(browser, touched):  # noqa: F811
+    show(browser, touched)
+    boxes = set()
+    for t in (0.0, 0.4, 0.8, 1.2, 1.5):
+        go(browser, t)
+        rects = each(browser, "#app > *, .mission .tree, .label, .tabs", "JSON.stringify(e.getBoundingClientRect())")
+        boxes.add(tuple(rects))
+    assert len(boxes) == 1
+    assert not re.search(r"\b(transition|animation)\b", STYLE)
+
+
 @pytest.fixture(scope="module")
 def gated(tmp_path_factory):
     """Report of a run with a door that shuts between 2 and 3.5 s."""

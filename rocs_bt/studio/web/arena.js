@@ -1,7 +1,7 @@
 // @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
 import { FONT, color, el, prepare, seconds, upto } from "./dom.js";
-import { OwnMap, believed } from "./scene.js";
+import { OwnMap, believed, rays } from "./scene.js";
 
 const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
 const PAD = 14, HIGH = 0.4; // [px]; [m] from which on a height is written
@@ -198,7 +198,7 @@ export class Arena {
     for (const info of run.header.bodies) {
       const pose = run.pose(info.name, t);
       if (!pose) continue;
-      if (info.name === agent && layers.rays) this.rays(g, info, pose, t);
+      if (info.name === agent && layers.rays) this.rays(g, info, t);
       this.body(g, info, pose);
     }
     const boxes = [...this.fixed], first = run.header.bodies.filter(({ name }) => name === agent);
@@ -224,46 +224,38 @@ export class Arena {
     g.setLineDash([]);
   }
 
-  rays(g, info, pose, t) {
+  rays(g, info, t) {
+    /** @type {any[][]} */
+    const scans = [];
     g.fillStyle = g.strokeStyle = color("belief");
-    for (const [sensor, beams] of Object.entries(info.beams ?? {})) {
-      const echoes = this.run.get(info.name, "scan", sensor)?.at(t);
-      beams.forEach((beam, k) => echoes && this.beam(g, beam, echoes[k], pose));
+    for (const ray of rays(this.run, info, t)) {
+      if (!ray.scan && Math.cos(ray.elevation) >= STEEP) this.beam(g, ray);
+      if (ray.scan && ray.scan !== scans.at(-1)?.[0].scan) scans.push([ray]); else if (ray.scan) scans.at(-1)?.push(ray);
     }
-    for (const [sensor, fan] of Object.entries(info.fans ?? {})) {
-      const track = this.run.get(info.name, "scan", sensor), echoes = track?.at(t);
-      if (echoes) this.fan(g, fan, track, echoes, this.run.pose(info.name, track.since(t)) ?? pose);
-    }
+    for (const scan of scans) this.fan(g, scan);
     g.globalAlpha = 1;
   }
 
-  beam(g, { x, y, yaw, reach, cone = 0, elevation = 0 }, echo, pose) {
-    const flat = Math.cos(elevation);
-    if (Number.isNaN(echo) || flat < STEEP) return;
-    const [bx, by] = placed(pose, [x, y]), angle = pose.yaw + yaw, r = Math.min(echo, reach) * flat * this.scale;
-    g.globalAlpha = echo < reach ? 0.35 : 0.07;
+  beam(g, { eye: [x, y], end: [to, up], heard, cone }) {
+    const angle = Math.atan2(up - y, to - x), r = Math.hypot(to - x, up - y) * this.scale;
+    g.globalAlpha = heard ? 0.35 : 0.07;
     g.beginPath();
-    g.moveTo(this.x(bx), this.y(by));
+    g.moveTo(this.x(x), this.y(y));
     if (cone > 0) {
-      g.arc(this.x(bx), this.y(by), r, -angle - cone / 2, -angle + cone / 2);
+      g.arc(this.x(x), this.y(y), r, -angle - cone / 2, -angle + cone / 2);
       g.fill();
     } else {
-      g.lineTo(this.x(bx) + r * Math.cos(angle), this.y(by) - r * Math.sin(angle));
+      g.lineTo(this.x(to), this.y(up));
       g.stroke();
     }
   }
 
-  fan(g, { x, y, yaw, step, reach }, track, echoes, pose) {
-    const eye = placed(pose, [x, y]), ends = [];
-    echoes.forEach((echo, k) => {
-      const angle = pose.yaw + yaw + k * step * track.ray, r = Number.isNaN(echo) ? 0 : Math.min(echo, reach);
-      ends.push([eye[0] + r * Math.cos(angle), eye[1] + r * Math.sin(angle), echo < reach]);
-    });
+  fan(g, scan) {
     g.globalAlpha = 0.08;
-    this.line(g, [eye, ...ends]);
+    this.line(g, [scan[0].eye, ...scan.map(({ end }) => end)]);
     g.fill();
     g.globalAlpha = 0.9;
-    for (const [ex, ey, heard] of ends) if (heard) g.fillRect(this.x(ex) - 1.2, this.y(ey) - 1.2, 2.4, 2.4);
+    for (const { end: [x, y], heard } of scan) if (heard) g.fillRect(this.x(x) - 1.2, this.y(y) - 1.2, 2.4, 2.4);
   }
 
   /** Whether an actor is a door: it is open or shut when it is at rest. */

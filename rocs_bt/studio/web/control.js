@@ -1,6 +1,6 @@
 // @ts-check
 // Control of a run that goes on: pause, step, continue, swap a subtree, reload a rule file; stop, and run again.
-import { dialog, el, put } from "./dom.js";
+import { button, dialog, el, put } from "./dom.js";
 import { post, runName, start } from "./server.js";
 
 /** Asks in a dialog; the form's values go to `act`. */
@@ -16,7 +16,6 @@ const ask = (title, label, fields, act) => {
 
 export class Control {
   constructor(run, cursor) {
-    const button = (text, title, act) => el("button", { title, onclick: act }, text);
     this.run = run;
     this.cursor = cursor;
     this.pause = button("", "pause or continue the run (p)", () => this.toggle());

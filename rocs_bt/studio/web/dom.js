@@ -19,6 +19,18 @@ export const el = (tag, properties = {}, ...children) => {
   return element;
 };
 
+/** Button with a text, and a title for the pointer and for readers of the screen. */
+export const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
+
+/** Steps by the arrows up and down, without scrolling. @param {KeyboardEvent} event @param {(step: number) => void} act */
+export const arrows = (event, act) => {
+  const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
+  if (!step) return;
+  event.preventDefault();
+  event.stopPropagation();
+  act(step);
+};
+
 /** Sets a text only if it differs: most rows stay as they are when the cursor moves. */
 export const put = (element, text) => {
   if (element.shown === text) return;
@@ -80,7 +92,8 @@ export const prepare = (canvas, width, height) => {
 
 /** Opens a dialog; it closes with its button, with escape, or with a click beside it. */
 export const dialog = (title, ...children) => {
-  const box = el("dialog", { "aria-label": title }, el("header", {}, el("h2", {}, title), el("button", { "aria-label": "close", onclick: () => box.close() }, "×")), ...children);
+  const header = el("header", {}, el("h2", {}, title), button("×", "close", () => box.close()));
+  const box = el("dialog", { "aria-label": title }, header, ...children);
   box.addEventListener("close", () => box.remove());
   box.addEventListener("click", (event) => { if (event.target === box) box.close(); });
   document.body.append(box);

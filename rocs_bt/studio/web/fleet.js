@@ -1,6 +1,6 @@
 // @ts-check
 // All robots as a table at the cursor: outcome, what each does, its progress and its clearance.
-import { el, put, short, shown } from "./dom.js";
+import { arrows, el, put, short, shown } from "./dom.js";
 
 const COLUMNS = ["robot", "outcome", "does", "to go", "clearance"];
 
@@ -13,7 +13,7 @@ export class Fleet {
     this.body = el("tbody");
     const head = el("tr", {}, ...COLUMNS.map((name) => el("th", { scope: "col" }, name)));
     this.box = el("div", { class: "fleet", tabindex: 0, "aria-label": "robots" }, el("table", {}, el("thead", {}, head), this.body));
-    this.box.addEventListener("keydown", (event) => this.key(event));
+    this.box.addEventListener("keydown", (event) => arrows(event, (step) => this.step(step)));
     for (const name of ["move", "shown", "select"]) cursor.addEventListener(name, () => this.update());
     this.build();
   }
@@ -63,11 +63,7 @@ export class Fleet {
     }
   }
 
-  key(event) {
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (!step) return;
-    event.preventDefault();
-    event.stopPropagation();
+  step(step) {
     const next = this.rows[this.rows.findIndex(({ agent }) => agent === this.cursor.agent) + step];
     if (next) { this.cursor.select(`${next.agent}|pose|`); next.row.scrollIntoView({ block: "nearest" }); }
   }

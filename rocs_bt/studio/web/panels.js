@@ -219,7 +219,9 @@ export class About extends Panel {
     const list = el("dl", { class: "about" }), text = el("pre", { tabindex: 0, "aria-label": "what the run has printed" });
     const output = el("details", { class: "output", hidden: !runName, ontoggle: () => this.update() }, el("summary", {}, "output of the run"), text);
     super(run, cursor, list, output);
-    Object.assign(this, { list, output, text });
+    this.list = list;
+    this.output = output;
+    this.text = text;
     this.build();
   }
 

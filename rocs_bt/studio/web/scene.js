@@ -71,20 +71,19 @@ export class OwnMap {
   }
 }
 
-/** Rays of a robot at a time: both ends in the world, and whether there is an echo, and whether it is of a scan. */
+/** Rays of a robot at a time: both ends in the world, whether there is an echo, its cone, and the scan that it is of. */
 export const rays = (run, { name, beams = {}, fans = {}, base = 0 }, t) => {
-  const found = [], ray = (pose, x, y, angle, elevation, echo, reach, wide) => {
-    if (Number.isNaN(echo)) return;
-    const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw), z = pose.z ?? base, far = Math.min(echo, reach);
+  const found = [], ray = (pose, { x, y, reach, cone = 0, elevation = 0 }, angle, echo, scan) => {
+    const c = Math.cos(pose.yaw), s = Math.sin(pose.yaw), z = pose.z ?? base, far = Math.min(Number.isNaN(echo) ? 0 : echo, reach);
     const eye = [pose.x + c * x - s * y, pose.y + s * x + c * y, z], flat = far * Math.cos(elevation);
     const end = [eye[0] + flat * Math.cos(pose.yaw + angle), eye[1] + flat * Math.sin(pose.yaw + angle), z + far * Math.sin(elevation)];
-    found.push({ eye, end, heard: echo < reach, wide });
+    found.push({ eye, end, heard: echo < reach, cone, elevation, scan });
   };
   for (const [sensor, all] of Object.entries({ ...beams, ...fans })) {
     const track = run.get(name, "scan", sensor), echoes = track?.at(t), pose = track && run.pose(name, track.since(t));
     if (!echoes || !pose) continue;
-    if (Array.isArray(all)) all.forEach(({ x, y, yaw, elevation = 0, reach }, k) => ray(pose, x, y, yaw, elevation, echoes[k], reach, false));
-    else echoes.forEach((echo, k) => ray(pose, all.x, all.y, all.yaw + k * all.step * track.ray, 0, echo, all.reach, true));
+    if (Array.isArray(all)) all.forEach((beam, k) => ray(pose, beam, beam.yaw, echoes[k], ""));
+    else echoes.forEach((echo, k) => ray(pose, all, all.yaw + k * all.step * track.ray, echo, sensor));
   }
   return found;
 };

@@ -131,7 +131,7 @@ export class Space {
       const ring = circle([x, y], Math.max(radius, 0.1));
       add("good", [...ring, ring[0]].map((point) => [...point, LIFT]));
     }
-    if (layers.rays && info) add("belief", rays(run, info, t).flatMap(({ eye, end, heard, wide }) => (!heard ? [] : [wide ? tip(eye, end) : eye, end])), true);
+    if (layers.rays && info) add("belief", rays(run, info, t).flatMap(({ eye, end, heard, scan }) => (!heard ? [] : [scan ? tip(eye, end) : eye, end])), true);
     if (layers.map) {
       const { cell, cells } = this.map.at(agent, t);
       add("belief", [...cells].flatMap(([x, y]) => [[x * cell, y * cell, LIFT], [(x + 1) * cell, (y + 1) * cell, LIFT]]), true);

@@ -1,24 +1,21 @@
 // @ts-check
 // Rows over one axis of time: events, rules with how near each comparison of their guard is, actions, and signals.
-import { FONT, color, el, prepare, put, short, shown, upto } from "./dom.js";
+import { arrows, button, el, prepare, put, short, shown } from "./dom.js";
+import { AXIS, Lanes } from "./lanes.js";
 import { legend, tintOf } from "./legend.js";
 import { isSecond, twin } from "./second.js";
 import { whyNot } from "./why.js";
 
-const AXIS = 18, BAR = 16, RIBBON = 20, CURVE = 38, TALL = 96, MOST = 150, GAP = 3, MARKS = 14, HEADING = 14, LINE = 13; // [px] heights
+const BAR = 16, RIBBON = 20, CURVE = 38, TALL = 96, MOST = 150, GAP = 3, MARKS = 14, HEADING = 14; // [px] heights
 const FIRST = ["battery", "goal_distance", "speed", "min_clearance"]; // signals shown while none is pinned
-const LINES = 24; // values of a signal that are drawn at most
 const LEAST = 0.2, RECENT = 30, LONG = 180; // [s] shortest interval; interval of a run that goes on; run that begins with a part
 const exact = (t) => Number(t.toFixed(5)); // of the interval, so that an address has all of it
 
-export class Timeline {
+export class Timeline extends Lanes {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
-    this.from = run.start;
+    super(run, cursor);
     this.to = Math.max(run.end, run.start + LEAST);
     this.pinned = new Set();
-    this.rows = [];
     this.opened = ""; // rule whose comparisons are shown
     this.onwindow = (_from, _to) => {};
     this.onlegend = () => {};
@@ -29,13 +26,18 @@ export class Timeline {
     this.labels = el("div", { class: "labels" });
     this.plot = el("div", { class: "plot" }, this.canvas, this.line, this.hover, this.reading);
     this.legend = el("div", { class: "below" });
-    this.box = el("div", { class: "timeline", tabindex: 0, "aria-label": "rules, actions and signals over time" }, this.labels, this.plot, this.legend);
-    this.plot.addEventListener("pointerdown", (event) => { this.plot.setPointerCapture(event.pointerId); this.drag = event.shiftKey || event.button === 1; this.point(event, !this.drag); });
+    const about = { class: "timeline", tabindex: 0, "aria-label": "rules, actions and signals over time" };
+    this.box = el("div", about, this.labels, this.plot, this.legend);
+    this.plot.addEventListener("pointerdown", (event) => {
+      this.plot.setPointerCapture(event.pointerId);
+      this.drag = event.shiftKey || event.button === 1;
+      this.point(event, !this.drag);
+    });
     this.plot.addEventListener("pointermove", (event) => { if (event.buttons) this.point(event, false); else this.read(event); });
     this.plot.addEventListener("pointerleave", () => { this.hover.hidden = this.reading.hidden = true; });
     this.plot.addEventListener("dblclick", () => this.window(run.start, run.end));
     this.plot.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
-    this.box.addEventListener("keydown", (event) => this.key(event));
+    this.box.addEventListener("keydown", (event) => arrows(event, (step) => this.step(step)));
     cursor.addEventListener("move", () => this.place());
     cursor.addEventListener("agent", () => this.build());
     cursor.addEventListener("select", () => this.pick());
@@ -77,7 +79,6 @@ export class Timeline {
     this.rows = [
       this.events(agent), ...group("rules", this.rules(agent)), ...group("actions", this.actions(agent)), ...group("signals", this.curves(agent)),
     ];
-    const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
     const zooms = [
       button("−", "zoom out (-)", () => this.zoom(2)), button("+", "zoom in (+)", () => this.zoom(0.5)),
       button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()), button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
@@ -200,10 +201,6 @@ export class Timeline {
     this.place();
   }
 
-  x(t) { return ((t - this.from) / (this.to - this.from)) * this.wide; }
-
-  time(x) { return this.from + (x / this.wide) * (this.to - this.from); }
-
   /** Shows an interval. */
   window(from, to) {
     const { start, end } = this.run, span = Math.min(Math.max(to - from, LEAST), Math.max(end - start, LEAST));
@@ -258,164 +255,10 @@ export class Timeline {
   }
 
   /** Arrows up and down select the next row. */
-  key(event) {
-    const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
-    if (!step) return;
-    event.preventDefault();
-    event.stopPropagation();
+  step(step) {
     const at = this.rows.findIndex((row) => row.node.classList.contains("selected")), rows = this.rows.filter((row) => row.address);
     const next = rows[Math.min(rows.length - 1, Math.max(0, rows.indexOf(this.rows[at]) + step))];
     if (next) { this.cursor.select(next.address); next.node.scrollIntoView({ block: "nearest" }); }
-  }
-
-  draw(g) {
-    const span = this.to - this.from, raw = span / (this.wide / 80), base = 10 ** Math.floor(Math.log10(raw));
-    const tick = [1, 2, 5, 10].map((m) => m * base).find((step) => step >= raw);
-    g.font = `11px ${FONT}`;
-    for (let t = Math.ceil(this.from / tick) * tick; t <= this.to; t += tick) {
-      g.fillStyle = color("line");
-      g.fillRect(Math.round(this.x(t)), AXIS - 4, 1, this.high);
-      g.fillStyle = color("muted");
-      g.fillText(String(Number(t.toFixed(6))), Math.round(this.x(t)) + 3, 12);
-    }
-    for (const row of this.rows) {
-      if (row.marks) this.points(g, row);
-      else if (row.sides) this.sides(g, row);
-      else if (row.curve) this.curve(g, row);
-      else if (row.bars) this.bars(g, row);
-    }
-  }
-
-  points(g, { y, high, marks }) {
-    g.fillStyle = color("track");
-    g.fillRect(0, y, this.wide, high);
-    for (const { t, fill } of marks) {
-      if (t < this.from || t > this.to) continue;
-      const x = this.x(t), middle = y + high / 2;
-      g.fillStyle = color(fill);
-      g.beginPath();
-      for (const [dx, dy] of [[0, -6], [4, 0], [0, 6], [-4, 0]]) g.lineTo(x + dx, middle + dy);
-      g.fill();
-    }
-  }
-
-  bars(g, { y, high, bars, near, second = [] }) {
-    g.fillStyle = color("track");
-    g.fillRect(0, y, this.wide, high);
-    if (near) this.ribbon(g, near, y, high);
-    const low = near ? y + high - 8 : y + 2, tall = near ? 8 : high - 4;
-    const all = [...bars.map((b) => ({ ...b, top: low, tall: second.length ? tall - 4 : tall })), ...second.map((b) => ({ ...b, fill: "twin", top: low + tall - 3, tall: 3 }))];
-    for (const { from, to, fill, top, tall: each } of all) {
-      if (to < this.from || from > this.to) continue;
-      g.fillStyle = color(fill);
-      g.fillRect(this.x(from), top, Math.max(1.5, this.x(to) - this.x(from)), each);
-    }
-  }
-
-  /** How near a guard is: the fuller, the nearer its last missing comparison. Each comparison is scaled by its own range. */
-  ribbon(g, track, y, high) {
-    this.columns(track, 0, ({ x, most, next }) => {
-      if (!Number.isFinite(most)) return;
-      const tall = Math.max(0, Math.min(1, most)) * (high - 9);
-      g.fillStyle = color(most >= 1 ? "latched" : "margin");
-      g.fillRect(x, y + high - 8 - tall, Math.max(1, next - x), tall);
-    });
-  }
-
-  /** Least and greatest value of each column of pixels, so that a minute and an hour cost the same. */
-  columns(track, k, visit) {
-    const wide = track.width || 1, last = Math.min(track.t.length, upto(track.t, this.to) + 1);
-    let i = Math.max(0, upto(track.t, this.from) - 1);
-    while (i < last) {
-      const x = Math.floor(this.x(track.t[i]));
-      let least = Infinity, most = -Infinity, value = NaN;
-      for (; i < last && Math.floor(this.x(track.t[i])) === x; i++) {
-        value = track.v[i * wide + k];
-        if (Number.isFinite(value)) { least = Math.min(least, value); most = Math.max(most, value); }
-      }
-      visit({ x, least, most, value, next: i < track.t.length ? Math.min(this.x(track.t[i]), this.wide) : this.wide });
-    }
-  }
-
-  /**
-   * Vertical scale over some columns of tracks; null if they have no finite value. With a limit, a column of one of
-   * them, the scale shows the region of the limit; values beyond it are drawn on its edge.
-   */
-  scale(parts, { y, high }, limit = null) {
-    const over = (all) => {
-      let low = Infinity, top = -Infinity;
-      for (const [track, k] of all) this.columns(track, k, ({ least, most }) => { low = Math.min(low, least); top = Math.max(top, most); });
-      return [low, top];
-    };
-    let [low, top] = over(parts);
-    if (!Number.isFinite(low)) return null;
-    const [first, last] = limit ? over([limit]) : [NaN, NaN];
-    if (Number.isFinite(first)) {
-      const room = Math.max(last - first, Math.abs(first), Math.abs(last), 0.25 * (top - low));
-      [low, top] = [Math.min(Math.max(low, first - room), first - 0.2 * room), Math.max(Math.min(top, last + room), last + 0.2 * room)];
-    }
-    const [a, b] = top - low < 1e-9 ? [low - 0.5, top + 0.5] : [low, top];
-    return { low, top, at: (v) => y + 3 + ((b - Math.min(b, Math.max(a, v))) / (b - a)) * (high - 6) };
-  }
-
-  /** Writes the ends of a scale, and the limit at the cursor, beside the plot. */
-  ends({ low, top, at }, { scales, y, high, curve, sides }) {
-    const limit = sides ? curve.at(this.cursor.t)?.[1] ?? NaN : NaN, places = [[top, 0], [limit, at(limit) - y - LINE / 2], [low, high - LINE]];
-    const middle = Math.min(high - LINE, Math.max(0, places[1][1])), shows = limit >= low && limit <= top;
-    const near = (place) => shows && Math.abs(place - middle) < LINE, step = 10 ** (Math.floor(Math.log10(top - low || 1)) - 1);
-    scales.forEach((scale, i) => {
-      const hidden = i === 1 ? !shows : near(places[i][1]) || (i === 2 && top - low < 1e-9);
-      put(scale, hidden ? "" : shown(i === 1 ? limit : Math.round(places[i][0] / step) * step));
-      scale.style.top = `${i === 1 && shows ? middle : places[i][1] || 0}px`;
-    });
-  }
-
-  curve(g, row) {
-    const { curve: track, second } = row, lines = Math.min(track.width || 1, LINES), ks = Array.from({ length: lines }, (_, k) => k);
-    const scale = this.scale([...ks.map((k) => [track, k]), ...(second ? ks.map((k) => [second, k]) : [])], row);
-    if (!scale) return;
-    g.lineWidth = 1.4;
-    g.globalAlpha = lines > 1 ? 0.6 : 1;
-    if (second) for (const k of ks) this.trace(g, second, k, scale, "twin", [5, 3]);
-    for (const k of ks) this.trace(g, track, k, scale, "curve");
-    g.globalAlpha = 1;
-    this.ends(scale, row);
-  }
-
-  /** Left side of a comparison as a line, right side dashed; the background shows when it holds. */
-  sides(g, row) {
-    const { curve: track, y, high } = row, scale = this.scale([[track, 0], [track, 1]], row, [track, 1]);
-    g.fillStyle = color("hold");
-    this.columns(track, 2, ({ x, most, next }) => { if (most > 0) g.fillRect(x, y, Math.max(1, next - x), high); });
-    if (!scale) return;
-    g.lineWidth = 1.4;
-    this.trace(g, track, 1, scale, "curve", [4, 3]);
-    this.trace(g, track, 0, scale, "curve");
-    this.ends(scale, row);
-  }
-
-  /** Draws a column of a track; what is beyond the scale is a thick pale line on its edge. */
-  trace(g, track, k, { at, low, top }, tint, dashes = []) {
-    let drawn = false;
-    const beyond = [];
-    g.strokeStyle = g.fillStyle = color(tint);
-    g.setLineDash(dashes);
-    g.beginPath();
-    this.columns(track, k, ({ x, least, most, value, next }) => {
-      if (!Number.isFinite(least)) { drawn = false; return; }
-      if (drawn) g.lineTo(x, at(least)); else g.moveTo(x, at(least));
-      g.lineTo(x, at(most));
-      drawn = Number.isFinite(value);
-      if (drawn) { g.lineTo(x, at(value)); g.lineTo(next, at(value)); }
-      if (value > top + 1e-9 || value < low - 1e-9) beyond.push([x, at(value), next]);
-    });
-    g.stroke();
-    g.setLineDash([]);
-    g.globalAlpha = 0.35;
-    g.beginPath();
-    for (const [x, y, next] of beyond) g.rect(x, y - 3, Math.max(1, next - x), 6);
-    g.fill();
-    g.globalAlpha = 1;
   }
 
   /** What keeps a rule from firing: by how much the farthest comparison of its guard does not hold. */
@@ -425,7 +268,7 @@ export class Timeline {
     const gaps = held.map(({ left, right, unit }) => ({ gap: Math.abs(left - right), unit }));
     if (!gaps.length) return this.run.get(this.cursor.agent, "guard", rule)?.at(t)?.since === undefined ? "off" : "holds";
     const [first] = gaps;
-    return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit ?? ""} off` : "far off";
+    return Number.isNaN(first.gap) ? "not known" : Number.isFinite(first.gap) ? `${shown(first.gap)} ${first.unit} off` : "far off";
   }
 
   valued({ curve, unit, sides, second }, t) {

@@ -1,13 +1,12 @@
 // @ts-check
 // Play, steps, speed and clock, and the whole run as one bar with its marks.
-import { color, el, prepare, put, seconds } from "./dom.js";
+import { button, color, el, prepare, put, seconds } from "./dom.js";
 import { tintOf } from "./legend.js";
 
 const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
 export class Transport {
   constructor(run, cursor) {
-    const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
     this.run = run;
     this.cursor = cursor;
     /** @type {number[] | null} */

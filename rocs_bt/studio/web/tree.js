@@ -153,7 +153,9 @@ export class MissionTree {
     if (large && (open.size !== this.open.size || [...open].some((each) => !this.open.has(each)))) { this.open = open; this.fold(); } else this.values();
     this.board.update();
     this.draw();
-    if (playing) this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item.scrollIntoView({ block: "nearest" });
+    const runs = this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item;
+    if (runs !== this.runs) runs?.scrollIntoView({ block: "nearest" });
+    this.runs = runs;
   }
 
   draw() {
