@@ -58,7 +58,7 @@ def finding_line(agent: str, finding: Finding) -> str:
     if finding.name != finding.require:
         line += f" ({finding.require})"
     if finding.violated is not None:
-        line += f", first at {finding.violated:.2f} s"
+        line += f", first at {finding.violated:.2f} s" + (f", when {finding.reading}" if finding.reading else "")
     if finding.margin is not None:
         line += f"; minimum margin {finding.margin:.3g}{' ' if finding.unit else ''}{finding.unit}"
         line += f" at {finding.worst:.2f} s"

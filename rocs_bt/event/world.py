@@ -123,16 +123,18 @@ class RequirementViolated(Event, frozen=True, kw_only=True):
         requirement: Name of the requirement.
         about: Time of the violation [s].
         margin: Robustness margin at that time, negative; None if the requirement has no margin.
+        reading: Values at that time, such as `speed = 1.2 m/s`; may be empty.
     """
 
     requirement: str
     about: float
     margin: float | None = None
+    reading: str = ""
 
     @property
     def sentence(self) -> str:
         """The event for people."""
-        return f"{self.requirement} was violated at {self.about:.2f} s"
+        return f"{self.requirement} was violated at {self.about:.2f} s" + (f" ({self.reading})" if self.reading else "")
 
     @property
     def level(self) -> Level:

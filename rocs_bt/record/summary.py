@@ -80,6 +80,7 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
         violated: Time of the first violation [s]; None if there was none.
         samples: Number of samples at which the requirement was evaluated.
         unknown: Number of these samples without a value, because a signal was invalid.
+        reading: Values at the first violation, else at the minimum margin, such as `speed = 1.2 m/s`; may be empty.
     """
 
     name: str
@@ -91,6 +92,7 @@ class Finding(msgspec.Struct, frozen=True, kw_only=True):
     violated: float | None
     samples: int
     unknown: int
+    reading: str = ""
 
 
 class AgentResult(msgspec.Struct, frozen=True, kw_only=True):

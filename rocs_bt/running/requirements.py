@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from ..catalog import ScenarioSpec
 from ..errors import Fault, InputError
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
-from ..expression import Environment, Requirement, compile_node, parse_requirement
+from ..expression import Environment, Requirement, compile_node, parse_requirement, reading
 from ..files import read_text
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
 from ..record.samples import TOPICS, Newest
@@ -30,6 +30,7 @@ class _Check:
         self.violated: float | None = None
         self.margin = math.nan
         self._worst: float | None = None
+        self._x: NDArray[np.float64] | None = None  # sample of the violation, else of the minimum margin
         self._requirement = requirement
         self._expression = compile_node(requirement.node, margins=True)
         self._samples = self._unknown = 0
@@ -45,7 +46,7 @@ class _Check:
             return False
         self._last = about, value
         if not self._requirement.always:
-            self.margin, self._worst = self._expression.margin, about
+            self.margin, self._worst, self._x = self._expression.margin, about, x
             self._samples, self._unknown = 1, int(value is None)
             return False
         self._samples += 1
@@ -53,9 +54,10 @@ class _Check:
         margin = self._expression.margin
         if not math.isnan(margin) and not margin >= self.margin:
             self.margin, self._worst = margin, about
+            self._x = self._x if self.violated is not None else x
         if value is None or value or self.violated is not None:
             return False
-        self.violated = about
+        self.violated, self._x = about, x
         return True
 
     def signals(self, agents: Mapping[str, AgentInfo]) -> set[str]:
@@ -73,6 +75,12 @@ class _Check:
         self.violated = about
         return True
 
+    @property
+    def reading(self) -> str:
+        """Values at the violation, else at the minimum margin; empty if they are those of several samples."""
+        requirement, x = self._requirement, self._x
+        return "" if x is None or requirement.delay else reading(requirement.node, x.tolist())
+
     def finding(self) -> Finding:
         known = self._samples > 0 and not self._unknown
         verdict = "violated" if self.violated is not None else "satisfied" if known else "unknown"
@@ -86,6 +94,7 @@ class _Check:
             violated=self.violated,
             samples=self._samples,
             unknown=self._unknown,
+            reading=self.reading,
         )
 
 
@@ -173,8 +182,11 @@ class RequirementWatch:
     def _report(self, t: float, check: _Check) -> None:
         margin = check.margin if math.isfinite(check.margin) else None
         about = check.violated if check.violated is not None else t
+        info = check.info
         self._sink.emit(
-            RequirementViolated(t=t, agent=check.info.agent, requirement=check.info.name, about=about, margin=margin)
+            RequirementViolated(
+                t=t, agent=info.agent, requirement=info.name, about=about, margin=margin, reading=check.reading
+            )
         )
 
 

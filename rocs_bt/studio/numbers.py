@@ -83,8 +83,10 @@ def _scaled(value: float | None, factor: float) -> float | None:
 
 def requirement(finding: Finding) -> dict[str, str | float | None]:
     """A requirement as texts, with the time of its minimum margin [s]."""
-    margin = "" if finding.margin is None else f"margin {finding.margin:.3g} {finding.unit}".rstrip()
+    margin = "" if finding.margin is None else f"minimum margin {finding.margin:.3g} {finding.unit}".rstrip()
     unknown = f"{finding.unknown} of {finding.samples} samples without a value" if finding.unknown else ""
-    text = ", ".join(filter(None, (finding.verdict, margin, unknown)))
     at = finding.violated if finding.violated is not None else finding.worst
+    when = "" if at is None else f" {'at' if finding.violated is not None else 'nearest at'} {at:.2f} s"
+    decided = f"{finding.verdict}{when}{finding.reading and f': {finding.reading}'}"
+    text = ", ".join(filter(None, (decided, margin, unknown)))
     return {"name": finding.name, "require": finding.require, "text": text, "t": at}

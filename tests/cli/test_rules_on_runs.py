@@ -130,7 +130,7 @@ class TestTune:
         [
             (["--rule", "AvoidCollision", "--threshold", "nea"], "no threshold is named 'nea'. Did you mean 'near'?"),
             (["--rule", "Avoid", "--threshold", "near"], "no rule is named 'Avoid'"),
-            ([*ARGUMENTS, "--from", "1 s"], "--from must be in m, found '1 s'"),
+            ([*ARGUMENTS, "--from", "1 s"], "--from must be a quantity in m, found '1 s'"),
             ([*ARGUMENTS, "--from", "1 m", "--to", "1 m"], "--from must be less than --to"),
         ],
     )
@@ -159,12 +159,11 @@ class TestRequirements:
         )
         assert rocs_bt("check", file).code == 0
         told = rocs_bt("run", "first", "--for", "3", "--out", "out")
-        assert re.search(
-            r"  R1 violated: hardly moves \(always speed < 0.1 m/s\), first at \d.\d+ s; minimum", told.out
-        )
+        first = r"first at \d.\d+ s, when speed = [-\d.e]+ m/s; minimum"
+        assert re.search(rf"  R1 violated: hardly moves \(always speed < 0.1 m/s\), {first}", told.out)
         (shown,) = data_of(project / "out" / "report.html")["results"]["R1"]["requirements"]
         assert (shown["name"], shown["require"]) == ("hardly moves", "always speed < 0.1 m/s")
-        assert re.fullmatch(r"violated, margin -0.\d+ m/s", shown["text"])
+        assert re.fullmatch(r"violated at \d.\d+ s: speed = [\d.]+ m/s, minimum margin -0.\d+ m/s", shown["text"])
         assert f"first at {shown['t']:.2f} s" in told.out
         file.write_text(file.read_text().replace("speed < 0.1 m/s", "sped < 0.1 m/s"))
         told = rocs_bt("check", file)

@@ -4,6 +4,7 @@ import json
 import math
 
 import msgspec
+import numpy as np
 import pytest
 
 from rocs_bt import run
@@ -78,6 +79,19 @@ def test_violated_is_told_once_when_it_is_known():
     assert (finding.verdict, finding.worst, finding.violated) == ("violated", 0.1, 0.05)
     assert finding.margin == pytest.approx(-0.2)
     assert [(e.t, e.about, round(e.margin, 9)) for e in told] == [(0.1, 0.05, -0.1)]
+
+
+def test_the_reading_is_that_of_the_first_violation_else_of_the_least_margin():
+    random = np.random.default_rng(5)
+    for _ in range(30):
+        rows = [(0.05 * k, round(float(front), 3), 0.0) for k, front in enumerate(random.uniform(0.25, 2.0, 8))]
+        finding, told = judge("always front > 0.3 m", rows)
+        at = finding.worst if finding.violated is None else finding.violated
+        front = next(front for t, front, _ in rows if math.isclose(t, at, abs_tol=1e-9))
+        assert finding.reading == f"front = {front:.3g} m"
+        assert [e.sentence for e in told] == [f"it was violated at {at:.2f} s ({finding.reading})"] * len(told)
+    ahead, _ = judge("always (front < 0.3 m implies within 0.1 s speed < 0.05 m/s)", [(0.0, 0.2, 0.5), (0.2, 0.2, 0.5)])
+    assert ahead.reading == ""  # its values are those of several samples
 
 
 def test_unknown_is_neither():
