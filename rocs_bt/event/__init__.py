@@ -45,7 +45,6 @@ from .sensing import (
     SubscriberDetached,
 )
 from .world import (
-    ActorMoved,
     BodyMoved,
     ContactBegan,
     GoalEntered,
@@ -58,7 +57,6 @@ from .world import (
 )
 
 __all__ = [
-    "ActorMoved",
     "ActuatorCommanded",
     "AgentStopped",
     "AtomicStarted",

@@ -34,27 +34,6 @@ class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):
         return math.acos(max(-1.0, min(1.0, math.cos(self.roll) * math.cos(self.pitch))))
 
 
-class ActorMoved(Event, frozen=True, kw_only=True):
-    """A scripted actor began to move, stopped, or appeared. It is derived from its poses and not recorded.
-
-    Attributes:
-        body: Name of the actor.
-        state: `moves`, `appears`, or the state at rest: `open` or `shut` for a door, else `at rest`.
-        since: Time at which the state began [s]; a little before the event.
-    """
-
-    body: str
-    state: str
-    since: float
-
-    @property
-    def sentence(self) -> str:
-        """The event for people; none for the state at the start of a run."""
-        if self.state in ("moves", "appears"):
-            return f"{self.body} {'begins to move' if self.state == 'moves' else self.state}"
-        return "" if self.t == self.since else f"{self.body} is {self.state} since {self.since:.2f} s"
-
-
 class ContactBegan(Event, frozen=True, kw_only=True):
     """A contact of an agent's robot began in simulation; `kind` is `collision` or `struck` (docs/architecture.md)."""
 

@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Iterable, Sequence
 
-from ..event import ActorMoved, BodyMoved
+from ..event import BodyMoved, Event
 from .header import BodyInfo, Outline, Point
 
 WINDOW = 1.0
@@ -21,6 +21,27 @@ STEP, STILL = 0.01, 0.002
 _LONG = 3.0  # length of a door in its widths
 _NEAR = 0.15  # distance of a door from the wall beside it [m]
 _Pose = tuple[float, float, float, float]  # t, x, y, yaw
+
+
+class ActorMoved(Event, frozen=True, kw_only=True):
+    """A scripted actor began to move, stopped, or appeared. It is derived from its poses and not recorded.
+
+    Attributes:
+        body: Name of the actor.
+        state: `moves`, `appears`, or the state at rest: `open` or `shut` for a door, else `at rest`.
+        since: Time at which the state began [s]; a little before the event.
+    """
+
+    body: str
+    state: str
+    since: float
+
+    @property
+    def sentence(self) -> str:
+        """The event for people; none for the state at the start of a run."""
+        if self.state in ("moves", "appears"):
+            return f"{self.body} {'begins to move' if self.state == 'moves' else self.state}"
+        return "" if self.t == self.since else f"{self.body} is {self.state} since {self.since:.2f} s"
 
 
 class ActorMotion:

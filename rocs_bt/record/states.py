@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import msgspec
 
 from ..event import (
-    ActorMoved,
     BlackboardChanged,
     ContentRaised,
     Event,
@@ -19,6 +18,7 @@ from ..event import (
     RuleChanged,
     TicketChanged,
 )
+from .actors import ActorMoved
 
 
 class Key(NamedTuple):

@@ -15,7 +15,6 @@ from typing import Any
 import msgspec
 
 from ..event import (
-    ActorMoved,
     ActuatorCommanded,
     AgentStopped,
     AtomicStarted,
@@ -43,7 +42,7 @@ from ..event import (
     TicketChanged,
     pack,
 )
-from .actors import ActorMotion
+from .actors import ActorMotion, ActorMoved
 from .alternation import Alternation, Turns
 from .clue import Clues
 from .codec import KINDS
