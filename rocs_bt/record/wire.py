@@ -133,7 +133,8 @@ class Outgoing:
             if repeat is None:
                 numbers = unpack(part)
                 values[name] = numbers[0] if size == 1 else numbers
-                _note(lost, numbers, ("values", name), size == 1)
+                if not math.isfinite(sum(numbers)):
+                    _note(lost, numbers, ("values", name), size == 1)
             else:
                 values[name] = repeat
         return Signals(
@@ -160,7 +161,8 @@ class Outgoing:
                 self._readings.setdefault(event.agent, {})[event.sensor] = event.data
             return event
         values, lost = unpack(event.data), NonFinite()
-        _note(lost, values, ("values",))
+        if not math.isfinite(sum(values)):
+            _note(lost, values, ("values",))
         return Reading(
             t=event.t, agent=event.agent, sensor=event.sensor, stamp=event.stamp, values=[*values], non_finite=lost
         )
@@ -172,8 +174,9 @@ class Outgoing:
         axes = self._axes.get(event.agent, ())
         if len(axes) != len(values):
             axes = ("left", "right") if len(values) == 2 else [f"wheel_{i}" for i in range(1, len(values) + 1)]
-        for name, value in zip(axes, values, strict=True):
-            _note(lost, (value,), ("values", name), True)
+        if not math.isfinite(sum(values)):
+            for name, value in zip(axes, values, strict=True):
+                _note(lost, (value,), ("values", name), True)
         given: dict[str, Number] = dict(zip(axes, values, strict=True))
         return Command(
             t=event.t, agent=event.agent, actuator=event.actuator, route=event.route, values=given, non_finite=lost
@@ -256,8 +259,6 @@ def _pack(values: Iterable[Number]) -> bytes:
 
 def _note(lost: NonFinite, values: Sequence[float], where: tuple[str, ...], single: bool = False) -> None:
     """Note the bits of values that are not finite, each with its place in the message."""
-    if math.isfinite(sum(values)):
-        return
     for index, value in enumerate(values):
         if not math.isfinite(value):
             lost.append([*where, *(() if single else (index,)), _DOUBLE.pack(value).hex()])
