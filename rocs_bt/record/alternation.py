@@ -35,6 +35,7 @@ class Alternation(msgspec.Struct, frozen=True):
         changes: Number of changes.
         moved: Maximum distance from the position at the begin until the last change [m].
         text: All of it in words, without an end.
+        names: Both rules as `file/Rule`, or names of actions.
     """
 
     begin: float
@@ -43,6 +44,7 @@ class Alternation(msgspec.Struct, frozen=True):
     changes: int
     moved: float
     text: str
+    names: tuple[str, str]
 
     def lasts(self, t: float) -> bool:
         """Whether the alternation goes on at a time after its last change [s]."""
@@ -98,12 +100,13 @@ class Turns:
 def _alternation(turns: list[_Turn], pose: Curve) -> Alternation:
     times = [turn.begin for turn in turns]
     moved = _moved(pose, times[0], times[-1])
-    one, other = (turn.name.rpartition("/")[2] for turn in turns[:2])
+    names = turns[0].name, turns[1].name
+    one, other = (name.rpartition("/")[2] for name in names)
     text = (
         f"{one} and {other} alternate {len(turns) - 1} times from {times[0]:.2f} s to {times[-1]:.2f} s, "
         f"and the robot stays within {moved:.2f} m"
     )
-    return Alternation(times[0], times[-1], max(b - a for a, b in pairwise(times)), len(turns) - 1, moved, text)
+    return Alternation(times[0], times[-1], max(b - a for a, b in pairwise(times)), len(turns) - 1, moved, text, names)
 
 
 def _moved(pose: Curve, begin: float, end: float) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cached_property
 
 import numpy as np
@@ -50,10 +50,9 @@ class Clues:
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
         if invalid:
             return "; ".join(self._silent(self._agents[agent], invalid, t))
-        found = [*self._limits(self._agents[agent], values)]
-        if self._header.simulated and not _SECTORS.keys().isdisjoint(values):
-            found += self._blocker(agent, [_SECTORS[name] for name in values if name in _SECTORS], t)
-        return "; ".join(found)
+        limits = self._limits(self._agents[agent], values)
+        nearest = self.nearest(agent, t, [_SECTORS[name] for name in values if name in _SECTORS])
+        return "; ".join([*limits, *([nearest] if nearest else [])])
 
     def _values(self, agent: str, name: str, t: float) -> list[float]:
         curve = self._track(agent, "signal", name)
@@ -88,11 +87,17 @@ class Clues:
                 if own and limit is not None and math.isclose(min(own), limit, rel_tol=_SAME):
                     yield f"{limit:.3g} m is the {word} of the sensor '{sensor.name}'"
 
-    def _blocker(self, agent: str, sectors: list[float], t: float) -> Iterator[str]:
-        """Nearest object in the world within some sectors of the robot."""
+    def nearest(self, agent: str, t: float, sectors: Collection[float] = tuple(_SECTORS.values())) -> str:
+        """Nearest object in the recorded world at a time, in words; empty if none is near or the world is not known.
+
+        Args:
+            agent: Name of the agent.
+            t: Time [s].
+            sectors: Directions in which it may be, body frame [rad]; all by default.
+        """
         pose, body = self._pose(agent, t), next((b for b in self._header.bodies if b.name == agent), None)
-        if pose is None or body is None or len(body.hull) < 3:
-            return
+        if not self._header.simulated or not sectors or pose is None or body is None or len(body.hull) < 3:
+            return ""
         names, points = [*self._still[0]], [self._still[1]]
         for other in self._header.bodies:
             if other.name != agent and other.hull and (there := self._pose(other.name, t)) is not None:
@@ -103,14 +108,13 @@ class Clues:
         near = np.flatnonzero(np.hypot(*(at - pose[:2]).T) < _FAR)
         rows = _seen(at[near], pose)
         bearing = np.arctan2(rows[:, 1], rows[:, 0])
-        inside = np.any(
-            [np.abs(np.remainder(bearing - s + np.pi, 2 * np.pi) - np.pi) <= _HALF for s in sectors], axis=0
-        )
-        if inside.any():
-            distances = _distances(rows[inside], body.hull)
-            first = int(distances.argmin())
-            name = names[near[inside.nonzero()[0][first]]]
-            yield f"in the recorded world '{name}' is nearest, {distances[first]:.2f} m away"
+        inside = np.any([np.cos(bearing - sector) >= math.cos(_HALF) for sector in sectors], axis=0)
+        if not inside.any():
+            return ""
+        distances = _distances(rows[inside], body.hull)
+        first = int(distances.argmin())
+        name = names[near[inside.nonzero()[0][first]]]
+        return f"in the recorded world '{name}' is nearest, {distances[first]:.2f} m away"
 
     @cached_property
     def _still(self) -> tuple[list[str], Numbers]:

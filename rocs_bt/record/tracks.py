@@ -368,6 +368,11 @@ def _clue(tracks: Tracks, event: RuleChanged) -> None:
         tracks.steps(event.agent, "clue", event.rule).put(event.t, tracks.clues.of(event.agent, event.rule, event.t))
 
 
+def _failure(tracks: Tracks, event: TicketChanged) -> None:
+    if event.state == "FAILED" and (found := tracks.clues.nearest(event.agent, event.t)):
+        tracks.steps(event.agent, "clue", str(event.ticket)).put(event.t, found)
+
+
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
     track = tracks.steps(event.agent, "ticket", str(event.ticket))
     if track.v and not event.parameters:  # they are recorded with the first event only
@@ -434,7 +439,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},
-    "clue": {RuleChanged: _clue},
+    "clue": {RuleChanged: _clue, TicketChanged: _failure},
     "ticket": {TicketChanged: _ticket},
     "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},

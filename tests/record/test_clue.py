@@ -8,7 +8,8 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import BodyMoved, RuleChanged, SensorFailed, SignalsWritten, pack
+from rocs_bt.event import BodyMoved, RuleChanged, SensorFailed, SignalsWritten, TicketChanged, pack
+from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
 from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
 from rocs_bt.record.tracks import Tracks
@@ -118,6 +119,20 @@ def test_other_robots_block_where_they_are_and_an_unknown_world_is_not_told():
     assert clue(front, others=[("P", (0.5, 0.0, 0.0))]) == "in the recorded world 'P' is nearest, 0.00 m away"
     assert clue(front, others=[("P", (1.0, 0.0, 0.0))], simulated=False) == ""
     assert clue([("goal", [0.4])], others=[("P", (1.0, 0.0, 0.0))]) == ""
+
+
+def test_where_an_action_failed_is_told_with_what_was_near_in_any_direction():
+    hull = BodyInfo(name="R", hull=HULL)
+    door = Outline.box("door", Pose2(-1.0, 0.0, 0.0), (0.2, 2.0))
+    tracks = Tracks(RunHeader(scenario="x", seed=1, bodies=(hull,), outlines=(door,)))
+    tracks.emit(BodyMoved(t=0.0, agent="R", body="R", x=0.0, y=0.0, yaw=1.0))
+    ticket = {"agent": "R", "ticket": 7, "action": "GoTo", "priority": "NORMAL", "by": "m"}
+    tracks.emit(TicketChanged(t=0.1, state="RUNNING", **ticket))
+    assert tracks.get("R", "clue", "7") is None
+    tracks.emit(TicketChanged(t=0.2, state="FAILED", **ticket))
+    near = re.fullmatch(r"in the recorded world 'door' is nearest, (0\.\d\d) m away", tracks.get("R", "clue", "7").v[0])
+    corners = [(math.cos(1.0) * x - math.sin(1.0) * y) for x, y in HULL]
+    assert float(near[1]) == pytest.approx(min(corners) + 0.9, abs=0.011)
 
 
 @pytest.mark.parametrize("kind", [DeadSensor, FrozenSensor, LyingSensor])

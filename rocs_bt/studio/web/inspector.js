@@ -15,8 +15,7 @@ const MANY = 24; // values of a signal that are listed
 /** @typedef {{title: string, cause: string, evidence?: Row[], next?: Row[], more?: Row[]}} View */
 /** @returns {Row} */
 const row = (label, text, address, t) => ({ label, text, address, t });
-const given = (label, text, address, t) => (text === undefined || text === "" || text === null ? [] : [row(label, text, address, t)]);
-const lasts = (track, t) => (track?.since(t) === undefined ? "" : ` for ${seconds(t - track.since(t))}`);
+const lasts = (track, t) => (t - track?.since(t) >= 0.01 ? ` for ${seconds(t - track.since(t))}` : "");
 
 export class Inspector {
   constructor(run, cursor) {
@@ -31,8 +30,8 @@ export class Inspector {
   update() {
     const { cursor: { t, agent, selected }, run } = this, [of = "", topic = ""] = selected.split("|", 2);
     const track = run.tracks.get(selected), name = selected.slice(of.length + topic.length + 2), who = of || agent;
-    const views = { node: this.node, rule: this.rule, ticket: this.ticket, outcome: this.outcome, alternation: this.alternation };
-    const robot = run.info(who) ? this.robot : this.actor, view = (topic === "pose" ? robot : views[topic]) ?? (track ? this.track : robot);
+    const robot = run.info(who) ? this.robot : this.actor, { node, rule, ticket, outcome, alternation, actor } = this;
+    const view = { node, rule, ticket, outcome, alternation, actor, pose: robot }[topic] ?? (track ? this.track : robot);
     const { title, cause, evidence = [], next = [], more = [] } = view.call(this, who, name, t, track);
     const key = JSON.stringify([title, cause, evidence, next, more]);
     if (key === this.last) return;
@@ -53,43 +52,39 @@ export class Inspector {
   /** @returns {View} */
   robot(agent, _, t) {
     const { run } = this, about = run.info(agent), evidence = [], pose = run.pose(agent, t), mission = new Mission(run, agent, t);
-    if (!run.header.bodies?.length) return { title: agent, cause: about?.mission ?? "", evidence: given("of", run.header.command) };
-    for (const hold of run.of(agent, "hold")) if (hold.at(t)) evidence.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
-    for (const rule of run.of(agent, "rule")) {
-      const state = rule.at(t);
-      if (state?.active) evidence.push(row("rule", `${short(rule.name)}${lasts(rule, t)}`, rule.address), ...this.guard(agent, rule.name, t));
+    if (!run.header.bodies?.length) return { title: agent, cause: about?.mission ?? "", evidence: run.header.command ? [row("of", run.header.command)] : [] };
+    for (const hold of run.of(agent, "hold").filter((each) => each.at(t))) evidence.push(row("held", `${hold.name}: ${hold.at(t)}`, hold.address));
+    for (const rule of run.of(agent, "rule").filter((each) => each.at(t)?.active)) {
+      evidence.push(row("rule", `${short(rule.name)}${lasts(rule, t)}`, rule.address), ...this.guard(agent, rule.name, t));
     }
-    for (const ticket of run.of(agent, "ticket")) {
-      const now = ticket.at(t);
-      if (now?.state === "RUNNING") evidence.push(row("action", `${now.action}${lasts(ticket, t)}`, ticket.address));
+    for (const ticket of run.of(agent, "ticket").filter((each) => each.at(t)?.state === "RUNNING")) {
+      evidence.push(row("action", `${ticket.v[0].action}${lasts(ticket, t)}`, ticket.address));
     }
     for (const path of mission.root ? mission.waiting().slice(0, 4) : []) {
       evidence.push(row("node", `${MARKS[mission.status(path)] ?? "·"} ${short(path)}${mission.note(path) && `: ${mission.note(path)}`}`, `${agent}|node|${path}`));
     }
-    const log = run.log.find(([at, who, level]) => who === agent && level > 1 && at > t + 1e-3), outcome = run.outcome(agent);
-    const next = log ? [row(seconds(log[0]), log[3], log[4] || undefined, log[0])] : [];
+    const outcome = run.outcome(agent), next = this.later(agent, t);
     if (outcome) next.push(row("outcome", outcome.outcome, `${agent}|outcome|`, outcome.t));
-    const more = SIGNALS.flatMap((name) => {
-      const track = run.get(agent, "signal", name);
-      return track ? [row(name, `${shown(track.at(t))} ${run.unit(agent, name)}`, track.address)] : [];
-    });
+    const more = SIGNALS.map((name) => run.get(agent, "signal", name)).filter(Boolean).map((track) => row(track.name, `${shown(track.at(t))} ${run.unit(agent, track.name)}`, track.address));
     if (pose) more.push(row("pose", this.place(pose)));
     return { title: agent, cause: why(run, agent, t), evidence, next, more: [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–"), ...more] };
+  }
+
+  /** The next line of the log about an agent. */
+  later(agent, t) {
+    const log = this.run.log.find(([at, who, level]) => who === agent && level > 1 && at > t + 1e-3);
+    return log ? [row(seconds(log[0]), log[3], log[4] || undefined, log[0])] : [];
   }
 
   place({ x, y, yaw }) { return `${x.toFixed(2)}, ${y.toFixed(2)} m, ${((yaw * 180) / Math.PI).toFixed(0)}°`; }
 
   /** A body without an agent. @returns {View} */
   actor(name, _, t) {
-    const { run } = this, pose = run.pose(name, t), before = run.pose(name, t - 0.1), track = run.get(name, "pose");
+    const { run } = this, track = run.get(name, "actor"), pose = run.pose(name, t), state = track?.at(t) ?? "at rest";
     if (!pose) return { title: name, cause: "It is not in the recorded world." };
-    const speed = before ? Math.hypot(pose.x - before.x, pose.y - before.y) / 0.1 : 0;
-    const moves = speed > 0.005 ? `It moves at ${speed.toFixed(2)} m/s.` : `It has not moved${lasts(track, t)}.`;
-    const near = run.agents.flatMap((agent) => {
-      const at = run.pose(agent, t);
-      return at ? [row(agent, `${Math.hypot(at.x - pose.x, at.y - pose.y).toFixed(2)} m away`, `${agent}|pose|`)] : [];
-    });
-    return { title: name, cause: moves, evidence: near, more: [row("pose", this.place(pose))] };
+    const near = run.agents.map((agent) => [agent, run.pose(agent, t)]).filter(([, at]) => at)
+      .map(([agent, at]) => row(agent, `${Math.hypot(at.x - pose.x, at.y - pose.y).toFixed(2)} m away`, `${agent}|pose|`));
+    return { title: name, cause: `${state === "moves" ? "It moves" : `It is ${state}`}${lasts(track, t)}.`, evidence: near, next: this.after(track, t), more: [row("pose", this.place(pose))] };
   }
 
   /** @returns {View} */
@@ -105,8 +100,8 @@ export class Inspector {
     for (const { name, require, text, t: when } of results.requirements ?? []) {
       evidence.push(row(name, `${text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?"} ${text}${require === name ? "" : ` (${require})`}`, undefined, when ?? undefined));
     }
-    const end = why(run, agent, Math.max(run.start, at - 0.01));
-    evidence.push(row("before", end, `${agent}|pose|`, Math.max(run.start, at - 0.01)));
+    const before = Math.max(run.start, at - 0.01);
+    evidence.push(row("before", why(run, agent, before), `${agent}|pose|`, before));
     for (const [when, , , text, about] of run.log.filter((l) => l[1] === agent && l[0] > at - LED && l[0] <= at && l[2] >= 3 && !l[4].endsWith("|outcome|"))) {
       evidence.push(row(seconds(when), text, about || undefined, when));
     }
@@ -118,18 +113,12 @@ export class Inspector {
   alternation(agent, _, t, track) {
     const { run } = this, found = track?.v.filter((each) => each && each.begin <= t + 1e-3 && t <= each.last + each.pause).at(-1);
     if (!found) return { title: "alternation", cause: "No rules or actions alternate now." };
-    const { begin, last, changes, moved, text } = found, by = new Map();
-    const runs = run.of(agent, "ticket").flatMap((ticket) => Array.from(ticket.t).flatMap((at, i) => (ticket.v[i].state === "RUNNING" ? [{ at, ticket, v: ticket.v[i] }] : [])));
-    for (const { at, v } of runs.filter((each) => each.at >= begin - 1e-3 && each.at <= last + 1e-3)) {
-      const address = v.priority === "HIGH" ? `${agent}|rule|${v.by}` : `${agent}|node|${v.by}`, each = by.get(address) ?? { count: 0, first: at };
-      by.set(address, { ...each, count: each.count + 1 });
-    }
-    const evidence = Array.from(by, ([address, { count, first }]) => {
-      const reading = run.tracks.get(address)?.at(first)?.reading ?? "";
-      return row(short(address), `${count} times, first at ${seconds(first)}${reading && `: ${reading}`}`, address, first);
+    const { begin, last, changes, moved, text, names } = found;
+    const evidence = names.map((name) => {
+      const rule = run.get(agent, "rule", name), first = rule?.t.find((at) => at >= begin - 1e-3 && rule.at(at).active);
+      return row(short(name), first === undefined ? "an action of the mission" : `first at ${seconds(first)}: ${rule.at(first).reading}`, rule?.address, first);
     });
-    const [after] = runs.filter((each) => each.at > last + 1e-3).sort((a, b) => a.at - b.at);
-    const next = after ? [row(seconds(after.at), `${after.v.action}, by ${short(after.v.by)}`, after.ticket.address, after.at)] : [];
+    const next = this.later(agent, last);
     return { title: "alternation", cause: `${text}.`, evidence, next, more: [row("changes", shown(changes)), row("moved", `${shown(moved)} m`)] };
   }
 
@@ -163,7 +152,7 @@ export class Inspector {
 
   /** @returns {View} */
   node(agent, path, t, track) {
-    const { run } = this, mission = new Mission(run, agent, t), about = mission.nodes.get(path), evidence = [], next = [], at = (child) => `${agent}|node|${child}`;
+    const { run } = this, mission = new Mission(run, agent, t), about = mission.nodes.get(path), evidence = [], at = (child) => `${agent}|node|${child}`;
     for (const child of about?.children ?? []) {
       const note = mission.note(child), word = mission.status(child) || "not ticked";
       evidence.push(row(MARKS[word] ? `${MARKS[word]} ${word}` : `· ${word}`, `${short(child)}${note && `: ${note}`}`, at(child)));
@@ -173,13 +162,11 @@ export class Inspector {
       evidence.push(row(name, entry ? `${text} = ${value?.at(t) ?? "no value"}` : text, value?.address));
     }
     for (const ticket of run.of(agent, "ticket").filter((k) => k.v[0].by === path && k.t[0] <= t).slice(-3)) {
-      evidence.push(row("sent", `${ticket.v[0].action} #${ticket.name}: ${ticket.at(t).state}`, ticket.address));
+      evidence.push(row("sent", `${ticket.v[0].action} #${ticket.name}: ${ticket.at(t).state}`, ticket.address), ...this.near(agent, ticket, t));
     }
     if (mission.status(path) === "RUNNING" && !about?.children?.length) evidence.push(row("robot", why(run, agent, t), `${agent}|pose|`));
-    const i = track ? upto(track.t, t) : 0;
-    if (track && i < track.t.length) next.push(row(seconds(track.t[i]), track.v[i] ?? "removed", track.address, track.t[i]));
-    const more = [...given("type", about?.type), row("path", path), ...this.nearby(track, t, (status) => status ?? "removed", 1)];
-    return { title: short(path), cause: this.status(mission, path, lasts(track, t)), evidence, next, more };
+    const more = [row("type", about?.type ?? "–"), row("path", path), ...this.nearby(track, t, (status) => status ?? "removed", 1)];
+    return { title: short(path), cause: this.status(mission, path, lasts(track, t)), evidence, next: this.after(track, t), more };
   }
 
   /** The status of a node and its cause, which is itself or a node below or before it. */
@@ -204,8 +191,12 @@ export class Inspector {
     const cause = now ? `${first.action} of '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
     for (const name of new Set(track.v.map((v) => v.by))) evidence.push(row("by", name, from(name)?.address));
     track.v.forEach((v, i) => (track.t[i] <= t + 1e-6 ? evidence : next).push(row(seconds(track.t[i]), v.state, track.address, track.t[i])));
+    evidence.push(...this.near(agent, track, t));
     return { title: `${first.action} #${number}`, cause, evidence, next, more: Object.entries(first.parameters).map(([key, value]) => row(key, shown(value))) };
   }
+
+  /** What was near when an action failed. */
+  near(agent, { name }, t) { return [this.run.get(agent, "clue", name)?.at(t)].filter(Boolean).map((text) => row("where", text)); }
 
   /** A signal, a fact, or another thing that changes. @returns {View} */
   track(agent, name, t, track) {
@@ -225,6 +216,12 @@ export class Inspector {
     } else evidence.push(...this.nearby(track, t, shown));
     const now = track.at(t), known = now !== undefined && now !== null && !(track.width && Array.from(now).every(Number.isNaN));
     return { title, cause: known ? `${title} is ${value(now)}.` : `${title} has no valid value.`, evidence, more };
+  }
+
+  /** The next change of a track. */
+  after(track, t) {
+    const i = track ? upto(track.t, t) : 0;
+    return track && i < track.t.length ? [row(seconds(track.t[i]), shown(track.v[i] ?? "removed"), track.address, track.t[i])] : [];
   }
 
   /** Changes of a track before a time, and `after` of it. */
