@@ -26,28 +26,38 @@ def columns_of(page: Path | str) -> tuple[dict, Callable[[int], np.ndarray]]:
     return unpacked(base64.b64decode(re.search(r'id="data">([^<]*)<', text)[1]))
 
 
+def steps(column: Callable[[int], np.ndarray], t: int | list[int], v: int | list[int]) -> tuple[np.ndarray, np.ndarray]:
+    """Times and rows of a packed track, also of one with columns of its own for each side."""
+    if isinstance(t, int):
+        return column(t)[:, 0], column(v)
+    parts = [(column(i)[:, 0], column(k)[:, 0]) for i, k in zip(t, v, strict=True)]
+    times = np.unique(np.concatenate([each for each, _ in parts]))
+    found = [values[np.maximum(np.searchsorted(each, times, side="right") - 1, 0)] for each, values in parts]
+    return times, np.stack(found, axis=1)
+
+
 def unpacked(data: bytes) -> tuple[dict, Callable[[int], np.ndarray]]:
     """Packed data: JSON, and a function from the index of a column to its rows."""
     raw = zlib.decompress(data)
     length = int.from_bytes(raw[:4], "little")
     about, at, starts = json.loads(raw[4 : 4 + length]), 4 + length, []
-    for count, _, _, size in about["columns"]:
+    for count, _, _, size, *_ in about["columns"]:
         starts.append(at)
         at += count * size
     assert at == len(raw)
 
     def column(i):
-        count, width, resolution, size = about["columns"][i]
+        count, width, resolution, size, *top = about["columns"][i]
         planes = np.frombuffer(raw, np.uint8, count * size, starts[i]).reshape(size, width, -1).astype(np.int64)
         unsigned = sum(planes[k] << (8 * k) for k in range(size))
         whole = np.cumsum((unsigned >> 1) ^ -(unsigned & 1), axis=1).T
         whole = (whole + 2**31) % 2**32 - 2**31
         if resolution == 1.0:
             return whole
-        special = {-(2**31): np.nan, 2**31 - 1: np.inf, -(2**31) + 1: -np.inf}
         real = whole * resolution
-        for code, value in special.items():
-            real[whole == code] = value
+        for greatest in top:
+            for above, value in enumerate((np.inf, np.nan, -np.inf), 1):
+                real[whole == greatest + above] = value
         return real
 
     return about, column

@@ -19,6 +19,7 @@ from .states import GuardState
 from .track import Steps
 from .tracks import Tracks
 
+_NEAR = 20  # steps of how near a guard is; rounded down, because only 1 is true
 _SLACK = 1e-6  # [s] between a sample and the events of its control period
 
 
@@ -130,7 +131,7 @@ class Guard:
     def _put(self, tracks: Tracks, agent: str, t: Sequence[float], rows: Sequence[Numbers], near: Numbers) -> None:
         for name, row in zip(self._names, rows, strict=True):
             tracks.curve(agent, "compare", name, 3).extend(t, row)
-        tracks.curve(agent, "near", self.info.rule, 1).extend(t, near[:, None])
+        tracks.curve(agent, "near", self.info.rule, 1).extend(t, np.floor(near[:, None] * _NEAR) / _NEAR)
 
     def _keep(self, tracks: Tracks, agent: str, t: Numbers, found: Found, entered: Sequence[str]) -> None:
         """Add what keeps the rule from latching."""

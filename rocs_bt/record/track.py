@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 _SLACK = 1e-6  # [s] times given by people are rounded
-_MOST_RAYS, _MOST_READINGS = 120, 2400  # of a scanner: rays kept of a reading, readings kept of a run
+_MOST_RAYS = 120  # kept of a reading
 
 
 class Span(NamedTuple):
@@ -133,15 +133,19 @@ class Scans(Curve):
 
     The newest reading is always the last sample, until the next one replaces it or is added after it.
 
+    Args:
+        rays: Number of rays of the scanner.
+        most: Maximum number of readings that are kept.
+
     Attributes:
         ray: Number of rays of the scanner from one ray of a sample to the next.
         every: Number of readings from one kept sample to the next.
     """
 
-    def __init__(self, rays: int) -> None:
+    def __init__(self, rays: int, most: int) -> None:
         self.ray = max(1, math.ceil(rays / _MOST_RAYS))
         super().__init__(len(range(0, rays, self.ray)))
-        self._rays = rays
+        self._rays, self._most = rays, most
         self.every = 1
         self._count = 0
 
@@ -157,7 +161,7 @@ class Scans(Curve):
         values.frombytes(sample)
         self.t.append(t)
         self.data.extend(values[:: self.ray])
-        if len(self.t) > _MOST_READINGS:
+        if len(self.t) > self._most:
             self._thin()
 
     def _thin(self) -> None:

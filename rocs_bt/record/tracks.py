@@ -162,7 +162,10 @@ class Tracks:
         if track is None:
             age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
             rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
-            track = self._add(Key(agent, topic, name), Scans(rays) if rays else Curve(width, age))
+            track = self._add(
+                Key(agent, topic, name),
+                Scans(rays, min(2400, 6000 // len(self._scanners))) if rays else Curve(width, age),
+            )
         assert isinstance(track, Curve)
         return track
 

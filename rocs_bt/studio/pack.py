@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..event import TicketChanged
 from ..record import RunHeader
 from ..record.decisive import decisive
-from ..record.states import Key
+from ..record.states import Key, RuleState
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
 from ..words import inactive_rule
@@ -22,13 +22,15 @@ from ..words import inactive_rule
 Json = dict[str, Any]
 Numbers = NDArray[np.float64]
 
-# Whole numbers for what is not finite; the page knows them.
-_NAN, _INFINITE, _NEGATIVE = -(2**31), 2**31 - 1, -(2**31) + 1
-_RESOLUTION = {"pose": 1e-3, "scan": 1e-2, "joints": 1e-3, "follower": 1e-4}  # [m, rad] by topic
+_MOST = 2**30  # maximum whole number of a column
+_RESOLUTION = {"pose": 1e-3, "scan": 2e-2, "joints": 1e-3, "follower": 1e-4}  # [m, rad] by topic
 TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
 _LONGEST = 2e4  # [s] run with fine times
-_FINE = 4  # digits of the range of other values
 WIDE, FEW = 24, 3  # values above which only the least of a signal is shown; the same of distances, which repeat a scan
+_UNSEEN = {
+    TicketChanged: ("event", "t", "agent"),
+    RuleState: ("last", "latch", "priority"),
+}  # known otherwise, or not shown
 HIDDEN = ("wheels", "solve", "atomic")  # topics that the page does not show
 
 
@@ -37,31 +39,36 @@ class Columns:
 
     def __init__(self) -> None:
         self.planes: list[bytes] = []
-        self.about: list[tuple[int, int, float, int]] = []  # count, width, resolution, bytes of a value
+        # Count, width, resolution, bytes of a value; the greatest finite one if others are not finite.
+        self.about: list[tuple[float, ...]] = []
         self._known: dict[bytes, int] = {}
 
-    def whole(self, values: ArrayLike, resolution: float = 1.0, width: int = 1) -> int:
-        """Add a column of rows of whole numbers; returns its index."""
+    def whole(self, values: ArrayLike, resolution: float = 1.0, width: int = 1, *top: int) -> int:
+        """Add a column of rows of whole numbers, perhaps with its greatest one; returns its index."""
         rows = np.asarray(values, np.int32).reshape(-1, width)
         steps = np.diff(rows, axis=0, prepend=np.zeros((1, width), np.int32)).astype(np.int32).T.reshape(-1)
         unsigned = ((steps << 1) ^ (steps >> 31)).astype(np.uint32)
         size = max(1, (int(unsigned.max(initial=0)).bit_length() + 7) // 8)
         planes = b"".join(((unsigned >> (8 * i)) & 255).astype(np.uint8).tobytes() for i in range(size))
-        key = repr((resolution, width, size)).encode() + planes
+        key = repr((resolution, width, size, top)).encode() + planes
         if key not in self._known:
             self._known[key] = len(self.about)
-            self.about.append((rows.size, width, resolution, size))
+            self.about.append((rows.size, width, resolution, size, *top))
             self.planes.append(planes)
         return self._known[key]
 
     def real(self, values: ArrayLike, resolution: float, width: int = 1) -> int:
         """Add a column of rows of numbers, rounded to a resolution; returns its index."""
         given = np.asarray(values, np.float64)
-        with np.errstate(invalid="ignore"):
-            rounded = np.clip(np.round(given / resolution), _NEGATIVE + 1, _INFINITE - 1)
-        rounded = np.where(np.isnan(given), _NAN, rounded)
-        rounded = np.where(given == np.inf, _INFINITE, np.where(given == -np.inf, _NEGATIVE, rounded))
-        return self.whole(rounded.astype(np.int64).astype(np.int32), resolution, width)
+        whole = np.clip(np.round(given / resolution), -_MOST, _MOST)
+        finite = np.isfinite(given)
+        if finite.all():
+            return self.whole(whole.astype(np.int32), resolution, width)
+        top = int(whole[finite].max(initial=0))
+        # What is not finite is just above: far above, each change to it would need four bytes.
+        for i, other in enumerate((given == np.inf, np.isnan(given), given == -np.inf), 1):
+            whole[other] = top + i
+        return self.whole(whole.astype(np.int32), resolution, width, top)
 
 
 def pack(tracks: Tracks, extra: Json) -> bytes:
@@ -72,12 +79,17 @@ def pack(tracks: Tracks, extra: Json) -> bytes:
         extra: Further entries of the JSON.
     """
     columns, texts = Columns(), dict[str, int]()
-    packed = [_packed(columns, texts, key, shown, track, tracks.end) for key, shown, track in items(tracks)]
+    # Columns that are alike, such as a pose and its measurement, deflate well if they are neighbours.
+    alike = sorted(
+        items(tracks),
+        key=lambda item: (item[0].agent, item[2].width, item[0].name) if isinstance(item[2], Curve) else ("", 0, ""),
+    )
+    packed = {shown: _packed(columns, texts, key, shown, track, tracks.end) for key, shown, track in alike}
     about = {
         **head(tracks.header),
         "end": round(tracks.end, 3),
         "log": [log_line(line) for line in tracks.log],
-        "tracks": packed,
+        "tracks": [packed[shown] for _, shown, _ in items(tracks)],
         "columns": columns.about,
         "texts": [msgspec.Raw(text.encode()) for text in texts],
         **extra,
@@ -133,6 +145,11 @@ def samples_shown(track: Curve, end: float, *, least: bool, first: int = 0) -> t
     if len(late):
         t = np.insert(t, late + 1, np.maximum(t, until)[late])
         rows = np.insert(rows, late + 1, np.nan, axis=0)
+    return _steps(t, rows)
+
+
+def _steps(t: Numbers, rows: Numbers) -> tuple[Numbers, Numbers]:
+    """Samples without equal neighbours."""
     before, after = rows[:-1], rows[1:]
     differs = ((before != after) & ~(np.isnan(before) & np.isnan(after))).any(axis=1)
     keep = np.concatenate([[True], differs])[: len(t)]
@@ -160,15 +177,17 @@ def plain(value: object) -> object:
 def _packed(
     columns: Columns, texts: dict[str, int], key: Key, shown: Key, track: Steps | Curve, end: float
 ) -> list[Any]:
-    """A track: address, kind, columns of times and values, width, and rays from one value to the next."""
+    """A track: address, kind, columns of times and values or those of each side, width, and step between rays."""
     if isinstance(track, Steps):
         found = [texts.setdefault(text(value), len(texts)) for value in _once(track.v)]
         return [address(key), "text", columns.real(track.t, _resolution(track.t)), columns.whole(found)]
     t, rows = samples_shown(track, end, least=shown != key)
-    resolution = _RESOLUTION.get(key.topic) or _fine(rows)
-    ray = track.ray if isinstance(track, Scans) else 1
-    width = rows.shape[1]
-    index = columns.real(rows, resolution, width)
+    ray, width = track.ray if isinstance(track, Scans) else 1, rows.shape[1]
+    if key.topic == "compare":  # a side is often a signal, or a side of another comparison: such columns are there once
+        sides = [_steps(t, side) for side in np.split(rows, width, axis=1)]
+        at = [columns.real(t, TIME) for t, _ in sides]
+        return [address(shown), "number", at, [columns.real(v, _fine(v)) for _, v in sides], width, ray]
+    index = columns.real(rows, _RESOLUTION.get(key.topic) or _fine(rows), width)
     return [address(shown), "number", columns.real(t, TIME), index, width, ray]
 
 
@@ -187,8 +206,9 @@ def _resolution(t: Sequence[float]) -> float:
 def text(value: object) -> str:
     """JSON of one value of a track; numbers have eight digits, and those that are not finite become texts."""
     plain_value = _finite(msgspec.to_builtins(value))
-    if isinstance(value, TicketChanged):  # there are many, and their tracks name the rest
-        plain_value = {name: each for name, each in plain_value.items() if name not in ("event", "t", "agent")}
+    if isinstance(value, TicketChanged | RuleState):  # there are many
+        unseen = _UNSEEN[type(value)]
+        plain_value = {name: each for name, each in plain_value.items() if name not in unseen}
     return msgspec.json.encode(plain_value, enc_hook=plain).decode()
 
 
@@ -203,8 +223,8 @@ def _finite(value: Any) -> Any:
 
 
 def _fine(rows: Numbers) -> float:
-    """Resolution for values: a ten thousandth of their range, as a power of ten."""
+    """Resolution for values, a power of ten: a thousandth of their range, a ten thousandth if that is above 0.001."""
     finite: Sequence[float] = rows[np.isfinite(rows)].tolist() or [0.0]
     span, most = max(finite) - min(finite), max(map(abs, finite))
-    span = max(span, 1e-4 * most, 1e-9)
-    return max(10.0 ** (math.floor(math.log10(span)) - _FINE + 1), most / 2**30)
+    whole = 10.0 ** math.floor(math.log10(max(span, 1e-3 * most, 1e-9)))
+    return max(1e-3 * whole, min(1e-2 * whole, 1e-3), most / 2**30)

@@ -2,8 +2,7 @@
 // What held at any time of a run. Each thing that changes is a track, found by its address `agent|topic|name`.
 import { upto } from "./dom.js";
 
-// Whole numbers of columns for what is not finite, as in pack.py.
-const NAN = -(2 ** 31), INFINITE = 2 ** 31 - 1;
+const OTHERS = [Infinity, NaN, -Infinity]; // what the whole numbers above the greatest of a column are, as in pack.py
 
 /** Step function: rows of `width` numbers, or values of any kind, each from a time on. */
 export class Track {
@@ -109,6 +108,7 @@ export class Run {
     this.topics = new Map();
     for (const [address, kind, t, v, width, ray] of tracks) {
       if (kind === "text") this.add(new Track(address, columns(t), shared(Array.from(columns(v), (i) => texts[i]))));
+      else if (Array.isArray(t)) this.add(new Track(address, ...merged(t.map(columns), v.map(columns)), width));
       else this.add(new Track(address, columns(t), columns(v), width, ray));
     }
   }
@@ -235,8 +235,15 @@ export class Run {
 /** A number of a live message: what JSON has no number for comes as text. */
 const real = (value) => ({ "NaN": NaN, "∞": Infinity, "−∞": -Infinity })[value] ?? value;
 
+/** Times and rows of several step functions together. @returns {[number[], number[]]} */
+const merged = (times, values) => {
+  const t = [...new Set(times.flatMap((each) => [...each]))].sort((a, b) => a - b), at = times.map(() => 0), rows = [];
+  for (const when of t) times.forEach((each, k) => { if (each[at[k]] <= when) at[k]++; rows.push(values[k][Math.max(0, at[k] - 1)]); });
+  return [t, rows];
+};
+
 /** Column of numbers from differences of neighbours, whose bytes are in planes. */
-const unpacked = (bytes, start, [count, width, resolution, size]) => {
+const unpacked = (bytes, start, [count, width, resolution, size, top]) => {
   const rows = count / width, whole = new Int32Array(count);
   for (let column = 0; column < width; column++) {
     let sum = 0;
@@ -248,5 +255,5 @@ const unpacked = (bytes, start, [count, width, resolution, size]) => {
     }
   }
   if (resolution === 1) return whole;
-  return Float64Array.from(whole, (w) => (w === NAN ? NaN : w === INFINITE ? Infinity : w === NAN + 1 ? -Infinity : w * resolution));
+  return Float64Array.from(whole, (w) => (w > top ? OTHERS[w - top - 1] : w * resolution));
 };
