@@ -1,8 +1,11 @@
-"""ReflexTime: for how long reflexes held a robot, and the rule that held it longest."""
+"""ReflexTime: for how long reflexes held a robot, and the rules that held it longest."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+
+MINOR = 0.1
+"""Share of the time from which on the rule with the second longest time is named."""
 
 
 class ReflexTime:
@@ -36,12 +39,17 @@ class ReflexTime:
             self._times[rule] = self._times.get(rule, 0.0) + seconds
 
     def text(self, reading: Callable[[str], str]) -> str:
-        """The rule with the longest time, such as `collision/Flinch for 8.0 s (around = 0.2 m)`; empty without one.
+        """Rules with their times, such as `collision/Flinch for 8.0 s (around = 0.2 m)`; empty if no rule held it.
+
+        The rule with the longest time is named, and the next one if it took at least a tenth of the time.
 
         Args:
             reading: Guard values of a rule's last firing, by the rule's name.
         """
-        if not (rule := self.rule):
-            return ""
-        values = reading(rule)
-        return f"{rule} for {self._times[rule]:.1f} s" + (f" ({values})" if values else "")
+        longest = sorted(self._times, key=self._times.__getitem__, reverse=True)[:2]
+        named = [rule for rule in longest if rule == longest[0] or self._times[rule] >= MINOR * self.total]
+        return " and ".join(f"{rule} for {self._times[rule]:.1f} s{_in_brackets(reading(rule))}" for rule in named)
+
+
+def _in_brackets(text: str) -> str:
+    return f" ({text})" if text else ""
