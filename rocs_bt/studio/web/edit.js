@@ -3,18 +3,11 @@
 import { Code } from "./code.js";
 import { dialog, el, put } from "./dom.js";
 import { Nodes } from "./nodes.js";
+import { post, start } from "./server.js";
 
 const REST = 180; // [ms] after which a text that rests is checked
 const file = new URLSearchParams(location.search).get("file") ?? "";
 
-const post = async (name, body) => {
-  const reply = await fetch(name, { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(body) });
-  const text = await reply.text();
-  if (reply.ok) return JSON.parse(text);
-  let message = text;
-  try { message = JSON.parse(text).error ?? text; } catch { /* a plain text */ }
-  throw new Error(message || `the studio answered ${reply.status}`);
-};
 const page = Math.random(); // of two pages with this file, neither replaces the questions of the other
 const ask = (name, body) => post(`edit/${name}`, { file, page, ...body });
 
@@ -230,8 +223,7 @@ class Editor {
   async run() {
     if (this.code.text !== this.saved && !this.given.reason && !(await this.save())) return;
     try {
-      const { run } = await post("start", { scenario: this.scenario.value });
-      location.href = `run?run=${encodeURIComponent(run)}`;
+      await start({ scenario: this.scenario.value });
     } catch (error) { this.tell(error.message); }
   }
 

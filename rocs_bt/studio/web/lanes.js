@@ -1,10 +1,22 @@
 // @ts-check
 // Pictures of the rows over an axis of time: marks, bars, how near a guard is, and curves.
 import { FONT, color, put, shown, upto } from "./dom.js";
+import { tintOf } from "./legend.js";
 
 export const AXIS = 18; // [px] height of the axis
 const LINE = 13, EDGE = 6; // [px] height of a label of a scale; from the edges of the plot to the ends of the interval
 const LINES = 24; // values of a signal that are drawn at most
+
+/** What happened to a robot, as marks on an axis: lines of the log with a colour, its outcome, first differences. */
+export const marks = (run, agent) => {
+  const lines = run.log.filter((line) => tintOf(line) && (!line[1] || line[1] === agent));
+  const found = lines.map((line) => ({ t: line[0], text: line[3], address: line[4], fill: tintOf(line) })), outcome = run.outcome(agent);
+  if (outcome) found.push({ t: outcome.t, text: outcome.outcome, address: `${agent}|outcome|`, fill: run.tone(outcome.outcome) });
+  for (const { kind, t, track } of run.differences) {
+    found.push({ t, text: `first difference of ${kind}: ${track.agent} ${track.name}`, address: track.address, fill: "twin" });
+  }
+  return found;
+};
 
 export class Lanes {
   constructor(run, cursor) {
@@ -33,17 +45,15 @@ export class Lanes {
       g.fillText(String(Number(t.toFixed(6))), Math.round(this.x(t)) + 3, 12);
     }
     for (const row of this.rows) {
+      if (row.bars) this.bars(g, row);
       if (row.marks) this.points(g, row);
       else if (row.sides) this.sides(g, row);
       else if (row.curve) this.curve(g, row);
-      else if (row.bars) this.bars(g, row);
     }
   }
 
-  points(g, { y, high, marks }) {
-    g.fillStyle = color("track");
-    g.fillRect(0, y, this.wide, high);
-    for (const { t, fill } of marks) {
+  points(g, { y, high, marks: all }) {
+    for (const { t, fill } of all) {
       if (t < this.from || t > this.to) continue;
       const x = this.x(t), middle = y + high / 2;
       g.fillStyle = color(fill);
@@ -53,7 +63,7 @@ export class Lanes {
     }
   }
 
-  bars(g, { y, high, bars, near, second = [] }) {
+  bars(g, { y, high, bars, near = null, second = [] }) {
     g.fillStyle = color("track");
     g.fillRect(0, y, this.wide, high);
     if (near) this.ribbon(g, near, y, high);

@@ -20,7 +20,7 @@ export const MEANINGS = [
 ];
 
 const MARKS = [
-  ["◆", "event on the time axis; click it to go there"], ["▼", "the same event on the bar of the whole run"],
+  ["◆", "event on the time axis, and on the bar of the whole run"],
   ["▶ ✓ ✗ ·", "node that runs, succeeded, failed, was not ticked"], ["┄", "limit that a value is compared with"],
   ["▔", "the curve is beyond the scale, which shows the region of the limit"], ["◇", "where the robot believes an object to be"],
 ];

@@ -1,8 +1,8 @@
 // @ts-check
 // Rows over one axis of time: events, rules with how near each comparison of their guard is, actions, and signals.
 import { arrows, button, el, prepare, put, short, shown } from "./dom.js";
-import { AXIS, Lanes } from "./lanes.js";
-import { legend, tintOf } from "./legend.js";
+import { AXIS, Lanes, marks } from "./lanes.js";
+import { legend } from "./legend.js";
 import { isSecond, twin } from "./second.js";
 import { whyNot } from "./why.js";
 
@@ -84,8 +84,8 @@ export class Timeline extends Lanes {
       button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()), button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
     ];
     this.labels.replaceChildren(el("div", { class: "axisname" }, ...zooms, el("span", {}, "s")), ...this.rows.map((row) => this.label(row)));
-    const marks = this.rows.flatMap((row) => [...row.bars ?? [], ...row.marks ?? []]);
-    const tints = new Set(marks.map(({ fill }) => fill));
+    const drawn = this.rows.flatMap((row) => [...row.bars ?? [], ...row.marks ?? []]);
+    const tints = new Set(drawn.map(({ fill }) => fill));
     if (this.rows.some((row) => row.near)) tints.add("margin").add("latched");
     this.legend.replaceChildren(legend(tints, () => this.onlegend()));
     const wanted = this.rows.filter(({ kind }) => kind !== "inner").reduce((sum, row) => sum + GAP + row.least * (row.curve ? 1.5 : 1), AXIS);
@@ -139,12 +139,7 @@ export class Timeline extends Lanes {
 
   /** Row of what happened: faults, reflexes that fired, outcomes. */
   events(agent) {
-    const lines = this.run.log.filter((line) => tintOf(line) && (!line[1] || line[1] === agent));
-    const marks = lines.map((line) => ({ t: line[0], text: line[3], address: line[4], fill: tintOf(line) }));
-    const outcome = this.run.outcome(agent);
-    if (outcome) marks.push({ t: outcome.t, text: outcome.outcome, address: `${agent}|outcome|`, fill: this.run.tone(outcome.outcome) });
-    for (const { kind, t, track } of this.run.differences) marks.push({ t, text: `first difference of ${kind}: ${track.agent} ${track.name}`, address: track.address, fill: "twin" });
-    return { address: "", label: "events", least: MARKS, marks };
+    return { address: "", label: "events", least: MARKS, bars: [], marks: marks(this.run, agent) };
   }
 
   rules(agent) {

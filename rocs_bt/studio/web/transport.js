@@ -1,7 +1,7 @@
 // @ts-check
 // Play, steps, speed and clock, and the whole run as one bar with its marks.
 import { button, color, el, prepare, put, seconds } from "./dom.js";
-import { tintOf } from "./legend.js";
+import { Lanes, marks } from "./lanes.js";
 
 const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
@@ -11,7 +11,7 @@ export class Transport {
     this.cursor = cursor;
     /** @type {number[] | null} */
     this.window = null;
-    this.wide = 0;
+    this.lanes = new Lanes(run, cursor);
     this.clock = el("output", { class: "clock" });
     this.play = button("▶", "play or pause (space)", () => cursor.play());
     this.pace = el(
@@ -26,8 +26,7 @@ export class Transport {
       this.canvas, this.line,
     );
     const seek = (event) => {
-      const part = (event.clientX - this.bar.getBoundingClientRect().left) / this.bar.clientWidth;
-      cursor.move(run.start + part * (run.end - run.start));
+      cursor.move(this.lanes.time(event.clientX - this.bar.getBoundingClientRect().left));
     };
     this.bar.addEventListener("pointerdown", (event) => { this.bar.setPointerCapture(event.pointerId); seek(event); });
     this.bar.addEventListener("pointermove", (event) => { if (event.buttons === 1) seek(event); });
@@ -51,42 +50,23 @@ export class Transport {
     const { run, cursor } = this, wide = this.bar.clientWidth, span = Math.max(run.end - run.start, 1e-9);
     this.window = window;
     if (!wide) return;
-    const g = prepare(this.canvas, wide, HIGH), x = (t) => ((t - run.start) / span) * wide;
-    this.wide = wide;
-    g.fillStyle = color("track");
-    g.fillRect(0, 9, wide, 12);
-    for (const { from, to, value } of run.get(cursor.agent, "route")?.spans(run.end) ?? []) {
-      g.fillStyle = color(value);
-      g.fillRect(x(from), 9, Math.max(1, x(to) - x(from)), 12);
-    }
-    for (const line of run.log) {
-      const [t, agent] = line, tint = tintOf(line);
-      if (!tint || (agent && agent !== cursor.agent)) continue;
-      g.fillStyle = color(tint);
-      g.beginPath();
-      g.moveTo(x(t) - 4, 0);
-      g.lineTo(x(t) + 4, 0);
-      g.lineTo(x(t), 8);
-      g.fill();
-    }
-    for (const agent of run.agents) {
-      const outcome = run.outcome(agent);
-      if (!outcome) continue;
-      g.fillStyle = color(run.tone(outcome.outcome));
-      g.fillRect(Math.min(wide - 3, x(outcome.t)), 4, 3, 22);
-    }
+    const g = prepare(this.canvas, wide, HIGH), { lanes } = this;
+    Object.assign(lanes, { wide, from: run.start, to: run.start + span });
+    const bars = run.get(cursor.agent, "route")?.spans(run.end).map(({ from, to, value }) => ({ from, to, fill: value })) ?? [];
+    lanes.bars(g, { y: 10, high: 16, bars });
+    lanes.points(g, { y: 0, high: 10, marks: marks(run, cursor.agent) });
     if (window && window[1] - window[0] < span - 1e-6) {
       g.strokeStyle = color("ink");
-      g.strokeRect(x(window[0]) + 0.5, 6.5, x(window[1]) - x(window[0]) - 1, 17);
+      g.strokeRect(lanes.x(window[0]) + 0.5, 9.5, lanes.x(window[1]) - lanes.x(window[0]) - 1, 17);
     }
     this.bar.setAttribute("aria-valuemax", run.end.toFixed(2));
     this.place();
   }
 
   place() {
-    const { t } = this.cursor, { start, end } = this.run;
+    const { t } = this.cursor;
     put(this.clock, seconds(t));
     this.bar.setAttribute("aria-valuenow", t.toFixed(2));
-    this.line.style.transform = `translateX(${((t - start) / Math.max(end - start, 1e-9)) * (this.wide ?? 0)}px)`;
+    this.line.style.transform = `translateX(${this.lanes.wide ? this.lanes.x(t) : 0}px)`;
   }
 }
