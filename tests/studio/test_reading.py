@@ -220,6 +220,15 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
     each(browser, ".mission input", "(e.value = 'g19/leaf2', e.dispatchEvent(new Event('input')))")
     assert each(browser, shown) == ["root", "g19", "leaf2"]
     assert "goal kitchen" in text(browser, ".tree .found")
+    for node, cause in (
+        ("root/g19", "It has not been ticked: 'g7' before it is FAILURE."),
+        ("root/g19/leaf2", "It has not been ticked, because 'g19' has not."),
+        ("root/g3", "SUCCESS for 1.00 s: 'leaf1'."),
+        ("root", "FAILURE: 'leaf4'."),
+    ):
+        browser.evaluate(f"location.hash = new URLSearchParams({{ t: 2, select: 'R|node|{node}' }})")
+        until(browser, f"document.querySelector('.inspector h3').textContent === '{node.rpartition('/')[2]}'")
+        assert text(browser, ".inspector .cause") == cause
     assert faults(browser) == []
 
 

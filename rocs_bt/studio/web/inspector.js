@@ -188,7 +188,8 @@ export class Inspector {
   ticket(agent, number, t, track) {
     const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [], from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
     const ended = now && now.state !== "RUNNING" && now.by !== first.by ? ` by '${now.by}'` : "", because = now?.reason ? `: ${now.reason}` : "";
-    const cause = now ? `${first.action} of '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
+    const of = run.get(agent, "rule", first.by) ? "the rule" : "the leaf";
+    const cause = now ? `${first.action} of ${of} '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
     for (const name of new Set(track.v.map((v) => v.by))) evidence.push(row("by", name, from(name)?.address));
     track.v.forEach((v, i) => (track.t[i] <= t + 1e-6 ? evidence : next).push(row(seconds(track.t[i]), v.state, track.address, track.t[i])));
     evidence.push(...this.near(agent, track, t));

@@ -187,8 +187,9 @@ export class Run {
 
   /** Whether something has this address; empty for nothing. */
   has(address) {
-    const [agent, topic] = address.split("|", 2), rule = address.slice(agent.length + 6);
-    return !address || this.tracks.has(address) || (this.agents.includes(agent) && (["outcome", "pose"].includes(topic) || (topic === "rule" && rule in (this.guards[agent] ?? {}))));
+    const [agent, topic] = address.split("|", 2), name = address.slice(agent.length + 6); // of a rule or a node
+    const there = { outcome: true, pose: true, rule: name in (this.guards[agent] ?? {}), node: this.get(agent, "tree")?.v.flat().some(({ path }) => path === name) };
+    return !address || this.tracks.has(address) || (this.agents.includes(agent) && Boolean(there[topic]));
   }
 
   get(agent, topic, name = "") { return this.tracks.get(`${agent}|${topic}|${name}`); }
