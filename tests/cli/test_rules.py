@@ -184,7 +184,7 @@ class TestInactiveRules:
         assert "inactive" not in rocs_bt("run", "first", "--for", "1", "--out", "out").out  # said by check and report
         summary = json.loads((project / "out/summary.json").read_text())
         assert summary["agents"]["R1"]["inactive_rules"] == {"keep_clear/AvoidSideways": ["lateral_speed"]}
-        assert data_of(project / "out/report.html")["inactive"] == {"R1": [INACTIVE]}
+        assert data_of(project / "out/report.html")["inactive"] == {"R1": {"keep_clear/AvoidSideways": INACTIVE}}
         (project / "out/summary.json").unlink()
         assert rocs_bt("report", "out").code == 0
         assert INACTIVE in rocs_bt("replay", "out", "--why", "0.5", "--all").out
