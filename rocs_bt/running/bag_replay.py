@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Collection, Mapping
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
-from ..catalog import Catalog, RateSpec, RobotSpec, SensorSpec, command_size
+from ..catalog import Catalog, RateSpec, RobotSpec, SensorSpec
 from ..clock import Rate, SimulatedClock
-from ..device import Sensor
 from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
-from ..drivers.replay import ReplayActuator, ReplayMailbox, ReplaySensor
 from ..drivers.ros2.actuator_node import shared_node
 from ..drivers.ros2.bag import BagReader, BagTransport
 from ..drivers.ros2.bag_file import Bag
@@ -29,6 +27,7 @@ from ..plan import Mission, Plan
 from ..record import AgentInfo, Recording, RunHeader
 from ..simulation.devices import make_sensor
 from ..words import listed
+from .build_agents import worldless_devices
 from .header import box_body, signals_of, versions
 from .run_files import RunFiles
 from .sink_thread import Relay
@@ -103,7 +102,14 @@ def replay_bag(
         shared_node(settings, host, transport)
         devices = _devices(robot, catalog, host, rate, {name for name, found in topics.items() if found}, sink)
         reader = transport.reader(goal, GOAL_TYPE, QoS.COMMAND)
-        agent = _agent(robot, catalog, devices, rate, Runtime(clock, sink), partial(_Goals, transport.types, reader))
+        agent = build_agent(
+            robot.name,
+            devices,
+            Controller(build=partial(_Goals, transport.types, reader), mission="bag", schema=catalog.load_schema()),
+            Rates(control=Rate(1, rate.control_rate.period), plan=rate.plan_rate),
+            Runtime(clock, sink),
+            load_class=catalog.load_class,
+        )
         stack.callback(agent.close)
         files = RunFiles(out)
         stack.callback(files.unlock)
@@ -162,40 +168,13 @@ def _devices(
     robot: RobotSpec, catalog: Catalog, host: Host, rate: RateSpec, read: Collection[str], sink: EventSink
 ) -> RobotDevices:
     """Sensors that read the bag, others without readings, and actuators without effect."""
-    clock, period = host.clock, rate.control_rate.period
-    rates = {s.name: rate.sensor_rate(s.rate, s.name) for s in robot.sensors}
-    sensors: dict[str, Sensor] = {}
-    for spec in robot.sensors:
-        if spec.name in read:
-            sensors[spec.name] = make_sensor(catalog, robot, spec, host, rates[spec.name])
-        elif spec.driver == "mailbox":
-            sensors[spec.name] = ReplayMailbox(spec.name, clock)
-        else:
-            sensors[spec.name] = ReplaySensor(spec.name, clock, ())
-    actuators = {
-        a.name: a.guard(ReplayActuator(a.name, command_size(robot, a), clock), clock, period, sink, robot.name)
-        for a in robot.actuators
+    devices = worldless_devices(robot, rate, host.clock, sink, robot.name)
+    bag = {
+        s.name: make_sensor(catalog, robot, s, host, devices.sensor_rates[s.name])
+        for s in robot.sensors
+        if s.name in read
     }
-    return RobotDevices(robot, sensors, actuators, rates)
-
-
-def _agent(
-    robot: RobotSpec,
-    catalog: Catalog,
-    devices: RobotDevices,
-    rate: RateSpec,
-    runtime: Runtime,
-    plan: Callable[[Mission], Plan],
-) -> Agent:
-    return build_agent(
-        robot.name,
-        devices,
-        Controller(build=plan, mission="bag", schema=catalog.load_schema()),
-        Rates(control=Rate(1, rate.control_rate.period), plan=rate.plan_rate),
-        runtime,
-        load_class=catalog.load_class,
-        cached=catalog.cached,
-    )
+    return replace(devices, sensors={**devices.sensors, **bag})
 
 
 class _Goals(Plan):

@@ -22,13 +22,11 @@ from ..drivers.isolated import IsolatedActuator
 from ..drivers.last_neutral import repeat_neutral
 from ..errors import InputError
 from ..event import BodyMoved, EventSink, Stuck
-from ..record import RunHeader
 from ..simulation.outcome import Judge
 from .build_agents import build_agents
 from .clock_watch import ClockWatch
 from .episode import brake
 from .hardware_devices import HardwareDevices, hardware_clock
-from .header import drive_command, without_world
 from .options import RunOptions
 from .preflight import Preflight, preflight_sensors
 
@@ -111,11 +109,6 @@ class HardwareStage:
         self.start = self.clock.now()
         self.judges = {agent.name: Judge(end_on_stuck=False, start=self.start) for agent in self.agents}
         return ready
-
-    def describe(self, header: RunHeader, recalled: Mapping[str, str]) -> RunHeader:
-        """Complete the header of the run: robots as boxes and the scenario's places; the world is unknown."""
-        command = self._options.command or drive_command(self._spec.name, self._options)
-        return without_world(header, self._spec, self.robots, command=command)
 
     @contextmanager
     def playing(self, ended: Callable[[], str]) -> Iterator[Iterator[float]]:

@@ -87,27 +87,11 @@ def plain_header(
     )
 
 
-def with_scenery(
-    header: RunHeader,
-    scenario: ScenarioSpec,
-    simulated: SimulatedWorld,
-    *,
-    command: str,
-    recalled: Mapping[str, str] = {},
-) -> RunHeader:
-    """Header of a run with the bodies, obstacles and places that figures show.
-
-    Args:
-        header: Header without these, from `plain_header`.
-        scenario: The scenario.
-        simulated: Simulated world of the run.
-        command: Command line that repeats the run.
-        recalled: Knowledge that agents loaded from earlier runs, as JSON, by agent.
-    """
+def with_scenery(header: RunHeader, scenario: ScenarioSpec, simulated: SimulatedWorld) -> RunHeader:
+    """Header of a run with the bodies, obstacles and places that figures show."""
     model = simulated.world.model
     return msgspec.structs.replace(
         header,
-        command=command,
         bodies=(
             *(_body(model, simulated, name) for name in simulated.world.robots),
             *(_object(model, simulated, name) for name in simulated.world.objects),
@@ -115,16 +99,13 @@ def with_scenery(
         outlines=outlines(model, simulated.world.robots),
         grounds=ground_outlines(scenario),
         places=_places(scenario),
-        recalled=recalled,
     )
 
 
-def without_world(
-    header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec], *, command: str
-) -> RunHeader:
+def without_world(header: RunHeader, scenario: ScenarioSpec, robots: Mapping[str, RobotSpec]) -> RunHeader:
     """Header of a run on hardware: robots as boxes and the scenario's places; the world is unknown."""
     bodies = tuple(box_body(name, robot) for name, robot in robots.items())
-    return msgspec.structs.replace(header, command=command, bodies=bodies, places=_places(scenario))
+    return msgspec.structs.replace(header, bodies=bodies, places=_places(scenario))
 
 
 def box_body(name: str, robot: RobotSpec) -> BodyInfo:
@@ -133,38 +114,19 @@ def box_body(name: str, robot: RobotSpec) -> BodyInfo:
     return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
 
 
-def run_command(
-    scenario: str,
-    seed: int,
-    mode: str = "lockstep",
-    duration: float | None = None,
-    swaps: Sequence[SubtreeSwap] = (),
-) -> str:
+def run_command(scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap], *, on_hardware: bool) -> str:
     """Command line that repeats a run.
 
     Args:
         scenario: Name of the scenario.
-        seed: Seed of the episode.
-        mode: `lockstep` or `threaded`.
-        duration: Maximum duration [s]; None for the scenario's own.
-        swaps: Replacements of subtrees of missions.
-    """
-    parts = ["rocs-bt", "run", scenario, "--seed", str(seed)]
-    parts += [] if mode == "lockstep" else ["--mode", mode]
-    parts += [] if duration is None else ["--for", f"{duration:g}"]
-    parts += [part for swap in swaps for part in ("--swap", str(swap))]
-    return shlex.join(parts)
-
-
-def drive_command(scenario: str, options: RunOptions) -> str:
-    """Command line that repeats a run on hardware.
-
-    Args:
-        scenario: Name of the scenario.
         options: Options of the run.
+        swaps: Replacements of subtrees of missions, with the names of the catalog.
+        on_hardware: Whether the run is on hardware.
     """
-    parts = ["rocs-bt", "drive", scenario, "--seed", str(options.seed)]
+    parts = ["rocs-bt", "drive" if on_hardware else "run", scenario, "--seed", str(options.seed)]
+    parts += [] if on_hardware or options.mode == "lockstep" else ["--mode", options.mode]
     parts += [] if options.duration is None else ["--for", f"{options.duration:g}"]
+    parts += [part for swap in swaps for part in ("--swap", str(swap))]
     parts += ["--dry-run"] if options.dry_run else []
     parts += ["--confirm"] if options.confirm else []
     return shlex.join(parts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Protocol
@@ -21,7 +21,7 @@ from .build_agents import worldless_agents
 from .control import CommandDesk
 from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
-from .header import plain_header
+from .header import plain_header, run_command, with_scenery, without_world
 from .memory import Memory
 from .options import RunOptions
 from .requirements import requirement_faults
@@ -57,10 +57,6 @@ class RunStage(Stage, Protocol):
 
     def ready(self, ended: Callable[[], str]) -> bool:
         """Wait until the run may start; False if a signal ended it before."""
-        ...
-
-    def describe(self, header: RunHeader, recalled: Mapping[str, str]) -> RunHeader:
-        """Complete the header of the run by the command that repeats it, and by what figures show."""
         ...
 
 
@@ -282,7 +278,13 @@ class Run:
         live = self.options.live
         if live is None and self.options.out is None:
             return
-        self.header = self.stage.describe(self.header, self._memory.recalled)
+        spec, stage, options = self.spec, self.stage, self.options
+        command = options.command or run_command(spec.name, options, stage.swaps, on_hardware=self._on_hardware)
+        header = replace(self.header, command=command, recalled=self._memory.recalled)
+        if isinstance(stage, HardwareStage):
+            self.header = without_world(header, spec, stage.robots)
+        else:
+            self.header = with_scenery(header, spec, self.world)
         if live is not None:
             live.begin(self.header)
         self._files.begin(self.header, self.stage.agents if self.options.btlog else ())

@@ -15,7 +15,7 @@ from ..clock import Clock, Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
 from ..errors import Fault
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
-from ..record import RunHeader, SubtreeSwap
+from ..record import SubtreeSwap
 from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch
 from ..simulation.fact_schedule import FactSchedule, fact_schedules
@@ -24,11 +24,8 @@ from ..simulation.physics_thread import PhysicsThread
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
 from .episode import END, EpisodeAgent, brake
-from .header import run_command, with_scenery
 from .options import Build, RunOptions
 from .swaps import rehearse_swaps
-
-Describe = Callable[[RunHeader, Mapping[str, str]], RunHeader]
 
 _PAUSE = "pause of the run"  # source of the holds
 
@@ -46,7 +43,6 @@ class SimulatedStage:
         control: Control rate in physics steps.
         facts: Scheduled facts of the agents.
         wall: Wall clock of world and agents, which `playing` starts at zero; None in lockstep.
-        describe: Completes the header of the run.
         swaps: Swaps of subtrees at given times.
 
     Attributes:
@@ -56,7 +52,6 @@ class SimulatedStage:
         time_stops: Whether the run is in lockstep.
         start: Time of the first control period [s].
         swaps: Swaps of subtrees at given times.
-        describe: Completes the header of the run.
         simulated: World of the run.
     """
 
@@ -70,7 +65,6 @@ class SimulatedStage:
         facts: Sequence[FactSchedule] = (),
         wall: WallClock | None = None,
         swaps: Sequence[SubtreeSwap] = (),
-        describe: Describe = lambda header, recalled: header,
     ) -> None:
         self.clock: Clock = simulated.clock
         self.judges = simulated.judges
@@ -80,7 +74,6 @@ class SimulatedStage:
         self.agents = [agent for agent in agents if isinstance(agent, Agent)]
         self.swaps = swaps
         self.start = 0.0
-        self.describe = describe
         self._agents = agents
         self._sink = sink
         self._control = control
@@ -114,7 +107,6 @@ class SimulatedStage:
         limit, missions = spec.duration if options.duration is None else options.duration, options.missions
         swaps = rehearse_swaps(options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=missions)
         agents = simulated_agents(spec, simulated, catalog, sink, missions, options.seed, faults)
-        again = options.command or run_command(spec.name, options.seed, options.mode, options.duration, swaps)
         return cls(
             simulated,
             agents,
@@ -123,7 +115,6 @@ class SimulatedStage:
             facts=fact_schedules(spec, agents, simulated),
             wall=wall,
             swaps=swaps,
-            describe=lambda header, recalled: with_scenery(header, spec, simulated, command=again, recalled=recalled),
         )
 
     def observers(self, stack: ExitStack, options: RunOptions) -> Callable[[float], bool]:
