@@ -13,6 +13,7 @@ from ..agent.build import thresholds
 from ..catalog import Catalog, Entry, RobotSpec
 from ..errors import Fault, InputError, unknown
 from ..expression import Environment
+from ..knowledge import Knowledge
 from ..plan import mission_actions
 from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
 from ..reactive.analysis import examine_rules
@@ -29,11 +30,11 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             robot = catalog.load_robot(name)
             if robot.code and not catalog.code:
                 continue
-            agent = stub_agent(robot, catalog.load_class)
+            knowledge = _knowledge(robot, catalog)
             build = catalog.load_mission(mission, dialect) if mission and catalog.code else None
         except InputError:
             continue  # reported by the check of the robot, or of the mission
-        environment = Environment.of(agent.knowledge.signals, robot.values)
+        environment = Environment.of(knowledge.signals, robot.values)
         actions = action_table(*mission_actions(build)) if build else ACTIONS
         yield from examined(entry.path, robot, environment, actions, catalog)
         with suppress(InputError):  # reported by examine_rules
@@ -42,7 +43,7 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
             yield from inactive_faults(rules, name, catalog)
             inactive |= dict.fromkeys((name, rule) for rule in rules.inactive)
             if mission:  # otherwise no scenario combines this robot with these rules
-                yield from rule_misfits(rules.rules, actions, agent.knowledge)
+                yield from rule_misfits(rules.rules, actions, knowledge)
     for sentence, rule in inactive_rules([*inactive]):
         yield Fault(sentence, warning=True, note=True).at(*_place(rule))
 
@@ -101,6 +102,11 @@ def inactive_rules(found: Sequence[tuple[str, InactiveRule]]) -> list[tuple[str,
     return [(inactive_rule(rule.name, names, rule.missing), rule) for rule, names in robots.items()]
 
 
+def _knowledge(robot: RobotSpec, catalog: Catalog) -> Knowledge:
+    """Knowledge of an agent of a robot, which is only read."""
+    return catalog.cached(("knowledge", robot.file), lambda: stub_agent(robot, catalog.load_class).knowledge)
+
+
 def _place(rule: InactiveRule) -> tuple[Path, int, int]:
     return rule.position.file, rule.position.line, rule.position.column
 
@@ -115,7 +121,7 @@ def _environment(robot: str, catalog: Catalog) -> Environment:
     with suppress(InputError):
         spec = catalog.load_robot(robot)
         if catalog.code or not spec.code:
-            return Environment.of(stub_agent(spec, catalog.load_class).knowledge.signals)
+            return Environment.of(_knowledge(spec, catalog).signals)
     return Environment.packed(())
 
 
@@ -140,7 +146,7 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
     users = dict.fromkeys(name for name, _, _ in _users(entry, catalog))
     for name in [robot] if robot is not None else users or _any_robot(entry, catalog):
         spec = catalog.load_robot(name)
-        signals = stub_agent(spec, catalog.load_class).knowledge.signals
+        signals = _knowledge(spec, catalog).signals
         environment = Environment.of(signals, {} if robot is None else spec.values)
         own = {} if robot is None else thresholds(spec, entry.path)
         rules = load_rules(entry.path, environment, ACTIONS, overrides=own)

@@ -11,7 +11,7 @@ import pytest
 
 from rocs_bt import files, run, sweep
 from rocs_bt.catalog import Catalog
-from rocs_bt.check import check_content, scenario
+from rocs_bt.check import check_content, scenario, stub_agent
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
@@ -154,6 +154,20 @@ def test_a_run_reads_each_file_once_and_builds_each_agent_once_and_one_that_its_
     assert opened
     assert [path for path, count in opened.items() if count > 1] == []
     assert set(built.values()) <= {1, 2}
+
+
+def test_a_rule_file_is_checked_with_one_agent_for_each_robot(monkeypatch):
+    built, build = Counter(), stub_agent.build_agent
+
+    def count(name, devices, *given, **more):
+        built.update([devices.robot.name])
+        return build(name, devices, *given, **more)
+
+    monkeypatch.setattr(stub_agent, "build_agent", count)
+    findings = check_content([Catalog().find("rules", "avoid_collision").path])
+    assert not findings.has_errors
+    assert built
+    assert set(built.values()) == {1}
 
 
 def test_a_file_that_changes_after_its_check_does_not_change_the_run(tmp_path, monkeypatch):
