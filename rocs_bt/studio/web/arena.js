@@ -16,14 +16,15 @@ const placed = (pose, /** @type {number[]} */ [x, y]) => {
 };
 
 /** Left and baseline of a label of a width at a point, inside the picture and beside the labels before; adds its box. */
-export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {number[]} */ [right, bottom]) => {
+export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {number[]} */ [edge, bottom]) => {
   const inside = (at, most) => Math.max(2, Math.min(at, most - 2));
-  const places = [[x + SIDE, y - SIDE], [x - SIDE - wide, y - SIDE], [x + SIDE, y + LINE + 2], [x - SIDE - wide, y + LINE + 2], [x - wide / 2, y - 2 * LINE], [x - wide / 2, y + 2 * LINE]];
-  const found = places.map(([left, base]) => [inside(left, right - wide), Math.max(LINE, Math.min(base, bottom - 4))]);
-  const free = ([left, base]) => !boxes.some((box) => left < box[2] && box[0] < left + wide && base - LINE < box[3] && box[1] < base);
-  const [left, base] = found.find(free) ?? found[0];
-  boxes.push([left, base - LINE, left + wide, base]);
-  return [left, base];
+  const right = x + SIDE, left = x - SIDE - wide, middle = x - wide / 2, [above, below] = [y - SIDE, y + LINE + 2];
+  const places = [[right, above], [left, above], [right, below], [left, below], [middle, y - 2 * LINE], [middle, y + 2 * LINE]];
+  const found = places.map(([at, base]) => [inside(at, edge - wide), Math.max(LINE, Math.min(base, bottom - 4))]);
+  const free = ([at, base]) => !boxes.some((box) => at < box[2] && box[0] < at + wide && base - LINE < box[3] && box[1] < base);
+  const [at, base] = found.find(free) ?? found[0];
+  boxes.push([at, base - LINE, at + wide, base]);
+  return [at, base];
 };
 
 export class Arena {

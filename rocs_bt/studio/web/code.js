@@ -17,7 +17,8 @@ export class Code {
     this.area = el("textarea", {
       spellcheck: "false", autocomplete: "off", autocapitalize: "off", wrap: "off", "aria-label": "text of the file", "aria-controls": "proposals",
       oninput: (event) => { this.on.change(); this.typed(event); }, onkeydown: (event) => this.key(event),
-      onkeyup: () => this.on.moved(), onclick: () => { this.hide(); this.on.moved(); }, onscroll: () => { this.scroll(); this.hide(); }, onblur: () => setTimeout(() => this.hide(), 150),
+      onkeyup: () => this.on.moved(), onclick: () => { this.hide(); this.on.moved(); }, onscroll: () => { this.scroll(); this.hide(); },
+      onblur: () => setTimeout(() => this.hide(), 150),
     });
     this.box = el("div", { class: "page" }, this.numbers, el("div", { class: "sheet" }, this.under, this.area, this.list));
   }
@@ -43,10 +44,10 @@ export class Code {
   }
 
   select(start, end, focus = false) {
-    const line = this.text.slice(0, start).split("\n").length;
-    if (focus) this.area.focus();
-    this.area.setSelectionRange(start, end);
-    if ((line - 1) * LINE < this.area.scrollTop || line * LINE > this.area.scrollTop + this.area.clientHeight - LINE) this.area.scrollTop = Math.max(0, (line - 6) * LINE);
+    const { area } = this, top = LINE * (this.text.slice(0, start).split("\n").length - 1);
+    if (focus) area.focus();
+    area.setSelectionRange(start, end);
+    if (top < area.scrollTop || top > area.scrollTop + area.clientHeight - 2 * LINE) area.scrollTop = Math.max(0, top - 5 * LINE);
   }
 
   offset(line, column) {
@@ -61,7 +62,9 @@ export class Code {
   /** Underlines faults. */
   marks(marks) {
     const rows = this.text.split("\n"), level = new Map();
-    for (const mark of [...marks].reverse()) if (!mark.file && (mark.level !== "note")) level.set(mark.line, level.get(mark.line) === "error" ? "error" : mark.level);
+    for (const mark of [...marks].reverse()) {
+      if (!mark.file && mark.level !== "note" && level.get(mark.line) !== "error") level.set(mark.line, mark.level);
+    }
     this.numbers.replaceChildren(...rows.flatMap((_, i) => [level.has(i + 1) ? el("span", { class: level.get(i + 1) }, `● ${i + 1}`) : String(i + 1), "\n"]));
     const found = marks.filter((mark) => !mark.file && mark.line <= rows.length).sort((a, b) => a.line - b.line || a.column - b.column);
     const parts = [];
@@ -95,7 +98,10 @@ export class Code {
     this.items = items.filter(fits).sort((a, b) => first(a) - first(b)).slice(0, 60);
     if (!this.items.length || (why === " " && this.items[0].kind !== "port")) return this.hide();
     this.chosen = 0;
-    this.list.replaceChildren(...this.items.map((item, i) => el("li", { role: "option", title: item.doc, onmousedown: (event) => { event.preventDefault(); this.take(i); } }, el("span", {}, item.label), el("small", {}, item.detail))));
+    const take = (i) => (event) => { event.preventDefault(); this.take(i); };
+    this.list.replaceChildren(...this.items.map((item, i) => (
+      el("li", { role: "option", title: item.doc, onmousedown: take(i) }, el("span", {}, item.label), el("small", {}, item.detail))
+    )));
     const before = text.slice(0, this.items[0].start).split("\n"), width = 7.83;
     this.list.style.top = `${before.length * LINE + 8 - this.area.scrollTop}px`;
     this.list.style.left = `${Math.max(0, Math.min((before.at(-1) ?? "").length * width - this.area.scrollLeft, this.area.clientWidth - 230))}px`;
@@ -121,7 +127,8 @@ export class Code {
   key(event) {
     if (event.key === " " && event.ctrlKey) { event.preventDefault(); this.complete(null); return; }
     if (!this.list.hidden) {
-      const act = { ArrowDown: () => this.choose(this.chosen + 1), ArrowUp: () => this.choose(this.chosen - 1), Enter: () => this.take(this.chosen), Tab: () => this.take(this.chosen), Escape: () => this.hide() }[event.key];
+      const take = () => this.take(this.chosen), by = (step) => () => this.choose(this.chosen + step);
+      const act = { ArrowDown: by(1), ArrowUp: by(-1), Enter: take, Tab: take, Escape: () => this.hide() }[event.key];
       if (act) { event.preventDefault(); event.stopPropagation(); act(); }
     } else if (event.key === "Enter" && !event.ctrlKey && !event.metaKey) { // the next line begins where this one does
       const indent = /^[ \t]*/.exec(this.text.slice(this.text.lastIndexOf("\n", this.at - 1) + 1, this.at))?.[0] ?? "";

@@ -21,11 +21,13 @@ export class Control {
     this.pause = button("", "pause or continue the run (p)", () => this.toggle());
     this.step = button("step", "one control period, then pause (x)", () => this.send({ kind: "step" }));
     this.swap = button("swap …", "replace the selected subtree by that of an XML mission", () => this.askSwap());
-    this.reload = button("reload", "read the rule files of this robot again", () => this.send(...this.rules().map((rules) => ({ kind: "reload", agent: cursor.agent, rules }))));
+    const reload = () => this.send(...this.rules().map((rules) => ({ kind: "reload", agent: cursor.agent, rules })));
+    this.reload = button("reload", "read the rule files of this robot again", reload);
     this.stop = button("■ stop", "end the run in order, with its report", () => this.try(post("stop")));
     this.again = button("↻ again", "run the scenario again (a)", () => this.rerun());
     this.notice = el("output", { class: "muted", role: "status" });
-    this.box = el("div", { class: "control", role: "group", "aria-label": "control of the run" }, this.pause, this.step, this.swap, this.reload, this.stop, this.again, this.notice);
+    const parts = [this.pause, this.step, this.swap, this.reload, this.stop, this.again, this.notice];
+    this.box = el("div", { class: "control", role: "group", "aria-label": "control of the run" }, ...parts);
     this.update();
   }
 

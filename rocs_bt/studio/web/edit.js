@@ -22,7 +22,8 @@ class Editor {
     this.future = [];
     this.last = given.text;
     this.code = new Code({ change: () => this.change(), moved: () => this.follow(), ask: async (at) => (await this.quiet("complete", at))?.items ?? [] });
-    this.nodes = new Nodes({ edit: (asked) => this.edit(asked), choose: (row) => { this.code.select(row.start, row.inner); this.look(false); }, write: () => this.redraw() });
+    const choose = (row) => { this.code.select(row.start, row.inner); this.look(false); };
+    this.nodes = new Nodes({ edit: (asked) => this.edit(asked), choose, write: () => this.redraw() });
     this.mission = given.kind === "mission" && file.endsWith(".xml");
     this.state = el("output", { role: "status" });
     this.faults = el("ol", { class: "faults", "aria-label": "faults" });
@@ -36,7 +37,8 @@ class Editor {
     document.title = `${file}: rocs_bt editor`;
     const header = el(
       "header", {}, el("a", { href: "./", title: "the project" }, "←"), el("h1", {}, file), this.keep,
-      button("Undo", "undo (ctrl z)", () => this.step(this.past, this.future), !given.reason), button("Redo", "redo (ctrl y)", () => this.step(this.future, this.past), !given.reason),
+      button("Undo", "undo (ctrl z)", () => this.step(this.past, this.future), !given.reason),
+      button("Redo", "redo (ctrl y)", () => this.step(this.future, this.past), !given.reason),
       this.scenario, button("▶ Run", "save and run (ctrl enter)", () => this.run(), runs), this.state,
     );
     this.box = document.getElementById("editor") ?? el("main");
@@ -52,8 +54,8 @@ class Editor {
     addEventListener("beforeunload", (event) => { if (this.code.text !== this.saved) event.preventDefault(); });
     this.code.marks([]);
     this.tell();
-    if (this.mission) ask("palette", { text: given.text }).then((found) => { this.nodes.learn(found.nodes); this.look(); }, (error) => this.tell(error.message));
-    else this.look();
+    const learn = (found) => { this.nodes.learn(found.nodes); this.look(); };
+    if (this.mission) ask("palette", { text: given.text }).then(learn, (error) => this.tell(error.message)); else this.look();
   }
 
   tell(text = "") {
@@ -148,16 +150,22 @@ class Editor {
     const { marks, tree, tests } = this.found, errors = marks.filter((mark) => mark.level === "error").length;
     this.code.marks(marks);
     if (tree) this.nodes.show(tree, marks);
+    const place = (mark) => el("b", {}, mark.file ? mark.level : `${mark.line}:${mark.column} ${mark.level}`);
     const line = (mark) => el(
-      "li", { class: mark.level }, el("button", { onclick: () => this.go(mark) }, el("b", {}, mark.file ? mark.level : `${mark.line}:${mark.column} ${mark.level}`), ` ${mark.message} ${mark.hint}`),
+      "li", { class: mark.level }, el("button", { onclick: () => this.go(mark) }, place(mark), ` ${mark.message} ${mark.hint}`),
       mark.instead && !this.given.reason ? el("button", { class: "fix", onclick: () => this.fix(mark) }, ` → ${mark.instead}`) : null,
     );
     this.faults.replaceChildren(...(marks.length ? marks.map(line) : [el("li", { class: "muted" }, "No fault found.")]));
     const failed = tests.filter((test) => !test.passed);
     const name = file.replace(/^.*\//, "");
-    this.tests.replaceChildren(...(!tests.length ? [el("p", { class: "empty" }, errors ? "Tests run when the file has no error." : `No tests. Those in rules/tests/${name} run here as you type.`)] : [
+    const none = errors ? "Tests run when the file has no error." : `No tests. Those in rules/tests/${name} run here as you type.`;
+    const row = (test) => el(
+      "li", { class: test.passed ? "passed" : "failed", onclick: () => test.line && this.go({ line: test.line, column: 1, end: 1 }) },
+      el("b", {}, test.passed ? "✓ " : "✗ "), `${test.rule}: ${test.test} (${test.robot})`, test.passed ? null : el("div", {}, test.message),
+    );
+    this.tests.replaceChildren(...(!tests.length ? [el("p", { class: "empty" }, none)] : [
       el("h3", {}, `${tests.length - failed.length} of ${tests.length} tests pass`),
-      el("ul", {}, ...[...failed, ...tests.filter((test) => test.passed)].map((test) => el("li", { class: test.passed ? "passed" : "failed", onclick: () => test.line && this.go({ line: test.line, column: 1, end: 1 }) }, el("b", {}, test.passed ? "✓ " : "✗ "), `${test.rule}: ${test.test} (${test.robot})`, test.passed ? null : el("div", {}, test.message)))),
+      el("ul", {}, ...[...failed, ...tests.filter((test) => test.passed)].map(row)),
     ]));
     document.body.dataset.errors = String(errors);
   }
@@ -189,7 +197,9 @@ class Editor {
 
   link(to) {
     const here = to.file === file;
-    return el("a", { href: here ? "#" : `edit?file=${encodeURIComponent(to.file)}`, onclick: (event) => { if (here) { event.preventDefault(); this.go({ line: to.line, column: 1, end: 1 }); } } }, `→ ${here ? `line ${to.line}` : to.file}`);
+    if (!here) return el("a", { href: `edit?file=${encodeURIComponent(to.file)}` }, `→ ${to.file}`);
+    const go = (event) => { event.preventDefault(); this.go({ line: to.line, column: 1, end: 1 }); };
+    return el("a", { href: "#", onclick: go }, `→ line ${to.line}`);
   }
 
   async save(hash = this.hash) {
@@ -213,10 +223,11 @@ class Editor {
       return own.split("\n").flatMap((row) => [known.has(row) ? row : el("ins", {}, row || " "), "\n"]);
     };
     const mine = this.code.text, take = () => { box.close(); this.past.push(mine); Object.assign(this, { hash, saved: text }); this.put(text); };
+    const keep = () => { box.close(); this.save(hash); };
     const box = dialog(
       "The file has changed on disk", el("div", { class: "both" },
         el("section", {}, el("h3", {}, "on disk"), el("pre", {}, ...rows(text, mine)), el("button", { onclick: take }, "Take that of the disk")),
-        el("section", {}, el("h3", {}, "here"), el("pre", {}, ...rows(mine, text)), el("button", { onclick: () => { box.close(); this.save(hash); } }, "Overwrite the disk"))),
+        el("section", {}, el("h3", {}, "here"), el("pre", {}, ...rows(mine, text)), el("button", { onclick: keep }, "Overwrite the disk"))),
     );
   }
 
@@ -229,7 +240,8 @@ class Editor {
 
   key(event) {
     if (!event.ctrlKey && !event.metaKey) return;
-    const own = { s: () => this.save(), Enter: () => this.run(), z: () => (event.shiftKey ? this.step(this.future, this.past) : this.step(this.past, this.future)), y: () => this.step(this.future, this.past) };
+    const undo = () => this.step(this.past, this.future), redo = () => this.step(this.future, this.past);
+    const own = { s: () => this.save(), Enter: () => this.run(), z: event.shiftKey ? redo : undo, y: redo };
     const act = own[event.key] ?? own[event.key.toLowerCase()];
     if (act && !(document.activeElement instanceof HTMLInputElement && event.key !== "s" && event.key !== "Enter")) { event.preventDefault(); act(); }
   }

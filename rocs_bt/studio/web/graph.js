@@ -74,7 +74,9 @@ export class Graph {
       g.arc(x, y, node.name === chosen ? DOT + 2 : DOT, 0, 2 * Math.PI);
       g.fill();
       if (fresh(node.track)) { g.strokeStyle = color("ink"); g.lineWidth = 3; g.stroke(); g.lineWidth = 1.2; }
-      if (!crowd || node.name === chosen || node.name === agent) this.write(g, `${shown(node.name)}${crowd || !node.kind ? "" : ` (${node.kind})`}`, x + (node.x < -0.01 ? -10 : 10), y + 4, "ink", node.x < -0.01 ? "right" : "left");
+      if (crowd && node.name !== chosen && node.name !== agent) continue;
+      const left = node.x < -0.01, kind = crowd || !node.kind ? "" : ` (${node.kind})`;
+      this.write(g, `${shown(node.name)}${kind}`, x + (left ? -10 : 10), y + 4, "ink", left ? "right" : "left");
     }
   }
 

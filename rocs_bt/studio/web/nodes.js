@@ -77,17 +77,25 @@ export class Nodes {
   model(row, rows) { return rows.some((outer) => /^TreeNodes?Model$/.test(outer.tag) && inside(row.path, outer.path)); }
 
   line(row, marks) {
-    const own = marks.filter((mark) => !mark.file && mark.level !== "note" && row === this.rows.filter((each) => each.line <= mark.line && mark.line <= each.last).at(-1));
+    const at = (mark) => this.rows.findLast((each) => each.line <= mark.line && mark.line <= each.last);
+    const own = marks.filter((mark) => !mark.file && mark.level !== "note" && row === at(mark)), chosen = row.path === this.chosen ? "chosen" : "";
     const state = own.some((mark) => mark.level === "error") ? "wrong" : own.length ? "doubtful" : "", shut = this.folded.has(row.path);
     const li = el(
-      "li", { class: [state, row.path === this.chosen ? "chosen" : ""].join(" ").trim(), draggable: "true", role: "treeitem", "data-path": row.path, title: own.map((mark) => mark.message).join("\n"), onclick: () => this.choose(row.path) },
+      "li", {
+        class: `${state} ${chosen}`.trim(), draggable: "true", role: "treeitem", "data-path": row.path,
+        title: own.map((mark) => mark.message).join("\n"), onclick: () => this.choose(row.path),
+      },
       el("i", { onclick: (event) => { event.stopPropagation(); this.fold(row.path); } }, row.children ? (shut ? "▸" : "▾") : "·"),
       el("b", {}, row.tag), el("small", {}, row.ports.map(([name, value]) => `${name}="${value}"`).join(" ")),
     );
     li.style.paddingLeft = `${8 + 14 * (row.path.split("/").length - 2)}px`;
     const clear = () => li.classList.remove("before", "into", "after");
     li.addEventListener("dragstart", (event) => { this.held = { path: row.path }; event.dataTransfer.setData("text/plain", row.tag); });
-    li.addEventListener("dragover", (event) => { clear(); const place = this.place(row, li, event); if (place) { event.preventDefault(); li.classList.add(place.where); } });
+    li.addEventListener("dragover", (event) => {
+      clear();
+      const place = this.place(row, li, event);
+      if (place) { event.preventDefault(); li.classList.add(place.where); }
+    });
     li.addEventListener("dragleave", clear);
     li.addEventListener("drop", (event) => { event.preventDefault(); clear(); this.drop(this.place(row, li, event)); });
     return li;
@@ -102,7 +110,9 @@ export class Nodes {
   place(row, li, event) {
     const box = li.getBoundingClientRect(), part = (event.clientY - box.top) / box.height;
     if (!this.whole || (this.held?.path && inside(row.path, this.held.path))) return null;
-    if (this.takes(row) && part > 0.25 && (part < 0.75 || WRAPPERS.has(row.tag) || row.children)) return { where: "into", parent: row.path, ...(part < 0.75 ? {} : { index: 0 }) };
+    if (this.takes(row) && part > 0.25 && (part < 0.75 || WRAPPERS.has(row.tag) || row.children)) {
+      return { where: "into", parent: row.path, ...(part < 0.75 ? {} : { index: 0 }) };
+    }
     if (WRAPPERS.has(row.tag)) return null;
     const outer = this.row(parent(row.path));
     if (outer?.tag === "BehaviorTree" && this.held?.text) return null; // a tree has one root
@@ -153,7 +163,8 @@ export class Nodes {
       const outer = parent(row.path), k = index(row.path), above = this.row(`${outer}/${k - 1}`), up = this.row(outer);
       const to = {
         ArrowUp: k > 0 && { parent: outer, index: k - 1 }, ArrowDown: this.row(`${outer}/${k + 1}`) && { parent: outer, index: k + 2 },
-        ArrowRight: above && this.takes(above) && { parent: above.path }, ArrowLeft: up && !WRAPPERS.has(up.tag) && this.row(parent(outer))?.tag !== "BehaviorTree" && { parent: parent(outer), index: index(outer) + 1 },
+        ArrowRight: above && this.takes(above) && { parent: above.path },
+        ArrowLeft: up && !WRAPPERS.has(up.tag) && this.row(parent(outer))?.tag !== "BehaviorTree" && { parent: parent(outer), index: index(outer) + 1 },
       }[event.key];
       if (to) this.on.edit({ do: "move", node: row.path, ...to });
       if (event.key.startsWith("Arrow")) event.preventDefault();

@@ -66,7 +66,8 @@ export class Space {
     const robots = bodies.flatMap(({ name, hull = [], height = LOW, shapes = [], links = [] }) => {
       const first = frame;
       frame += 1 + links.length;
-      if (shapes.length) return shapes.filter(({ tint }) => tint[3] > 0).map((shape) => ({ ...shape, tint: acts(name) ? own(name) : [...pale(shape.tint), 1], body: first + shape.link }));
+      const tinted = ({ tint }) => (acts(name) ? own(name) : [...pale(tint), 1]), seen = shapes.filter(({ tint }) => tint[3] > 0);
+      if (shapes.length) return seen.map((shape) => ({ ...shape, tint: tinted(shape), body: first + shape.link }));
       return hull.length ? [{ kind: "prism", size: [hull, height], ...still, body: first, tint: own(name) }] : [];
     });
     return [...world, ...robots];

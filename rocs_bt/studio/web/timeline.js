@@ -81,7 +81,8 @@ export class Timeline extends Lanes {
     ];
     const zooms = [
       button("−", "zoom out (-)", () => this.zoom(2)), button("+", "zoom in (+)", () => this.zoom(0.5)),
-      button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()), button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
+      button(`${RECENT} s`, `${RECENT} seconds around the cursor (w)`, () => this.recent()),
+      button("all", "the whole run (0)", () => this.window(this.run.start, this.run.end)),
     ];
     this.labels.replaceChildren(el("div", { class: "axisname" }, ...zooms, el("span", {}, "s")), ...this.rows.map((row) => this.label(row)));
     const drawn = this.rows.flatMap((row) => [...row.bars ?? [], ...row.marks ?? []]);
@@ -146,8 +147,9 @@ export class Timeline extends Lanes {
     const { run } = this, names = new Set([...Object.keys(run.guards[agent] ?? {}), ...run.of(agent, "rule").map((r) => r.name)]);
     return [...names].flatMap((name) => {
       const track = run.get(agent, "rule", name), near = run.get(agent, "near", name), address = `${agent}|rule|${name}`;
-      const bars = (each) => each?.spans(run.end, (s) => s.latched || s.active).map(({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" })) ?? [];
-      const row = { address, label: short(name), title: name, least: near ? RIBBON : BAR, bars: bars(track), second: bars(twin(run, address)), near, rule: name };
+      const bar = ({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" });
+      const bars = (each) => each?.spans(run.end, (s) => s.latched || s.active).map(bar) ?? [], least = near ? RIBBON : BAR;
+      const row = { address, label: short(name), title: name, least, bars: bars(track), second: bars(twin(run, address)), near, rule: name };
       return this.opened === address ? [row, ...this.comparisons(agent, name)] : [row];
     });
   }
@@ -169,7 +171,8 @@ export class Timeline extends Lanes {
         rows.set(last.action, row);
         if (i < 0) continue;
         const fill = last.state === "FAILED" ? "bad" : last.priority === "HIGH" ? "reactive" : "deliberative";
-        row[into].push({ from: ticket.t[i], to: ticket.t[i + 1] ?? run.end, fill, address: ticket.address, text: `${last.action} #${ticket.name}: ${last.state}` });
+        const text = `${last.action} #${ticket.name}: ${last.state}`;
+        row[into].push({ from: ticket.t[i], to: ticket.t[i + 1] ?? run.end, fill, address: ticket.address, text });
       }
     }
     for (const row of rows.values()) row.address = (row.bars[0] ?? row.second[0])?.address ?? row.address;

@@ -17,14 +17,19 @@ const copied = (title, text) => {
 };
 
 /** Shows keys, colours and marks. @param {{key: string, text: string}[]} keys */
-export const help = (keys) => dialog("Keys, colours and marks", el("dl", { class: "help" }, ...keys.flatMap(({ key, text }) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, text)])), ...colours());
+export const help = (keys) => {
+  const rows = keys.flatMap(({ key, text }) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, text)]);
+  dialog("Keys, colours and marks", el("dl", { class: "help" }, ...rows), ...colours());
+};
 
 /** Saves the pinned signals, or those that are shown, as a table with one row for each time of a change. */
 export const csv = (run, timeline) => {
   const tracks = timeline.rows.filter((row) => row.curve).map((row) => row.curve), cell = (value) => `"${String(value).replaceAll("\"", "\"\"")}"`;
-  const names = tracks.flatMap((track) => Array.from({ length: track.width || 1 }, (_, k) => `${track.agent} ${track.name || track.topic}${track.width > 1 ? `[${k}]` : ""}`));
+  const named = (track, k) => `${track.agent} ${track.name || track.topic}${track.width > 1 ? `[${k}]` : ""}`;
+  const names = tracks.flatMap((track) => Array.from({ length: track.width || 1 }, (_, k) => named(track, k)));
   const times = [...new Set(tracks.flatMap((track) => Array.from(track.t)))].sort((a, b) => a - b).filter((t) => t >= timeline.from && t <= timeline.to);
-  const rows = times.map((t) => [t.toFixed(3), ...tracks.flatMap((track) => Array.from(track.width ? track.at(t) ?? Array(track.width).fill("") : [track.at(t) ?? ""]))].join(","));
+  const cells = (track, t) => (track.width ? Array.from(track.at(t) ?? Array(track.width).fill("")) : [track.at(t) ?? ""]);
+  const rows = times.map((t) => [t.toFixed(3), ...tracks.flatMap((track) => cells(track, t))].join(","));
   const text = [["t [s]", ...names].map(cell).join(","), ...rows, ""].join("\n"), url = URL.createObjectURL(new Blob([text], { type: "text/csv" }));
   el("a", { href: url, download: `${run.header.scenario}-${run.header.seed}.csv` }).click();
   setTimeout(() => URL.revokeObjectURL(url), 1000);
@@ -33,7 +38,8 @@ export const csv = (run, timeline) => {
 
 /** What a person needs to look into a fault: command, versions, time, selected thing, and the lines before. */
 export const report = (run, cursor, said) => {
-  const { header } = run, { t, agent, selected } = cursor, outcome = run.outcome(agent), versions = Object.entries(header.versions ?? {}).map(([name, v]) => `${name} ${v}`);
+  const { header } = run, { t, agent, selected } = cursor, outcome = run.outcome(agent);
+  const versions = Object.entries(header.versions ?? {}).map(([name, v]) => `${name} ${v}`);
   const lines = run.log.filter(([at, who, level]) => level > 1 && at <= t + 1e-3 && (!who || who === agent)).slice(-12);
   copied("Report of a fault", [
     `${header.scenario}, seed ${header.seed}: ${agent} ${outcome ? `${outcome.outcome}${outcome.reason ? `: ${outcome.reason}` : ""}` : "without an outcome"}`,

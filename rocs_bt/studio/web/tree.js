@@ -1,6 +1,6 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
-import { color, el, prepare, put, shown } from "./dom.js";
+import { color, el, prepare, put, short, shown } from "./dom.js";
 import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
@@ -55,7 +55,8 @@ export class MissionTree {
   }
 
   row(node, parent, depth) {
-    const { run, cursor: { agent } } = this, { path, type, children = [], ports = "" } = node, name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
+    const { run, cursor: { agent } } = this, { path, type, children = [], ports = "" } = node;
+    const name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
     const fold = el("button", { class: "fold", tabindex: -1, "aria-label": "fold", onclick: (event) => { event.stopPropagation(); this.toggle(path); } });
     const given = portsOf(node).map((port) => {
       const value = el("span", {}, port.given);
@@ -185,7 +186,9 @@ export class MissionTree {
   /** Scrolls to the selected node; what a reader folded above it is unfolded. */
   mark() {
     const row = this.rows.find(({ path }) => this.address(path) === this.cursor.selected);
-    for (let above = row && this.at.get(row.parent); above; above = this.at.get(above.parent)) if (this.chosen.get(above.path) === false) this.chosen.delete(above.path);
+    for (let above = row && this.at.get(row.parent); above; above = this.at.get(above.parent)) {
+      if (this.chosen.get(above.path) === false) this.chosen.delete(above.path);
+    }
     this.update();
     this.fold();
     row?.item.scrollIntoView({ block: "nearest" });
@@ -194,7 +197,7 @@ export class MissionTree {
   key(event) {
     const open = this.rows.filter((row) => !row.item.hidden), at = open.findIndex((row) => row.item.classList.contains("selected")), row = open[at];
     const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: open.length - 1 }[event.key];
-    const folds = row?.children.length && (event.key === "Enter" || (event.key === "ArrowRight" && !this.opened(row.path)) || (event.key === "ArrowLeft" && this.opened(row.path)));
+    const folds = row?.children.length && (event.key === "Enter" || event.key === (this.opened(row.path) ? "ArrowLeft" : "ArrowRight"));
     if (to === undefined && !folds) return;
     event.preventDefault();
     event.stopPropagation();
@@ -216,7 +219,8 @@ class Blackboard {
     const { run, cursor } = this;
     this.rows = run.of(cursor.agent, "board").map((track) => {
       const [subtree, key] = track.name.split("\n"), value = el("dd"), go = () => cursor.select(track.address);
-      const label = el("dt", { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go }, subtree ? el("small", {}, `${subtree.slice(subtree.lastIndexOf("/") + 1)} `) : null, key);
+      const about = { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go };
+      const label = el("dt", about, subtree ? el("small", {}, `${short(subtree)} `) : null, key);
       value.addEventListener("click", go);
       return { track, value, label };
     });

@@ -35,7 +35,9 @@ export const times = (a, b) => {
 };
 
 /** Matrix of a position, a quaternion (w, x, y, z) and a scale. */
-export const placed = (/** @type {number[]} */ [x, y, z], /** @type {number[]} */ [w, i, j, k] = [1, 0, 0, 0], /** @type {number[]} */ [a, b, c] = [1, 1, 1]) => new Float32Array([
+export const placed = (
+  /** @type {number[]} */ [x, y, z], /** @type {number[]} */ [w, i, j, k] = [1, 0, 0, 0], /** @type {number[]} */ [a, b, c] = [1, 1, 1],
+) => new Float32Array([
   a * (1 - 2 * (j * j + k * k)), a * 2 * (i * j + k * w), a * 2 * (i * k - j * w), 0,
   b * 2 * (i * j - k * w), b * (1 - 2 * (i * i + k * k)), b * 2 * (j * k + i * w), 0,
   c * 2 * (i * k + j * w), c * 2 * (j * k - i * w), c * (1 - 2 * (i * i + j * j)), 0,
