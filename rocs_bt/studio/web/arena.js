@@ -4,7 +4,7 @@ import { FONT, color, el, prepare, seconds, upto } from "./dom.js";
 import { OwnMap, believed, rays } from "./scene.js";
 
 const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
-const PAD = 14, HIGH = 0.4; // [px]; [m] from which on a height is written
+const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
 const LINE = 14, SIDE = 8, DOORS = ["open", "shut"]; // [px] height of a label, and its distance from its point
@@ -84,10 +84,10 @@ export class Arena {
     if (!wide || !high) return;
     this.wide = wide;
     this.high = high;
-    const [x0, y0, x1, y1] = this.box, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - 2 * PAD) / (y1 - y0));
+    const [x0, y0, x1, y1] = this.box, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - TOP - PAD) / (y1 - y0));
     this.scale = Math.max(1e-3, fits) * this.zoom;
     this.left = wide / 2 - (this.scale * (x0 + x1)) / 2 + this.shift[0];
-    this.top = high / 2 + (this.scale * (y0 + y1)) / 2 + this.shift[1];
+    this.top = (high + TOP - PAD) / 2 + (this.scale * (y0 + y1)) / 2 + this.shift[1];
     this.g = prepare(this.canvas, wide, high);
     this.world(prepare(this.still, wide, high));
     this.draw();
