@@ -1,6 +1,6 @@
 // @ts-check
 // The selected thing in words: one sentence with its cause, the evidence, what came next, and numbers that are folded.
-import { el, seconds, short, shown, upto } from "./dom.js";
+import { el, put, seconds, short, shown, upto } from "./dom.js";
 import { portsOf } from "./run.js";
 import { Mission, three, why, whyNot } from "./why.js";
 
@@ -21,7 +21,7 @@ export class Inspector {
   constructor(run, cursor) {
     this.run = run;
     this.cursor = cursor;
-    this.last = "";
+    this.shape = "";
     this.open = false; // whether a reader has unfolded the numbers
     this.box = el("aside", { class: "inspector", "aria-live": "off" });
     for (const name of ["select", "agent", "move"]) cursor.addEventListener(name, () => this.update());
@@ -33,20 +33,29 @@ export class Inspector {
     const robot = run.info(who) ? this.robot : this.actor, { node, rule, ticket, outcome, alternation, actor } = this;
     const view = { node, rule, ticket, outcome, alternation, actor, pose: robot }[topic] ?? (track ? this.track : robot);
     const { title, cause, evidence = [], next = [], more = [] } = view.call(this, who, name, t, track);
-    const key = JSON.stringify([title, cause, evidence, next, more]);
-    if (key === this.last) return;
-    this.last = key;
-    const part = (rows, heading) => (rows.length ? [...(heading ? [el("h4", {}, heading)] : []), ...rows.map((r) => this.line(r))] : []);
-    const folded = el("details", { open: this.open, ontoggle: () => { this.open = folded.open; } }, el("summary", {}, "numbers and data"), ...part(more));
-    this.box.replaceChildren(
-      el("h3", {}, title), ...(cause ? [el("p", { class: "cause" }, cause)] : []), ...part(evidence), ...part(next, "then"), ...(more.length ? [folded] : []),
-    );
+    const rows = [...evidence, ...next, ...more], plain = ({ address, t: at }) => address === undefined && at === undefined;
+    const shape = [cause === "", evidence.length, next.length, ...rows.map(plain)].join();
+    if (shape !== this.shape) this.build(shape, cause, evidence.length, next.length, rows.map(plain));
+    put(this.title, title);
+    put(this.cause, cause);
+    this.lines.forEach((line, i) => { line.row = rows[i]; put(line.firstChild, rows[i].label); put(line.lastChild, rows[i].text); });
   }
 
-  line({ label, text, address, t }) {
-    const go = () => (address === undefined ? this.cursor.move(t) : this.cursor.select(address, t));
-    if (address === undefined && t === undefined) return el("div", { class: "row" }, el("span", {}, label), el("b", {}, text));
-    return el("div", { class: "row link", role: "link", tabindex: 0, onclick: go, onkeydown: (e) => { if (e.key === "Enter") go(); } }, el("span", {}, label), el("b", {}, text));
+  /** Makes the elements of a view; while the cursor moves, mostly their texts change only. */
+  build(shape, cause, evidence, next, plain) {
+    this.shape = shape;
+    this.title = el("h3");
+    this.cause = el("p", { class: "cause", hidden: !cause });
+    this.lines = plain.map((each) => this.line(each));
+    const lines = (from, to, name) => (from < to ? [...(name ? [el("h4", {}, name)] : []), ...this.lines.slice(from, to)] : []), folds = evidence + next;
+    const folded = el("details", { open: this.open, hidden: folds === plain.length, ontoggle: () => { this.open = folded.open; } }, el("summary", {}, "numbers and data"), ...lines(folds, plain.length));
+    this.box.replaceChildren(this.title, this.cause, ...lines(0, evidence), ...lines(evidence, folds, "then"), folded);
+  }
+
+  line(plain) {
+    const go = ({ currentTarget: { row: { address, t } } }) => (address === undefined ? this.cursor.move(t) : this.cursor.select(address, t));
+    const acts = { class: "row link", role: "link", tabindex: 0, onclick: go, onkeydown: (e) => { if (e.key === "Enter") go(e); } };
+    return el("div", plain ? { class: "row" } : acts, el("span"), el("b"));
   }
 
   /** @returns {View} */
