@@ -171,10 +171,13 @@ import("./arena.js").then(({ beside }) => {
   const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
   for (let run = 0; run < 200; run++) {
     const boxes = [];
-    for (let i = 0; i < 6; i++) beside(boxes, [400 * random(), 300 * random()], 30 + 60 * random(), [400, 300]);
-    boxes.forEach(([left, top, right, bottom], i) => {
+    const placed = Array.from({ length: 6 }, () => {
+      const wide = 30 + 60 * random(), [left, base] = beside(boxes, [400 * random(), 300 * random()], wide, [400, 300]);
+      return [left, base - 12, left + wide, base];
+    });
+    placed.forEach(([left, top, right, bottom], i) => {
       if (left < 0 || top < 0 || right > 400 || bottom > 300) outside++;
-      over += boxes.slice(i + 1).filter((b) => left < b[2] && b[0] < right && top < b[3] && b[1] < bottom).length;
+      over += placed.slice(i + 1).filter((b) => left < b[2] && b[0] < right && top < b[3] && b[1] < bottom).length;
     });
   }
   return { over, outside };

@@ -19,7 +19,7 @@ const copied = (title, text) => {
 /** Shows keys, colours and marks. @param {{key: string, text: string}[]} keys */
 export const help = (keys) => {
   const rows = keys.flatMap(({ key, text }) => [el("dt", {}, el("kbd", {}, key)), el("dd", {}, text)]);
-  dialog("Keys, colours and marks", el("dl", { class: "help" }, ...rows), ...colours());
+  dialog("Keys, colours and marks", el("div", { class: "guide" }, el("dl", { class: "help" }, ...rows), el("section", {}, ...colours())));
 };
 
 /** Saves the pinned signals, or those that are shown, as a table with one row for each time of a change. */
