@@ -48,7 +48,8 @@ export class Inspector {
     this.cause = el("p", { class: "cause", hidden: !cause });
     this.lines = plain.map((each) => this.line(each));
     const lines = (from, to, name) => (from < to ? [...(name ? [el("h4", {}, name)] : []), ...this.lines.slice(from, to)] : []), folds = evidence + next;
-    const folded = el("details", { open: this.open, hidden: folds === plain.length, ontoggle: () => { this.open = folded.open; } }, el("summary", {}, "numbers and data"), ...lines(folds, plain.length));
+    const about = { open: this.open, hidden: folds === plain.length, ontoggle: () => { this.open = folded.open; } };
+    const folded = el("details", about, el("summary", {}, "numbers and data"), ...lines(folds, plain.length));
     this.box.replaceChildren(this.title, this.cause, ...lines(0, evidence), ...lines(evidence, folds, "then"), folded);
   }
 
@@ -70,11 +71,13 @@ export class Inspector {
       evidence.push(row("action", `${ticket.v[0].action}${lasts(ticket, t)}`, ticket.address));
     }
     for (const path of mission.root ? mission.waiting().slice(0, 4) : []) {
-      evidence.push(row("node", `${MARKS[mission.status(path)] ?? "·"} ${short(path)}${mission.note(path) && `: ${mission.note(path)}`}`, `${agent}|node|${path}`));
+      const text = [short(path), mission.note(path)].filter(Boolean).join(": ");
+      evidence.push(row("node", `${MARKS[mission.status(path)] ?? "·"} ${text}`, `${agent}|node|${path}`));
     }
     const outcome = run.outcome(agent), next = this.later(agent, t);
     if (outcome) next.push(row("outcome", outcome.outcome, `${agent}|outcome|`, outcome.t));
-    const more = SIGNALS.map((name) => run.get(agent, "signal", name)).filter(Boolean).map((track) => row(track.name, `${shown(track.at(t))} ${run.unit(agent, track.name)}`, track.address));
+    const more = SIGNALS.map((name) => run.get(agent, "signal", name)).filter(Boolean)
+      .map((track) => row(track.name, `${shown(track.at(t))} ${run.unit(agent, track.name)}`, track.address));
     if (pose) more.push(row("pose", this.place(pose)));
     return { title: agent, cause: why(run, agent, t), evidence, next, more: [row("moved by", MOVES[run.get(agent, "route")?.at(t)] ?? "–"), ...more] };
   }
@@ -93,7 +96,8 @@ export class Inspector {
     if (!pose) return { title: name, cause: "It is not in the recorded world." };
     const near = run.agents.map((agent) => [agent, run.pose(agent, t)]).filter(([, at]) => at)
       .map(([agent, at]) => row(agent, `${Math.hypot(at.x - pose.x, at.y - pose.y).toFixed(2)} m away`, `${agent}|pose|`));
-    return { title: name, cause: `${state === "moves" ? "It moves" : `It is ${state}`}${lasts(track, t)}.`, evidence: near, next: this.after(track, t), more: [row("pose", this.place(pose))] };
+    const cause = `${state === "moves" ? "It moves" : `It is ${state}`}${lasts(track, t)}.`;
+    return { title: name, cause, evidence: near, next: this.after(track, t), more: [row("pose", this.place(pose))] };
   }
 
   /** @returns {View} */
@@ -144,8 +148,8 @@ export class Inspector {
     for (const [key, value] of Object.entries(state?.parameters ?? {})) more.push(row(key, shown(value)));
     if (about?.place) more.push(row("does", `${about.action}: ${about.doc}`), row("priority", about.priority), row("file", about.place));
     const active = run.of(agent, "ticket").map((ticket) => ticket.at(t)).find((ticket) => ticket?.state === "RUNNING" && ticket.by === name);
-    const is = active ? why(run, agent, t) : state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} did not fire: ${because}.`;
-    return { title: short(name), cause: is, evidence: this.guard(agent, name, t), next, more };
+    const waits = state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} did not fire: ${because}.`;
+    return { title: short(name), cause: active ? why(run, agent, t) : waits, evidence: this.guard(agent, name, t), next, more };
   }
 
   /** The comparisons of a guard: whether each is true, both sides, and by how much. @returns {Row[]} */
@@ -182,8 +186,8 @@ export class Inspector {
   status(mission, path, lasting) {
     const status = mission.status(path), leaf = status && mission.lowest(path), note = mission.note(leaf);
     if (status) {
-      const said = [leaf === path ? "" : `'${short(leaf)}'${mission.status(leaf) === status ? "" : ` is ${mission.status(leaf)}`}`, note, leaf === path ? "" : mission.note(path)];
-      const cause = said.filter(Boolean).join(", ");
+      const below = leaf !== path && `'${short(leaf)}'${mission.status(leaf) === status ? "" : ` is ${mission.status(leaf)}`}`;
+      const cause = [below, note, leaf !== path && mission.note(path)].filter(Boolean).join(", ");
       return `${status}${lasting}${cause && `: ${cause}`}.`;
     }
     const parent = [...mission.nodes.values()].find(({ children = [] }) => children.includes(path));
@@ -195,7 +199,8 @@ export class Inspector {
 
   /** @returns {View} */
   ticket(agent, number, t, track) {
-    const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [], from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
+    const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [];
+    const from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
     const ended = now && now.state !== "RUNNING" && now.by !== first.by ? ` by '${now.by}'` : "", because = now?.reason ? `: ${now.reason}` : "";
     const of = run.get(agent, "rule", first.by) ? "the rule" : "the leaf";
     const cause = now ? `${first.action} of ${of} '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
@@ -238,7 +243,9 @@ export class Inspector {
   nearby(track, t, text, after = 3) {
     if (!track) return [];
     const i = upto(track.t, t) - 1, found = [];
-    for (let j = Math.max(0, i - 2); j < Math.min(track.t.length, i + after); j++) found.push(row(seconds(track.t[j]), text(track.v[j]), track.address, track.t[j]));
+    for (let j = Math.max(0, i - 2); j < Math.min(track.t.length, i + after); j++) {
+      found.push(row(seconds(track.t[j]), text(track.v[j]), track.address, track.t[j]));
+    }
     return found;
   }
 }

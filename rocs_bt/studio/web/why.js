@@ -102,7 +102,8 @@ const answer = (run, agent, t) => {
     const { root } = mission, status = mission.status(root);
     if (!["SUCCESS", "FAILURE"].includes(status)) return "";
     const leaf = status === "FAILURE" ? mission.lowest(root) : "";
-    return `its mission had ended with ${status}${ago(mission.changed(root), t)}${leaf && noted(`: '${leaf}' failed`, [mission.note(leaf), ...mission.above(leaf)])}`;
+    const about = leaf && noted(`: '${leaf}' failed`, [mission.note(leaf), ...mission.above(leaf)]);
+    return `its mission had ended with ${status}${ago(mission.changed(root), t)}${about}`;
   };
 
   const reflex = () => {
@@ -195,7 +196,8 @@ export const whyNot = (run, agent, rule, t) => {
     const { name, text, unit } = guard.sides[index < 0 ? -1 - index : index], si = unit && ` ${unit}`;
     const [left, right, truth] = run.get(agent, "compare", name).at(now), gap = Math.abs(left - right);
     const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "", values = Number.isNaN(gap) ? "" : `${by} (${three(left)} against ${three(right)}${si})`;
-    const because = `'${text}' ${Number.isNaN(truth) ? "is not decided, because a value is not known" : truth ? `must not hold, but holds${values}` : `does not hold${values}`}`;
+    const is = truth ? `must not hold, but holds${values}` : `does not hold${values}`;
+    const because = `'${text}' ${Number.isNaN(truth) ? "is not decided, because a value is not known" : is}`;
     return { name, text, left, right, unit, because };
   });
   return { because: held.map((each) => each.because).join(" and ") || back(guard, found, t), held };
