@@ -127,6 +127,8 @@ def checked_run(
         refused.callback(run.close)
         findings = check_run(run)
         findings.refuse()
+        if run.prepared:
+            run.open()
         refused.pop_all()
     return run, findings
 

@@ -37,7 +37,7 @@ from ..trees.xml import included_files, survey
 from .mission import check_mission_file
 from .robot import check_robot, check_world
 from .rules import check_rule_file
-from .scenario import check_scenario_file, run_faults
+from .scenario import check_scenario_file, prepared, run_faults
 from .xml_mission import MissionOptions, read_palettes
 
 Checker = Callable[[Entry, Catalog], Iterable[Fault]]
@@ -162,16 +162,17 @@ def check_scenario(scenario: ScenarioSpec | str, catalog: Catalog) -> Findings:
 
 
 def check_run(run: Run) -> Findings:
-    """Check the scenario of a run and the robots that it uses; without errors, the run is prepared afterwards."""
+    """Prepare a run, and check its scenario and the robots that it uses.
+
+    Raises:
+        Exception: A function that the program gave to the run raised it.
+    """
     catalog = run.catalog
-    checkers: dict[str, Checker] = {
-        **_CHECKERS,
-        "scenario": lambda entry, catalog: run_faults(run),
-        "robot": partial(check_robot, run=run),
-    }
     entries = [(found, catalog) for found in (catalog.entry_of(run.spec), *_entries_of(run.spec.robots, catalog))]
     with read_once():
-        return _findings(entries, [], checkers)
+        faults = prepared(run)
+        judge: Checker = lambda entry, catalog: run_faults(run, faults)  # noqa: E731 - narrowed type
+        return _findings(entries, [], {**_CHECKERS, "scenario": judge, "robot": partial(check_robot, run=run)})
 
 
 def _findings(

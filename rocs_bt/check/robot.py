@@ -45,7 +45,7 @@ def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Itera
         run: Run of a scenario with the robot; if it is prepared, the robot's devices and blocks were built and tried.
     """
     robot = catalog.load_robot(str(entry.path))
-    own, built = not robot.code or catalog.code, run is not None and run.ready and _agent_with(robot, run)
+    own, built = not robot.code or catalog.code, run is not None and run.prepared and _agent_with(robot, run)
     if own:
         yield from driver_faults(robot, catalog)
     yield from ros2_faults(robot)

@@ -30,20 +30,26 @@ def check_scenario_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     # Read with code allowed: reading runs no code, and most checks do not either.
     reader = catalog if catalog.code else Catalog(catalog.project)
     with closing(Run(reader.load_scenario(str(entry.path)), catalog)) as run:
-        yield from run_faults(run)
+        yield from run_faults(run, prepared(run))
 
 
-def run_faults(run: Run) -> Iterator[Fault]:
-    """Check a scenario by preparing its run: its agents with their missions and rules, and whether its goals are free.
+def prepared(run: Run) -> list[Fault]:
+    """Prepare a run, and return its faults; missions that need code which may not run do nothing then."""
+    found = list[Fault]()
+    if not run.catalog.code:
+        run.options = msgspec.structs.replace(run.options, missions=_idle_missions(run.spec, run.catalog))
+    run.prepare(found)
+    return found
+
+
+def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
+    """Judge a prepared run: its agents with their rules, and whether its goals are free.
 
     Args:
-        run: The run, which is prepared afterwards unless there are errors. Missions that need code which may not run do
-            nothing then.
+        run: The run.
+        found: Faults of its preparation.
     """
-    scenario, catalog, found = run.spec, run.catalog, list[Fault]()
-    if not catalog.code:
-        run.options = msgspec.structs.replace(run.options, missions=_idle_missions(scenario, catalog))
-    run.prepare(found)
+    scenario, catalog = run.spec, run.catalog
     built = {agent.name: agent for agent in run.agents}
     for agent in scenario.agents:
         with collected(found), located_at(scenario.file, agent.line):
@@ -53,7 +59,7 @@ def run_faults(run: Run) -> Iterator[Fault]:
     found += _late_pushes(scenario)
     found += _slow_sensors(scenario, catalog)
     yield from found
-    if run.ready:
+    if run.prepared:
         yield from check_feasible(run)
 
 

@@ -55,7 +55,6 @@ class HardwareStage:
 
     time_stops = False
     trajectory_hash = None
-    swaps = ()
 
     def __init__(
         self,

@@ -14,7 +14,7 @@ from ..catalog import Catalog, ScenarioSpec
 from ..errors import Fault, InputError, collected
 from ..expression import Environment
 from ..files import read_once
-from ..record import TRUTH, RunHeader, SubtreeSwap, Summary, write_report
+from ..record import TRUTH, RunHeader, Summary, write_report
 from ..simulation import on_hardware
 from ..simulation.simulated_world import SimulatedWorld
 from .build_agents import worldless_agents
@@ -32,7 +32,7 @@ from .simulated_stage import SimulatedStage
 from .sink_thread import Relay, SinkThread
 from .stop_signals import EndedAtOnce, StopSignals
 from .summary import Unrecorded
-from .swaps import SwapSchedule, swapped_content
+from .swaps import SwapSchedule, rehearse_swaps, swapped_content
 
 _DEFAULTS = RunOptions()
 
@@ -43,11 +43,6 @@ class RunStage(Stage, Protocol):
     @property
     def agents(self) -> Sequence[Agent]:
         """Agents of the scenario."""
-        ...
-
-    @property
-    def swaps(self) -> Sequence[SubtreeSwap]:
-        """Swaps of subtrees at given times."""
         ...
 
     @property
@@ -78,7 +73,7 @@ class Run:
     Attributes:
         stage: Stage of the run, from `prepare` on.
         agents: Agents that `prepare` has built.
-        ready: Whether the run is prepared and can be played.
+        prepared: Whether `prepare` has built stage and agents without errors.
 
     Raises:
         InputError: An option is for the other kind of stage.
@@ -95,7 +90,8 @@ class Run:
         self.catalog = catalog
         self._take(options)
         self.agents: Sequence[Agent] = ()
-        self.ready = False
+        self.prepared = False
+        self._opened = False
         self._on_hardware = on_hardware
         self._relay = Relay()
         self._stack = ExitStack()  # closes all that was opened, before the report is written
@@ -123,8 +119,10 @@ class Run:
                 last.enter_context(self._signals)
                 try:
                     with self._stack:
-                        if not self.ready:
+                        if not self.prepared:
                             self.prepare()
+                        if not self._opened:
+                            self.open()
                         self.play()
                         self.finish()
                 except Exception as error:  # such as a device that fails to close: the report is still written
@@ -145,7 +143,7 @@ class Run:
         self._signals = StopSignals() if options.signals is None else options.signals
 
     def prepare(self, faults: list[Fault] | None = None) -> None:
-        """Build the stage, the agents and the header. Nothing is written, and no robot moves.
+        """Build the stage and the agents. Nothing is written, and no robot moves.
 
         Args:
             faults: List to which the errors and warnings of a check are added. No device of hardware is opened then: if
@@ -164,8 +162,40 @@ class Run:
             with read_once():
                 self.agents = worldless_agents(self.spec, self.catalog, seed=1, missions=missions, faults=faults)
             self._own(self.agents)
+        wrong = [fault for agent in self.agents for fault in _requirement_faults(self.spec, agent)]
         if faults is not None:
-            faults += (f for agent in self.agents for f in _requirement_faults(self.spec, agent))
+            faults += wrong
+        elif wrong:
+            raise InputError(*dict.fromkeys(wrong))
+        self.prepared = hasattr(self, "stage") and all(fault.warning for fault in faults or ())
+
+    def open(self) -> None:
+        """Apply the options of a prepared run that name files: knowledge, swaps and changes of rules; make the header.
+
+        Raises:
+            InputError: A swap is not possible.
+            RecordingError: The file of knowledge cannot be read.
+        """
+        spec, catalog, options, stage, agents = self.spec, self.catalog, self.options, self.stage, self.agents
+        self._memory = Memory(options.knowledge, agents)
+        self._stack.callback(lambda: self._files.attempt("the knowledge", self._memory.close))
+        limit = spec.duration if options.duration is None else options.duration
+        swaps = rehearse_swaps(
+            options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=options.missions
+        )
+        self._swaps = SwapSchedule(swaps, agents, catalog)
+        files = [(agent.name, file) for agent in agents for file in agent.rule_files]
+        self._rules = RuleWatch(files, stage.clock, self._relay, watching=options.watch_rules)
+        self.header = plain_header(
+            spec,
+            agents,
+            seed=options.seed,
+            mode="lockstep" if stage.time_stops else "threaded",
+            digest=catalog.digest(spec, swapped_content(swaps, spec, catalog)),
+            swaps=swaps,
+            simulated=not self._on_hardware,
+        )
+        self._opened = True
 
     def _simulated(self) -> bool:
         """Whether the robots can be simulated, without code that may not run and without drivers for hardware."""
@@ -183,28 +213,8 @@ class Run:
             self.stage = HardwareStage(spec, catalog, options, self._relay, self._stack, self._ended)
         else:
             self.stage = SimulatedStage.of(spec, catalog, options, self._relay, faults)
-        stage, agents = self.stage, self.stage.agents
-        self.agents = agents
-        self._own(agents)
-        if any(not fault.warning for fault in faults or ()):
-            return
-        self._memory = Memory(options.knowledge, agents)
-        self._stack.callback(lambda: self._files.attempt("the knowledge", self._memory.close))
-        self._swaps = SwapSchedule(stage.swaps, agents, catalog)
-        files = [(agent.name, file) for agent in agents for file in agent.rule_files]
-        self._rules = RuleWatch(files, stage.clock, self._relay, watching=options.watch_rules)
-        self.header = plain_header(
-            spec,
-            agents,
-            seed=options.seed,
-            mode="lockstep" if stage.time_stops else "threaded",
-            digest=catalog.digest(spec, swapped_content(stage.swaps, spec, catalog)),
-            swaps=tuple(stage.swaps),
-            simulated=not self._on_hardware,
-        )
-        if wrong := [fault for agent in agents for fault in _requirement_faults(spec, agent)]:
-            raise InputError(*dict.fromkeys(wrong))
-        self.ready = True
+        self.agents = self.stage.agents
+        self._own(self.agents)
 
     @property
     def world(self) -> SimulatedWorld:
@@ -279,7 +289,7 @@ class Run:
         if live is None and self.options.out is None:
             return
         spec, stage, options = self.spec, self.stage, self.options
-        command = options.command or run_command(spec.name, options, stage.swaps, on_hardware=self._on_hardware)
+        command = options.command or run_command(spec.name, options, self.header.swaps, on_hardware=self._on_hardware)
         header = replace(self.header, command=command, recalled=self._memory.recalled)
         if isinstance(stage, HardwareStage):
             self.header = without_world(header, spec, stage.robots)

@@ -15,7 +15,6 @@ from ..clock import Clock, Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
 from ..errors import Fault
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
-from ..record import SubtreeSwap
 from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch
 from ..simulation.fact_schedule import FactSchedule, fact_schedules
@@ -25,7 +24,6 @@ from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
 from .episode import END, EpisodeAgent, brake
 from .options import Build, RunOptions
-from .swaps import rehearse_swaps
 
 _PAUSE = "pause of the run"  # source of the holds
 
@@ -43,7 +41,6 @@ class SimulatedStage:
         control: Control rate in physics steps.
         facts: Scheduled facts of the agents.
         wall: Wall clock of world and agents, which `playing` starts at zero; None in lockstep.
-        swaps: Swaps of subtrees at given times.
 
     Attributes:
         clock: Clock of the run.
@@ -51,7 +48,6 @@ class SimulatedStage:
         judges: Judges of the outcomes, by agent.
         time_stops: Whether the run is in lockstep.
         start: Time of the first control period [s].
-        swaps: Swaps of subtrees at given times.
         simulated: World of the run.
     """
 
@@ -64,7 +60,6 @@ class SimulatedStage:
         control: Rate,
         facts: Sequence[FactSchedule] = (),
         wall: WallClock | None = None,
-        swaps: Sequence[SubtreeSwap] = (),
     ) -> None:
         self.clock: Clock = simulated.clock
         self.judges = simulated.judges
@@ -72,7 +67,6 @@ class SimulatedStage:
         self.simulated = simulated
         self._world = simulated.world
         self.agents = [agent for agent in agents if isinstance(agent, Agent)]
-        self.swaps = swaps
         self.start = 0.0
         self._agents = agents
         self._sink = sink
@@ -104,9 +98,7 @@ class SimulatedStage:
         simulated = build_world(spec, catalog, options.seed, sink, clock=wall)
         if options.prepare is not None:
             options.prepare(simulated)
-        limit, missions = spec.duration if options.duration is None else options.duration, options.missions
-        swaps = rehearse_swaps(options.swaps, spec, catalog, seed=options.seed, duration=limit, missions=missions)
-        agents = simulated_agents(spec, simulated, catalog, sink, missions, options.seed, faults)
+        agents = simulated_agents(spec, simulated, catalog, sink, options.missions, options.seed, faults)
         return cls(
             simulated,
             agents,
@@ -114,7 +106,6 @@ class SimulatedStage:
             control=spec.rate.control_rate,
             facts=fact_schedules(spec, agents, simulated),
             wall=wall,
-            swaps=swaps,
         )
 
     def observers(self, stack: ExitStack, options: RunOptions) -> Callable[[float], bool]:

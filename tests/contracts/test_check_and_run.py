@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from concurrent.futures import Executor
 from contextlib import closing, suppress
@@ -16,7 +17,7 @@ from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
 from rocs_bt.errors import InputError, RocsError
-from rocs_bt.running import Run, build_agents
+from rocs_bt.running import Run, build_agents, read_swap
 
 from .faulty_projects import ERRORS, WARNINGS, S, W, two_faults, write_project
 
@@ -178,6 +179,26 @@ def test_a_file_that_changes_after_its_check_does_not_change_the_run(tmp_path, m
     assert run("own", Catalog(tmp_path), duration=0.05).summary.content_hash == before
     with pytest.raises(InputError):
         run("own", Catalog(tmp_path), duration=0.05)
+
+
+def fail(*given):
+    raise ZeroDivisionError("of the program")
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "message"),
+    [
+        ({"missions": {"R1": fail}}, ZeroDivisionError, "of the program"),
+        ({"prepare": fail}, ZeroDivisionError, "of the program"),
+        ({"swaps": [read_swap("nowhere=own@0.02")]}, InputError, "no node is named 'nowhere'"),
+        ({"swaps": [read_swap("nowhere=own@99")]}, InputError, "the swap 'nowhere=own@99' is not within the run"),
+    ],
+)
+def test_what_the_program_gives_is_no_fault_of_the_scenario(tmp_path, options, error, message):
+    write_project(tmp_path)
+    with pytest.raises(error, match=re.escape(message)) as caught:
+        run("own", Catalog(tmp_path), duration=0.05, **options)
+    assert "scenarios/own.toml" not in str(caught.value)
 
 
 def test_a_mission_that_a_program_gives_is_built_by_the_run_only(tmp_path):
