@@ -62,7 +62,7 @@ def test_what_cannot_be_read_is_told(rocs_bt, finished, tmp_path):
         (("show", finished, "--agent", "R7"), "R2"),
         (("export", finished, "--run-number", "7"), "It has: 1 (exp1-1)"),
         (("export", finished, "--at", "-3"), "-3"),
-        (("query", finished, "place", "--at", "nan"), "found nan"),
+        (("query", finished, "place", "--at", "nan"), "found 'nan'"),
     ):
         told = rocs_bt("knowledge", *arguments)
         assert told.code == 2, told

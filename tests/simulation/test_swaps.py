@@ -259,7 +259,7 @@ def test_its_text(text, swap):
 
 @pytest.mark.parametrize("text", ["", "a", "a=b", "a@1", "=b@1", "a=@1", "a=:t@1", "a=b@", "a=b@soon", "a=b@1 m"])
 def test_no_text_of_a_swap(text):
-    with pytest.raises(InputError, match=r"Write NODE=FILE@TIME|must be in s|not a quantity"):
+    with pytest.raises(InputError, match=r"Write NODE=FILE@TIME|must be a quantity in s"):
         read_swap(text)
 
 
