@@ -6,6 +6,7 @@ receive the loaded objects.
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .catalog import CachingCatalog, Catalog
+from .copying import copy_content
 from .entry import (
     IDENTIFIED,
     KINDS,
@@ -61,6 +62,7 @@ __all__ = [
     "classes_in",
     "command_size",
     "content_hash",
+    "copy_content",
     "find_project",
     "functions_in",
     "is_path",

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from ..catalog import IDENTIFIED, Catalog, find_project
+from ..catalog import IDENTIFIED, Catalog, copy_content, find_project
 from ..errors import Fault, InputError
 from ..files import new_folder, read_bytes, read_text, write_whole
 from ..toml_text import as_toml
@@ -50,9 +50,10 @@ _NEXT = {
 @click.command()
 @click.argument("name")
 @click.option("--kind", type=click.Choice(list(_FILES)), help="Add a file of this kind to the project around you.")
+@click.option("--copy", "copied", is_flag=True, help="With --kind: copy the shipped content NAME, to change it.")
 @click.option("--python", is_flag=True, help="With --kind mission or planner: a Python file.")
 @click.option("--family", help="With --kind planner: begin with the mission and the rules of this family's own agent.")
-def command(name: str, kind: str | None, python: bool, family: str | None) -> None:
+def command(name: str, kind: str | None, copied: bool, python: bool, family: str | None) -> None:
     """Create a project in the folder NAME; with --kind, add content NAME to the project around the current folder.
 
     A project has a mission, rules, a robot, a scenario and tests. New files pass `rocs-bt check`; no file is
@@ -63,7 +64,12 @@ def command(name: str, kind: str | None, python: bool, family: str | None) -> No
         raise InputError(Fault("--python is for missions and planners.", hint=hint))
     if family is not None and kind != "planner":
         raise InputError(Fault("--family is for planners.", hint="Add --kind planner, or remove --family."))
-    if kind is None:
+    if copied:
+        if kind is None or python or family is not None:
+            raise InputError(Fault("--copy needs --kind alone.", hint="Write: rocs-bt new exp1 --kind scenario --copy"))
+        path = copy_content(Catalog.here(), kind, name)
+        echo(f"Created {path}. In this project it hides the shipped {kind} '{name}'.")
+    elif kind is None:
         _create_project(Path(name))
     else:
         _add(kind, name, (_PYTHON if python else _FILES)[kind], family)

@@ -37,7 +37,13 @@ def episode_folder(planner: str, scene: str, seed: int) -> Path:
 def both_command(one: EpisodeRecord, other: EpisodeRecord) -> str:
     """Shell command that shows two episodes over each other on one page, after both were played again."""
     folders = (str(episode_folder(each.planner, each.scene, each.seed)) for each in (one, other))
-    return shlex.join(["rocs-bt", "plot", *folders])
+    return shlex.join(["rocs-bt", "plot", *folders, "--out", str(recorded_page(one, other).parent)])
+
+
+def recorded_page(one: EpisodeRecord, other: EpisodeRecord | None = None) -> Path:
+    """Page of an episode that was played again, or of two over each other; the file need not exist."""
+    folders = [episode_folder(each.planner, each.scene, each.seed) for each in (one, other) if each is not None]
+    return folders[0] / ("report.html" if other is None else f"with_{folders[1].name}/both.html")
 
 
 def scene_by_name(name: str, catalog: Catalog) -> SceneRef:

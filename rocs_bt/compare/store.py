@@ -129,6 +129,10 @@ class Store:
             if (record := self.get(key)) is not None:
                 yield record
 
+    def all(self) -> list[EpisodeRecord]:
+        """Records of all episodes."""
+        return [*self.records(key for (key,) in self._do("select key from episodes").fetchall())]
+
     def cost(self, keys: Iterable[str]) -> Cost:
         """Total computation time of the stored episodes with these keys."""
         rows = [self._do("select wall, cpu from episodes where key = ?", (key,)).fetchone() for key in keys]

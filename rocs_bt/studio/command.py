@@ -41,7 +41,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
     The page is served on this machine only, at an address that contains a secret. Ctrl-C ends it and the runs that it
     has started, in order.
     """
-    from ..catalog import Catalog
+    from ..catalog import Catalog, find_project
     from ..editing.worker import Worker
     from ..record import Recording
     from .launch import Launcher
@@ -52,7 +52,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
     if run is not None:
         Recording.open(run, damaged=True)  # says what is wrong before a browser opens
     place = Path.cwd() if path is None else run.parent if run is not None else path
-    catalog = Catalog.here(place, code=not no_code)
+    catalog = Catalog(find_project(place) or place, code=not no_code)
     runs = Runs((catalog.project or place).absolute() / "runs", run)
     routes: Routes = {}
     server = _server(port, routes)

@@ -17,8 +17,12 @@ from typing import Literal
 import msgspec
 
 from ..catalog import Catalog
+from ..compare.record import EpisodeRecord
+from ..compare.replay import episode_folder
+from ..compare.store import FILE, Store
 from ..current_folder import safe_path
 from ..errors import Fault, InputError, unknown
+from ..files import is_file
 from ..record.folder_lock import free_folder, writer_of
 from ..running.command import RunCommand
 from . import frames
@@ -50,11 +54,49 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     duration: float | None = None
     watch_rules: bool = False
 
+    @property
+    def folder(self) -> str:
+        """Name of the folder of the run."""
+        return f"{self.scenario}-{self.seed}"
+
     def arguments(self) -> list[str]:
-        """Arguments of `rocs-bt run`."""
-        given = [self.scenario, f"--seed={self.seed}", f"--mode={self.mode}"]
+        """Arguments of `rocs-bt`."""
+        given = ["run", self.scenario, f"--seed={self.seed}", f"--mode={self.mode}", "--live"]
         given += [] if self.duration is None else [f"--for={self.duration:g}"]
         return [*given, *(["--watch-rules"] if self.watch_rules else [])]
+
+
+class Play(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """An episode of a comparison that a person wants to see.
+
+    Attributes:
+        planner: Name of the planner.
+        scene: Name of the scene.
+        seed: Seed of the episode.
+    """
+
+    planner: str
+    scene: str
+    seed: int
+
+    @property
+    def folder(self) -> str:
+        """Name of the folder of the run."""
+        return episode_folder(self.planner, self.scene, self.seed).name
+
+    def arguments(self) -> list[str]:
+        """Arguments of `rocs-bt`."""
+        return ["episode", self.planner, self.scene, f"--seed={self.seed}"]
+
+
+def stored_episodes(runs: Path) -> dict[Play, EpisodeRecord]:
+    """Episodes that comparisons of the project have stored, sorted by scene and seed."""
+    folder = runs / "compare"
+    if not is_file(folder / FILE):
+        return {}
+    with Store(folder) as store:
+        found = {Play(each.planner, each.scene, each.seed): each for each in store.all()}
+    return dict(sorted(found.items(), key=lambda item: (item[0].scene, item[0].seed, item[0].planner)))
 
 
 class Launcher:
@@ -84,8 +126,21 @@ class Launcher:
             raise InputError(unknown("scenario", wanted.scenario, scenarios))
         if wanted.seed < 0:
             raise InputError(f"a seed is 0 or more, found {wanted.seed}.")
+        return self._started(wanted)
+
+    def play(self, wanted: Play) -> str:
+        """Play an episode that a comparison has stored; returns the name of its run.
+
+        Raises:
+            InputError: There is no such episode, or the run's folder has links.
+        """
+        if wanted not in stored_episodes(self._runs.folder):
+            raise InputError(f"no episode of {wanted.planner} in {wanted.scene} with seed {wanted.seed} is stored.")
+        return self._started(wanted)
+
+    def _started(self, wanted: Start | Play) -> str:
         with self._lock:
-            folder = self._folder(f"{wanted.scenario}-{wanted.seed}")
+            folder = self._folder(wanted.folder)
             arguments = [*wanted.arguments(), f"--out={folder}", *([] if self._catalog.code else ["--no-code"])]
             child = self._children[folder.name] = _Child(arguments, folder, self._url, self._place)
         self._runs.show(folder.name, child.feed)
@@ -170,7 +225,7 @@ class _Child:
         self._socket, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "rocs_bt", "run", *arguments, "--live"],
+                [sys.executable, "-P", "-m", "rocs_bt", *arguments],
                 stdin=subprocess.DEVNULL,
                 stdout=subprocess.PIPE,
                 stderr=subprocess.PIPE,

@@ -4,15 +4,25 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ..catalog import Catalog
+import msgspec
+
+from ..catalog import Catalog, copy_content
 from ..editing.worker import Worker
 from ..errors import InputError
 from .authoring import edit_routes
-from .launch import Launcher, Start
+from .launch import Launcher, Play, Start, stored_episodes
 from .pack import Json
 from .requests import Answer, Request, Routes, as_json
 from .runs import Runs
 from .site import command_of, stream, web_routes
+
+
+class _Copy(msgspec.Struct, forbid_unknown_fields=True):
+    """Shipped content that a person wants in the project."""
+
+    kind: str
+    name: str
+
 
 _KINDS = ("scenario", "mission", "rules", "robot")
 
@@ -33,6 +43,13 @@ def project_routes(
     def start(request: Request) -> Answer:
         return as_json({"run": launcher.start(request.read(Start))})
 
+    def play(request: Request) -> Answer:
+        return as_json({"run": launcher.play(request.read(Play))})
+
+    def copy(request: Request) -> Answer:
+        wanted = request.read(_Copy)
+        return as_json({"file": _place(copy_content(catalog.fresh(), wanted.kind, wanted.name), catalog)})
+
     def stop(request: Request) -> Answer:
         launcher.stop(_run(request))
         return as_json({})
@@ -49,7 +66,10 @@ def project_routes(
         ("GET", "head"): lambda request: runs.head(_run(request), whole="whole" in request.query),
         ("GET", "events"): lambda request: stream(runs.feed(_run(request))),
         ("GET", "output"): lambda request: as_json(launcher.output(_run(request))),
+        ("GET", "episodes"): lambda _: as_json(_episodes(runs)),
         ("POST", "start"): start,
+        ("POST", "play"): play,
+        ("POST", "copy"): copy,
         ("POST", "stop"): stop,
         ("POST", "control"): control,
     }
@@ -70,7 +90,24 @@ def _project(catalog: Catalog, runs: Runs) -> Json:
     """Name and content of the project; the project's own first."""
     folder = catalog.project or runs.folder.parent
     content = {kind: _entries(catalog, kind) for kind in _KINDS}
-    return {"name": folder.name, "folder": str(folder), "own": catalog.project is not None, "content": content}
+    own = any(entry["own"] for entries in content.values() for entry in entries)
+    return {
+        "name": folder.name,
+        "folder": str(folder),
+        "own": own,
+        "writable": catalog.project is not None,
+        "content": content,
+    }
+
+
+def _episodes(runs: Runs) -> list[Json]:
+    """Episodes of comparisons, each with the name of its run if it is recorded."""
+    recorded = {run["name"] for run in runs.list()}
+    return [
+        {**msgspec.to_builtins(play), "outcome": each.outcome, "reason": each.reason, "t": each.sim_time}
+        | ({"run": play.folder} if play.folder in recorded else {})
+        for play, each in stored_episodes(runs.folder).items()
+    ]
 
 
 def _entries(catalog: Catalog, kind: str) -> list[Json]:

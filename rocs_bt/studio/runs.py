@@ -29,13 +29,12 @@ _KEPT = 6  # packed runs that are kept
 
 class _Result(msgspec.Struct):
     outcome: str
+    reason: str | None = None
 
 
 class _Short(msgspec.Struct):
     """What the list needs of summary.json."""
 
-    scenario: str
-    seed: int
     sim_time: float
     agents: dict[str, _Result]
 
@@ -74,19 +73,18 @@ class Runs:
             name: Name of the run.
             whole: Whether a run that goes on is packed too, up to now.
         """
-        if whole:
-            return Answer(self._pack(name, self._folder(name) / _RECORDING), PACKED)
         if (live := self._live.get(name)) is not None:
             head = live.head()
-            if not live.closed:
+            if not live.closed and not (whole and head != b"null"):
                 return Answer(head)
-            if head == b"null":  # it has ended before it began, such as after the check of its content
+            if live.closed and head == b"null":  # it ended before it began, or is an episode, which sends nothing
                 with self._lock:
                     if name in self._folders() and self._live.get(name) is live:
-                        del self._live[name]  # then the earlier recording of this name is shown
-                raise InputError(str((live.about or {}).get("missing", "the run did not begin.")))
+                        del self._live[name]  # then the recording of this name is shown
+                if missing := str((live.about or {}).get("missing", "")):
+                    raise InputError(missing)
         file = self._folder(name) / _RECORDING
-        if _grows(file):
+        if not whole and _grows(file):
             return Answer(self._follow(name, file).head())
         return Answer(self._pack(name, file), PACKED)
 
@@ -199,7 +197,13 @@ def _grows(file: Path) -> bool:
 def _short(data: bytes) -> Json:
     short = msgspec.json.decode(data, type=_Short)
     outcomes = {name: result.outcome for name, result in short.agents.items()}
-    return {"scenario": short.scenario, "seed": short.seed, "duration": short.sim_time, "outcomes": outcomes}
+    alone = len(outcomes) == 1
+    bad = (
+        f"{'' if alone else f'{name}: '}{result.reason}"
+        for name, result in short.agents.items()
+        if result.outcome != "success"
+    )
+    return {"duration": short.sim_time, "outcomes": outcomes, "reason": next(bad, "")}
 
 
 def _summary(folder: Path) -> Summary | None:

@@ -7,6 +7,7 @@ import html
 import io
 import json
 import re
+import urllib.parse
 from collections import Counter
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison
-from rocs_bt.compare.replay import episode_folder, replay_command
+from rocs_bt.compare.replay import episode_folder, recorded_page, replay_command
 from rocs_bt.compare.report import exported, markdown, render_comparison, sceneries, standings, write_comparison
 from rocs_bt.errors import RecordingError
 from rocs_bt.record import Outline, RunHeader
@@ -84,12 +85,27 @@ def test_every_failure_and_disagreement_can_be_played_again(comparison, page):
                 page.count(replay_command(record).replace("'", "&#39;").replace("<", "&lt;").replace(">", "&gt;")) >= 2
             )
     assert page.count('class="disagreement"') == 12
-    both = re.findall(r'data-copy="(rocs-bt plot \S+ \S+)"', page)
+    both = re.findall(r'data-copy="(rocs-bt plot \S+ \S+) --out (\S+)"', page)
     assert len(both) == 12
     replayed = {str(episode_folder(r.planner, r.scene, r.seed)) for r in comparison.records}
-    assert {folder for command in both for folder in command.split()[2:]} <= replayed
+    assert {folder for command, _ in both for folder in command.split()[2:]} <= replayed
+    assert len({out for _, out in both}) == 12
     assert 'id="disagreement-0-outline-0"' in page  # what stands there is drawn
     assert page.count('id="disagreement-3-end"') == 1
+
+
+def test_what_was_played_again_is_opened_by_a_link(comparison, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    winner, loser = next((d.winner, d.loser) for d in comparison.disagreements(*comparison.planners[:2]))
+    pages = [recorded_page(loser), recorded_page(winner), recorded_page(winner, loser)]
+    for page in pages:
+        page.parent.mkdir(parents=True)
+        page.write_text("a page")
+    (tmp_path / "out").mkdir()
+    write_comparison(comparison, tmp_path / "out" / "report.html")
+    text = (tmp_path / "out" / "report.html").read_text("utf-8")
+    links = {urllib.parse.unquote(link) for link in re.findall(r'<a href="([^"]+)">open</a>', text)}
+    assert {(tmp_path / "out" / link).resolve() for link in links} == {page.resolve() for page in pages}
 
 
 def test_all_episodes_are_in_its_data(comparison, page):

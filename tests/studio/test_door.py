@@ -177,7 +177,7 @@ class Studio:
         with urllib.request.urlopen(self.url + name, timeout=GUARD) as answer:
             return answer.read()
 
-    def post(self, name, **body):
+    def post(self, name, /, **body):
         origin = self.url.rsplit("/", 2)[0]
         fields = {"Origin": origin, "Content-Type": "application/json"}
         request = urllib.request.Request(self.url + name, json.dumps(body).encode(), fields)

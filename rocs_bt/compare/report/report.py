@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import quote
 
 import msgspec
 
@@ -18,7 +20,8 @@ from ...words import counted
 from ..comparison import Comparison, Disagreement
 from ..key import computing
 from ..metric import DEFAULT_METRICS, METRICS, SHARES, Metric, metric
-from ..replay import both_command, replay_command
+from ..record import EpisodeRecord
+from ..replay import both_command, recorded_page, replay_command
 from ..verdict import Verdict
 from . import figures
 from .figures import draw_disagreement, picture_size, theme, themed
@@ -71,7 +74,14 @@ def write_comparison(
         RecordingError: The file cannot be written.
         InputError: A metric is unknown, or has no any-time verdict.
     """
-    page = render_comparison(comparison, metrics=metrics, any_time=any_time, sceneries=sceneries, command=command)
+    page = render_comparison(
+        comparison,
+        metrics=metrics,
+        any_time=any_time,
+        sceneries=sceneries,
+        command=command,
+        recorded=partial(_recorded, path.parent),
+    )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         write_whole(path, page)
@@ -86,8 +96,12 @@ def render_comparison(
     any_time: bool = False,
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
+    recorded: Callable[..., str] = lambda *episodes: "",
 ) -> str:
-    """Report as HTML; see `write_comparison`."""
+    """Report as HTML; see `write_comparison`.
+
+    `recorded` returns the link to the page of one episode, or of two over each other; empty if there is none yet.
+    """
     verdicts = comparison.verdicts(metrics, any_time=any_time)
     rows = standings(comparison, metrics)
     found = [d for a, b in combinations(comparison.planners, 2) for d in comparison.disagreements(a, b)]
@@ -124,8 +138,15 @@ def render_comparison(
         counted=counted,
         replay=replay_command,
         both=both_command,
+        recorded=recorded,
         shares=SHARES,
     )
+
+
+def _recorded(folder: Path, *episodes: EpisodeRecord) -> str:
+    """Link from a folder to the page of an episode that was played again, or of two; empty if there is none."""
+    page = recorded_page(*episodes)
+    return quote(Path(os.path.relpath(page, folder)).as_posix()) if page.is_file() else ""
 
 
 def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, Any]:

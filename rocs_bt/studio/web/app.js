@@ -94,7 +94,7 @@ const open = (run) => {
     ...run.agents.map((a) => el("option", { value: a }, `${a}: ${run.outcome(a)?.outcome ?? "unknown"}`)),
   );
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
-  const what = el("span", { class: "muted time" }, duration(run));
+  const what = el("span", { class: "muted time", title: [run.header.command, run.other && `${run.other.header.command} (′)`].filter(Boolean).join("\n") }, duration(run));
   const cut = missing(run, cursor), control = new Control(run, cursor);
   const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
   const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector, control });
@@ -153,7 +153,10 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels, c
   };
 };
 
-const duration = (run) => (!run.header.bodies?.length ? "" : `seed ${run.header.seed}${run.other ? ` and ${run.other.header.scenario}′ seed ${run.other.header.seed}` : ""}, ${(run.end - run.start).toFixed(1)} s`);
+const duration = ({ header, other, end, start }) => {
+  const names = otherName ? `${runName} and ${otherName}′` : `seed ${header.seed}${other ? ` and ${other.header.scenario}′ seed ${other.header.seed}` : ""}`;
+  return header.bodies?.length ? `${names}, ${(end - start).toFixed(1)} s` : "";
+};
 
 /** Buttons of what has a key and no other place. */
 const menu = (run, table) => {

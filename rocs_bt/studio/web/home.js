@@ -1,13 +1,15 @@
 // @ts-check
-// First view of the studio: the runs of a project, newest first, and its content.
+// First view of the studio: the runs of a project, episodes of its comparisons, and its content.
 import { el, put } from "./dom.js";
-import { get, start } from "./server.js";
+import { get, post, start } from "./server.js";
 
 const EVERY = 1500; // [ms] between two looks at the runs
-const TITLES = { scenario: "Scenarios", mission: "Missions", rules: "Rules", robot: "Robots" };
-const EMPTY = {
-  scenario: "No scenario. Make one: rocs-bt new scenario NAME", mission: "No mission. Make one: rocs-bt new mission NAME",
-  rules: "No rule file. Make one: rocs-bt new rules NAME", robot: "No robot. Make one: rocs-bt new robot NAME",
+const MOST = 200; // scenes of comparisons that are listed
+const TITLES = { scenario: "scenarios", mission: "missions", rules: "rules", robot: "robots" };
+const MUTED = ["timeout", "interrupted", "running", "cut off", "limit"];
+const ORDERS = {
+  newest: (a, b) => b.t - a.t, name: (a, b) => a.name.localeCompare(b.name, "en", { numeric: true }),
+  outcome: (a, b) => outcome(a).text.localeCompare(outcome(b).text), longest: (a, b) => (b.duration ?? 0) - (a.duration ?? 0),
 };
 
 /** Time since a moment, as people say it. @param {number} t in seconds since 1970 */
@@ -19,31 +21,33 @@ const ago = (t) => {
   return new Date(t * 1000).toLocaleDateString();
 };
 
-const MUTED = ["timeout", "interrupted", "running", "cut off"];
+const tone = (word) => (word === "success" ? "good" : MUTED.includes(word) ? "muted" : "bad");
 
-/** Outcome of a run as one badge: that of its robot, or how many of several succeeded. */
-const badge = ({ state, outcomes = {} }) => {
-  const all = Object.values(outcomes), good = all.filter((outcome) => outcome === "success").length, least = all.find((outcome) => outcome !== "success");
-  const text = state !== "over" ? state : all.length === 1 ? all[0] : `${good} of ${all.length} success`;
-  const tone = state === "over" && !least ? "good" : MUTED.includes(state === "over" ? least : state) ? "muted" : "bad";
-  return el("span", { class: `badge ${tone}` }, text);
+/** Outcome of a run in a word or two: that of its robot, or how many of several succeeded. */
+const outcome = ({ state, outcomes = {} }) => {
+  const all = Object.values(outcomes), good = all.filter((each) => each === "success").length, least = all.find((each) => each !== "success");
+  if (state !== "over") return { text: state, tone: tone(state) };
+  return { text: all.length === 1 ? all[0] : `${good} of ${all.length} success`, tone: tone(least ?? "success") };
 };
 
-const runRow = (run) => el(
-  "a", { class: "run", href: `run?run=${encodeURIComponent(run.name)}` },
-  badge(run), el("b", {}, run.name),
-  el("span", { class: "muted" }, run.duration === undefined ? run.reason ?? "" : `${run.duration.toFixed(1)} s`),
-  el("time", { class: "muted" }, ago(run.t)),
-);
+const pageOf = (run, second) => `run?${new URLSearchParams({ run, ...(second && { second }) })}`;
+
+const searched = (label, show) => el("input", { type: "search", placeholder: label, "aria-label": label, oninput: show });
+
+const matches = (thing, { value }) => JSON.stringify(thing).toLowerCase().includes(value.toLowerCase());
 
 class Runs {
   constructor() {
-    this.find = el("input", { type: "search", placeholder: "search runs (/)", "aria-label": "search runs", oninput: () => this.show() });
+    const show = () => this.show();
+    this.find = searched("search runs (/)", show);
+    this.order = el("select", { "aria-label": "order of the runs", onchange: show }, ...Object.keys(ORDERS).map((name) => el("option", {}, name)));
     this.count = el("small", { class: "muted" });
     this.list = el("div", { class: "runs" });
-    this.box = el("section", {}, el("h2", {}, "Runs ", this.count), el("div", { class: "tools" }, this.find), this.list);
+    this.bar = el("p", { class: "notice", role: "status", hidden: true });
+    this.box = el("section", {}, el("h2", {}, "Runs ", this.count), el("div", { class: "tools" }, this.find, this.order), this.bar, this.list);
     this.text = "";
     this.all = [];
+    this.picked = new URLSearchParams(location.hash.slice(1)).getAll("with"); // the newest two that were selected
   }
 
   async look() {
@@ -55,13 +59,65 @@ class Runs {
     this.show();
   }
 
+  pick(name, on) {
+    this.picked = [...this.picked.filter((each) => each !== name), ...(on ? [name] : [])].slice(-2);
+    this.show();
+  }
+
+  row(run) {
+    const { text, tone: hue } = outcome(run), box = el("input", { type: "checkbox", "aria-label": `select ${run.name}`, title: "select two runs to compare them", onchange: () => this.pick(run.name, box.checked) });
+    box.checked = this.picked.includes(run.name);
+    return el("div", { class: "run" }, box, el(
+      "a", { href: pageOf(run.name) }, el("span", { class: `badge ${hue}` }, text), el("b", {}, run.name),
+      el("span", { class: "muted" }, run.duration === undefined ? "" : `${run.duration.toFixed(1)} s`), el("time", { class: "muted" }, ago(run.t)),
+      run.reason ? el("span", { class: "reason muted", title: run.reason }, run.reason) : null,
+    ));
+  }
+
   show() {
-    const word = this.find.value.toLowerCase(), found = this.all.filter((run) => JSON.stringify(run).toLowerCase().includes(word));
-    const at = document.activeElement instanceof HTMLAnchorElement ? document.activeElement.getAttribute("href") : null;
+    const found = this.all.filter((run) => matches(run, this.find)).sort(ORDERS[this.order.value]), [one, two] = this.picked;
+    const label = document.activeElement?.getAttribute("aria-label"), at = document.activeElement?.getAttribute("href");
     put(this.count, String(this.all.length));
-    const none = word ? "No run has this name." : "No run yet. Press ▶ beside a scenario, or type: rocs-bt run exp1";
-    this.list.replaceChildren(...(found.length ? found.map(runRow) : [el("p", { class: "empty" }, none)]));
-    if (at) [...this.list.querySelectorAll("a")].find((link) => link.getAttribute("href") === at)?.focus();
+    const none = this.find.value ? "No run has this name." : "No run yet. Press ▶ beside a scenario, or type: rocs-bt run exp1";
+    this.list.replaceChildren(...(found.length ? found.map((run) => this.row(run)) : [el("p", { class: "empty" }, none)]));
+    [...this.list.querySelectorAll("a, input")].find((e) => (at ? e.getAttribute("href") === at : label && e.getAttribute("aria-label") === label))?.focus();
+    this.bar.hidden = !one;
+    this.bar.replaceChildren(
+      two ? el("a", { class: "button main", href: pageOf(one, two) }, `compare ${one} and ${two}`) : `Select the run to compare with ${one}.`,
+      el("button", { onclick: () => { this.picked = []; this.show(); } }, "cancel"),
+    );
+  }
+}
+
+/** Episodes of comparisons, by scene and seed; what is not recorded is played first. */
+class Episodes {
+  constructor(tell) {
+    this.tell = tell;
+    this.find = searched("search scenes and planners", () => this.show());
+    this.list = el("div", { class: "scenes" });
+    this.box = el("section", { hidden: true }, el("h2", {}, "Episodes of comparisons"), el("div", { class: "tools" }, this.find), this.list);
+    get("episodes").then((all) => { this.all = all; this.box.hidden = !all.length; this.show(); }, (error) => tell(error.message));
+  }
+
+  show() {
+    const found = this.all.filter((each) => matches(each, this.find)), same = (a, b) => a.scene === b.scene && a.seed === b.seed;
+    const scenes = found.filter((each, i) => !i || !same(each, found[i - 1])).map((first) => found.filter((each) => same(each, first)));
+    this.list.replaceChildren(...scenes.slice(0, MOST).map((each) => this.scene(each)), ...(scenes.length > MOST ? [el("p", { class: "empty" }, `${scenes.length - MOST} more: search them.`)] : []));
+  }
+
+  scene(all) {
+    const [{ scene, seed }] = all, best = all.find((each) => each.outcome === "success") ?? all[0], other = all.find((each) => each.outcome !== best.outcome) ?? all.find((each) => each !== best);
+    const title = ({ run, reason }) => [reason, run ? "open its recording" : "play it again with a recording, and open that"].filter(Boolean).join(": ");
+    return el(
+      "div", { class: "scene" }, el("b", {}, `${scene}, seed ${seed}`),
+      other ? el("button", { title: `${best.planner} and ${other.planner} over each other`, onclick: () => this.open(best, other) }, "both") : null,
+      ...all.map((each) => el("button", { title: title(each), onclick: () => this.open(each) }, `${each.run ? "" : "▶ "}${each.planner} `, el("span", { class: tone(each.outcome) }, each.outcome), ` ${each.t.toFixed(1)} s`)),
+    );
+  }
+
+  open(...some) {
+    const named = ({ run, planner, scene, seed }) => (run ? Promise.resolve(run) : post("play", { planner, scene, seed }).then((answer) => answer.run));
+    Promise.all(some.map(named)).then(([one, two]) => location.assign(pageOf(one, two)), (error) => this.tell(error.message));
   }
 }
 
@@ -83,9 +139,14 @@ const starter = (scenario, tell) => {
   return form;
 };
 
-const entry = (kind, { name, doc, own, file }, tell) => {
-  const link = el("a", { href: `edit?file=${encodeURIComponent(file)}`, title: file }, name);
-  const row = el("li", { class: own ? "own" : "" }, el("b", {}, link), el("span", { class: "muted" }, doc));
+const edit = (file) => `edit?file=${encodeURIComponent(file)}`;
+
+/** Copies shipped content into the project, and opens the copy. */
+const copy = (kind, name, tell) => post("copy", { kind, name }).then(({ file }) => location.assign(edit(file)), (error) => tell(error.message));
+
+const entry = (kind, { name, doc, own, file }, project, tell) => {
+  const row = el("li", { class: own ? "own" : "" }, el("b", {}, el("a", { href: edit(file), title: file }, name)), el("span", { class: "muted", title: doc }, doc));
+  if (!own && project.writable) row.append(el("button", { title: `copy ${name} into this project, to change it`, "aria-label": `copy ${name}`, onclick: () => copy(kind, name, tell) }, "copy"));
   if (kind !== "scenario") return row;
   const more = el("button", { "aria-expanded": "false", title: "options of the run", onclick: () => open() }, "…");
   const open = () => {
@@ -100,22 +161,43 @@ const entry = (kind, { name, doc, own, file }, tell) => {
   return row;
 };
 
-const section = (kind, entries, tell) => el(
-  "section", { class: "kind" }, el("h2", {}, TITLES[kind], " ", el("small", { class: "muted" }, String(entries.length))),
-  entries.length ? el("ul", {}, ...entries.map((each) => entry(kind, each, tell))) : el("p", { class: "empty" }, EMPTY[kind]),
-);
+/** The content, a kind at a time. */
+const content = (project, tell) => {
+  const find = searched("search the content", () => show()), list = el("ul"), tabs = el("nav", { class: "tabs", role: "tablist" });
+  let kind = "scenario";
+  const show = () => {
+    const found = project.content[kind].filter((each) => matches(each, find));
+    for (const tab of tabs.children) tab.setAttribute("aria-selected", String(tab.dataset.kind === kind));
+    list.replaceChildren(...(found.length ? found.map((each) => entry(kind, each, project, tell)) : [el("li", { class: "empty" }, find.value ? "Nothing has this name." : `Nothing of this kind. Make one: rocs-bt new NAME --kind ${kind}`)]));
+  };
+  for (const [name, title] of Object.entries(TITLES)) tabs.append(el("button", { role: "tab", "data-kind": name, onclick: () => { kind = name; show(); } }, `${title} ${project.content[name].length}`));
+  show();
+  return el("section", { class: "kind" }, tabs, el("div", { class: "tools" }, find), list);
+};
+
+/** What to do first in a folder without content. */
+const beginning = (project, tell) => {
+  const act = (text, about, go) => el("div", {}, el("button", { class: "main", onclick: go }, text), el("p", { class: "muted" }, about));
+  const watch = act("▶ watch exp1", "A robot drives around a box. The page explains what it does and why.", () => start({ scenario: "exp1" }).catch((error) => tell(error.message)));
+  return el(
+    "section", { class: "first" }, el("h2", {}, "Begin here"), watch,
+    ...(project.writable ? [
+      act("change exp1", "Copies the scenario into this folder and opens it: other robot, start, goal or world.", () => copy("scenario", "exp1", tell)),
+      act("change a reflex", "Copies the rules avoid_collision. Their tests run as you type.", () => copy("rules", "avoid_collision", tell)),
+    ] : []),
+  );
+};
 
 const show = (project) => {
-  const runs = new Runs(), notice = el("p", { class: "notice", role: "alert", hidden: true });
-  const tell = (text) => { notice.hidden = !text; put(notice, text); };
-  const note = project.own ? project.folder : `${project.folder} is no project: make one with rocs-bt new NAME. The content of rocs_bt is here.`;
-  const kinds = Object.entries(project.content).map(([kind, entries]) => section(kind, entries, tell));
+  const notice = el("p", { class: "notice", role: "alert", hidden: true }), tell = (text) => { notice.hidden = !text; put(notice, text); };
+  const runs = new Runs(), episodes = new Episodes(tell);
   document.title = `${project.name}: rocs_bt studio`;
   document.getElementById("home").replaceChildren(
-    el("header", {}, el("h1", {}, project.name), el("span", { class: "muted" }, note)), notice,
-    el("div", { class: "halves" }, runs.box, el("div", { class: "content" }, ...kinds)),
+    el("header", {}, el("h1", {}, project.name), el("span", { class: "muted" }, project.folder)), notice, ...(project.own ? [] : [beginning(project, tell)]),
+    el("div", { class: "halves" }, el("div", {}, runs.box, episodes.box), content(project, tell)),
   );
-  const look = () => runs.look().then(() => tell(""), () => tell("The studio has ended. Start it again: rocs-bt studio"));
+  let gone = false;
+  const look = () => runs.look().then(() => { if (gone) tell(""); gone = false; }, () => { gone = true; tell("The studio has ended. Start it again: rocs-bt studio"); });
   addEventListener("keydown", (event) => {
     if (event.key !== "/" || /^(INPUT|SELECT)$/.test(/** @type {HTMLElement} */ (event.target).tagName)) return;
     event.preventDefault();

@@ -71,7 +71,8 @@ export const listed = (run, cursor) => ({ box: el(
 
 /** Two runs as one; without the second one, if that cannot be read. @param {Promise<any>} first @param {Promise<any>} second */
 export const both = async (first, second) => {
-  const run = await first;
-  await second.then((other) => join(run, other), (error) => { run.missing = [run.missing, `The second run cannot be shown: ${error.message}`].filter(Boolean).join(" "); });
+  const missing = (error) => (run) => { run.missing = [run.missing, `The second run cannot be shown: ${error.message}`].filter(Boolean).join(" "); };
+  const add = second.then((other) => (run) => join(run, other), missing), run = await first;
+  (await add)(run);
   return run;
 };
