@@ -64,7 +64,7 @@ export class Log extends Panel {
   }
 
   line([t, agent, level, text, about]) {
-    const kinds = `${level === 1 ? "debug" : tintOf([t, agent, level, text, about])} ${isSecond(agent) ? "second" : ""}`;
+    const kinds = `${level === 1 ? "muted" : tintOf([t, agent, level, text, about])} ${isSecond(agent) ? "second" : ""}`;
     const go = () => (about ? this.cursor.select(about, t) : this.cursor.move(t));
     const whole = (event) => { event.stopPropagation(); raw(this.run, [t, agent, level, text, about]); };
     return el(
