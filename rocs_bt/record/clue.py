@@ -39,14 +39,13 @@ class Clues:
     ) -> None:
         self._header, self._track, self._failed = header, track, failed
         self._agents = {agent.name: agent for agent in header.agents}
-        self._guards = {(agent.name, guard.rule): guard for agent in header.agents for guard in agent.guards}
+        self._bodies = {body.name: body for body in header.bodies}
+        self._guards = {(a.name, guard.rule): _read(guard, a) for a in header.agents for guard in a.guards}
 
     def of(self, agent: str, rule: str, t: float) -> str:
         """Clues to the guard of a rule at a time, in words; empty if there are none."""
-        guard = self._guards.get((agent, rule))
-        if guard is None:
-            return ""
-        values = {name: value for name in _read(guard, self._agents[agent]) if (value := self._values(agent, name, t))}
+        read = self._guards.get((agent, rule), ())
+        values = {name: value for name in read if (value := self._values(agent, name, t))}
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
         if invalid:
             return "; ".join(self._silent(self._agents[agent], invalid, t))
@@ -95,33 +94,42 @@ class Clues:
             t: Time [s].
             sectors: Directions in which it may be, body frame [rad]; all by default.
         """
-        pose, body = self._pose(agent, t), next((b for b in self._header.bodies if b.name == agent), None)
+        pose, body = self._pose(agent, t), self._bodies.get(agent)
         if not self._header.simulated or not sectors or pose is None or body is None or len(body.hull) < 3:
             return ""
-        names, points = [*self._still[0]], [self._still[1]]
-        for other in self._header.bodies:
-            if other.name != agent and other.hull and (there := self._pose(other.name, t)) is not None:
-                rows = _points(Outline(name=other.name, points=other.hull))
-                names += [other.name] * len(rows)
-                points.append(_placed(rows, there))
-        at = np.concatenate(points)
-        near = np.flatnonzero(np.hypot(*(at - pose[:2]).T) < _FAR)
-        rows = _seen(at[near], pose)
-        bearing = np.arctan2(rows[:, 1], rows[:, 0])
-        inside = np.any([np.cos(bearing - sector) >= math.cos(_HALF) for sector in sectors], axis=0)
+        owners, points = [self._still[0]], [self._still[1]]
+        for name, (index, hull, size) in self._hulls.items():
+            there = self._pose(name, t) if name != agent else None
+            if there is not None and math.hypot(*(there - pose)[:2]) < _FAR + size:
+                owners.append(np.full(len(hull), index))
+                points.append(_placed(hull, there))
+        rows, owner = _seen(np.concatenate(points), pose), np.concatenate(owners)
+        away, bearing = np.hypot(*rows.T), np.arctan2(rows[:, 1], rows[:, 0])
+        inside = np.any([np.cos(bearing - sector) >= math.cos(_HALF) for sector in sectors], axis=0) & (away < _FAR)
         if not inside.any():
             return ""
+        inside &= away <= away[inside].min() + self._hulls[agent][2]  # others cannot be nearer to the hull
         distances = _distances(rows[inside], body.hull)
-        first = int(distances.argmin())
-        name = names[near[inside.nonzero()[0][first]]]
-        return f"in the recorded world '{name}' is nearest, {distances[first]:.2f} m away"
+        name = self._names[owner[inside][distances.argmin()]]
+        return f"in the recorded world '{name}' is nearest, {distances.min():.2f} m away"
 
     @cached_property
-    def _still(self) -> tuple[list[str], Numbers]:
-        """Points of everything that never moves, and the name of each."""
+    def _names(self) -> list[str]:
+        """Names of all objects: of what never moves, then of the bodies."""
+        return [*(outline.name for outline in self._header.outlines), *self._bodies]
+
+    @cached_property
+    def _still(self) -> tuple[NDArray[np.int64], Numbers]:
+        """Points of everything that never moves: index of the name, and position."""
         rows = [_points(outline) for outline in self._header.outlines]
-        names = [outline.name for outline, part in zip(self._header.outlines, rows, strict=True) for _ in part]
-        return names, np.concatenate([np.empty((0, 2)), *rows])
+        owners = np.repeat(np.arange(len(rows)), [len(part) for part in rows])
+        return owners, np.concatenate([np.empty((0, 2)), *rows])
+
+    @cached_property
+    def _hulls(self) -> dict[str, tuple[int, Numbers, float]]:
+        """Bodies: index of the name, points of the outline in its own frame, and its size [m]."""
+        rows = {name: _points(Outline(name=name, points=b.hull)) for name, b in self._bodies.items() if b.hull}
+        return {name: (self._names.index(name), at, float(np.hypot(*at.T).max())) for name, at in rows.items()}
 
     def _pose(self, body: str, t: float) -> Numbers | None:
         track = self._track(body, "pose", "")
