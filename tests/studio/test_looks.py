@@ -33,6 +33,18 @@ def test_the_legend_names_each_colour_that_is_used_once():
         assert len({tints[name] for name in named}) == len(named), "two meanings have the same colour"
 
 
+def test_no_line_of_script_or_style_is_longer_than_160_characters():
+    files = [path for path in WEB.iterdir() if path.suffix in (".js", ".css", ".html")]
+    long = [
+        (path.name, i)
+        for path in files
+        for i, line in enumerate(path.read_text("utf-8").split("\n"), 1)
+        if len(line) > 160
+    ]
+    assert len(files) > 25
+    assert long == []
+
+
 OVERLAPS = """
 (() => {
   const boxes = (query) => [...document.querySelectorAll(query)]

@@ -3,7 +3,7 @@
 import { Arena } from "./arena.js";
 import { Control } from "./control.js";
 import { Cursor } from "./cursor.js";
-import { dark, el, put, short } from "./dom.js";
+import { button, dark, el, put, short } from "./dom.js";
 import { Fleet } from "./fleet.js";
 import { Inspector } from "./inspector.js";
 import { About, Knowledge, Log, Signals } from "./panels.js";
@@ -76,7 +76,11 @@ const missing = (run, cursor) => {
 /** List of what pauses the page, each with a button that removes it. */
 const stops = (cursor) => {
   const box = el("span", { class: "stops" });
-  const show = () => box.replaceChildren(...[...cursor.stops].map((address) => el("button", { title: "do not pause there any more (b)", onclick: () => cursor.stop(address) }, `pauses at ${short(address.slice(address.lastIndexOf("|") + 1))} ×`)));
+  const one = (address) => {
+    const text = `pauses at ${short(address.slice(address.lastIndexOf("|") + 1))} ×`;
+    return button(text, "do not pause there any more (b)", () => cursor.stop(address));
+  };
+  const show = () => box.replaceChildren(...[...cursor.stops].map(one));
   cursor.addEventListener("stops", show);
   return box;
 };
@@ -86,7 +90,10 @@ const open = (run) => {
   const cursor = new Cursor(run), app = document.getElementById("app"), { scenario, bodies = [] } = run.header;
   const layers = new Layers(), arena = new Arena(run, cursor, layers), tree = new MissionTree(run, cursor), timeline = new Timeline(run, cursor);
   const transport = new Transport(run, cursor), inspector = new Inspector(run, cursor);
-  const panels = { log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor), ...(run.other && { differences: listed(run, cursor) }) };
+  const panels = {
+    log: new Log(run, cursor), knowledge: new Knowledge(run, cursor), signals: new Signals(run, cursor, timeline), about: new About(run, cursor),
+    ...(run.other && { differences: listed(run, cursor) }),
+  };
   const tabs = tabbed(panels, cursor, "side"), fleet = run.agents.length > 1 ? { robots: new Fleet(run, cursor) } : {};
   const mission = tabbed({ tree, ...fleet }, cursor, "mission");
   const picker = el(
@@ -94,11 +101,15 @@ const open = (run) => {
     ...run.agents.map((a) => el("option", { value: a }, `${a}: ${run.outcome(a)?.outcome ?? "unknown"}`)),
   );
   cursor.addEventListener("agent", () => { picker.value = cursor.agent; });
-  const what = el("span", { class: "muted time", title: [run.header.command, run.other && `${run.other.header.command} (′)`].filter(Boolean).join("\n") }, duration(run));
+  const commands = [run.header.command, run.other && `${run.other.header.command} (′)`].filter(Boolean).join("\n");
+  const what = el("span", { class: "muted time", title: commands }, duration(run));
   const cut = missing(run, cursor), control = new Control(run, cursor);
   const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
   const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector, control });
-  const header = el("header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null, control.box, transport.box, stops(cursor), menu(run, table));
+  const header = el(
+    "header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null,
+    control.box, transport.box, stops(cursor), menu(run, table),
+  );
   const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, layers.box, flip.button);
   app.replaceChildren(
     header, stage, mission.box, el("section", { class: "inspect" }, inspector.box),
@@ -154,14 +165,18 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels, c
 };
 
 const duration = ({ header, other, end, start }) => {
-  const names = otherName ? `${runName} and ${otherName}′` : `seed ${header.seed}${other ? ` and ${other.header.scenario}′ seed ${other.header.seed}` : ""}`;
+  const beside = other ? ` and ${other.header.scenario}′ seed ${other.header.seed}` : "";
+  const names = otherName ? `${runName} and ${otherName}′` : `seed ${header.seed}${beside}`;
   return header.bodies?.length ? `${names}, ${(end - start).toFixed(1)} s` : "";
 };
 
 /** Buttons of what has a key and no other place. */
 const menu = (run, table) => {
   const box = el("details", { class: "menu" }, el("summary", { title: "more" }, "⋯"));
-  const items = table.filter(({ item }) => item).map(({ key, item, act }) => el("button", { onclick: () => { box.open = false; act(false); } }, el("span", {}, item), el("kbd", {}, key)));
+  const one = ({ key, item, act }) => (
+    el("button", { onclick: () => { box.open = false; act(false); } }, el("span", {}, item), el("kbd", {}, key))
+  );
+  const items = table.filter(({ item }) => item).map(one);
   box.append(el("div", {}, ...items));
   box.addEventListener("focusout", (event) => { if (!box.contains(event.relatedTarget)) box.open = false; });
   return box;
@@ -171,7 +186,11 @@ const menu = (run, table) => {
 const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission, inspector, control }) => {
   const period = 1 / (run.header.rates?.control ?? 20), find = (tab, { find: input }) => { tabs.choose(tab); input.focus(); };
   const by = (sign) => (wide) => cursor.move(cursor.t + sign * (wide ? 1 : period));
+  const moment = () => cursor.select(run.moment.address, run.moment.t), pause = () => { if (cursor.selected) cursor.stop(cursor.selected); };
+  const second = (text) => both(here(), Run.from(text)).then((joined) => { history.replaceState(null, "", " "); open(joined); }, fail);
+  const compare = () => (runName ? location.assign(`./#with=${encodeURIComponent(runName)}`) : chosen(second));
   const next = () => cursor.show(run.agents[(run.agents.indexOf(cursor.agent) + 1) % run.agents.length]);
+  const said = () => inspector.box.innerText.replaceAll(/\n+/g, "\n  ");
   /** @type {{key: string, keys: string[], text: string, act: (shift: boolean) => void, item?: string}[]} */
   const table = [
     { key: "space", keys: [" "], text: "play or pause", act: () => cursor.play() },
@@ -181,8 +200,8 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: ",", keys: [","], text: "previous event", act: () => cursor.step(-1) },
     { key: "home, end", keys: ["Home"], text: "start and end", act: () => cursor.move(run.start) },
     { key: "", keys: ["End"], text: "", act: () => cursor.move(run.end) },
-    { key: "f", keys: ["f"], text: "decisive moment: the failure, else the first reflex", act: () => { const { t, address } = run.moment; cursor.select(address, t); } },
-    { key: "b", keys: ["b"], text: "pause when the selected node fails or the selected rule fires", item: "pause at the selected thing", act: () => { if (cursor.selected) cursor.stop(cursor.selected); } },
+    { key: "f", keys: ["f"], text: "decisive moment: the failure, else the first reflex", act: moment },
+    { key: "b", keys: ["b"], text: "pause when the selected node fails or the selected rule fires", item: "pause at the selected thing", act: pause },
     { key: "+, −", keys: ["+", "="], text: "zoom the time axis; with ctrl and the wheel too, shift and drag moves it", act: () => timeline.zoom(0.5) },
     { key: "", keys: ["-"], text: "", act: () => timeline.zoom(2) },
     { key: "w", keys: ["w"], text: "30 seconds around the cursor", act: () => timeline.recent() },
@@ -195,17 +214,18 @@ const keys = (run, cursor, { tabs, panels, flip, layers, timeline, tree, mission
     { key: "3", keys: ["3"], text: "from above or in space", act: flip },
     { key: "c", keys: ["c"], text: "the camera follows the robot", act: () => layers.toggle("follow") },
     { key: "esc", keys: ["Escape"], text: "select the robot", act: () => cursor.select("") },
-    { key: "o", keys: ["o"], text: "open a second run over this one", item: runName ? "compare with another run …" : "compare with a second report …", act: () => (runName ? location.assign(`./#with=${encodeURIComponent(runName)}`) : chosen((text) => both(here(), Run.from(text)).then((run) => { history.replaceState(null, "", " "); open(run); }, fail))) },
+    { key: "o", keys: ["o"], text: "open a second run over this one", item: `compare with ${runName ? "another run" : "a second report"} …`, act: compare },
     { key: "d", keys: ["d"], text: "first differences of two runs", act: () => { if (run.other) tabs.choose("differences"); } },
     { key: "s", keys: ["s"], text: "save the shown signals as CSV", item: "save shown signals as CSV", act: () => csv(run, timeline) },
-    { key: "i", keys: ["i"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, inspector.box.innerText.replaceAll(/\n+/g, "\n  ")) },
+    { key: "i", keys: ["i"], text: "copy as a report of a fault", item: "copy as a report of a fault", act: () => report(run, cursor, said()) },
     ...control.keys(),
     { key: "?", keys: ["?"], text: "this list", item: "keys", act: () => help(table.filter(({ text }) => text)) },
   ];
   onkeydown = (event) => {
-    const { tagName, type } = /** @type {HTMLInputElement} */ (event.target), ticks = type === "checkbox", found = table.find((each) => each.keys.includes(event.key));
+    const { tagName, type } = /** @type {HTMLInputElement} */ (event.target), ticks = type === "checkbox";
+    const found = table.find((each) => each.keys.includes(event.key)), types = !ticks && /^(INPUT|SELECT|TEXTAREA)$/.test(tagName);
     if (event.key === "Escape" && /^(INPUT|SELECT)$/.test(tagName)) /** @type {HTMLElement} */ (event.target).blur();
-    if (!found || event.ctrlKey || event.metaKey || event.altKey || (!ticks && /^(INPUT|SELECT|TEXTAREA)$/.test(tagName)) || document.querySelector("dialog[open]")) return;
+    if (!found || event.ctrlKey || event.metaKey || event.altKey || types || document.querySelector("dialog[open]")) return;
     if (event.key === " " && (ticks || /^(BUTTON|SUMMARY)$/.test(tagName))) return; // presses the button
     event.preventDefault();
     found.act(event.shiftKey);

@@ -65,7 +65,8 @@ class Runs {
   }
 
   row(run) {
-    const { text, tone: hue } = outcome(run), box = el("input", { type: "checkbox", "aria-label": `select ${run.name}`, title: "select two runs to compare them", onchange: () => this.pick(run.name, box.checked) });
+    const { text, tone: hue } = outcome(run), about = { "aria-label": `select ${run.name}`, title: "select two runs to compare them" };
+    const box = el("input", { type: "checkbox", ...about, onchange: () => this.pick(run.name, box.checked) });
     box.checked = this.picked.includes(run.name);
     return el("div", { class: "run" }, box, el(
       "a", { href: pageOf(run.name) }, el("span", { class: `badge ${hue}` }, text), el("b", {}, run.name),
@@ -102,16 +103,22 @@ class Episodes {
   show() {
     const found = this.all.filter((each) => matches(each, this.find)), same = (a, b) => a.scene === b.scene && a.seed === b.seed;
     const scenes = found.filter((each, i) => !i || !same(each, found[i - 1])).map((first) => found.filter((each) => same(each, first)));
-    this.list.replaceChildren(...scenes.slice(0, MOST).map((each) => this.scene(each)), ...(scenes.length > MOST ? [el("p", { class: "empty" }, `${scenes.length - MOST} more: search them.`)] : []));
+    this.list.replaceChildren(...scenes.slice(0, MOST).map((each) => this.scene(each)));
+    if (scenes.length > MOST) this.list.append(el("p", { class: "empty" }, `${scenes.length - MOST} more: search them.`));
   }
 
   scene(all) {
-    const [{ scene, seed }] = all, best = all.find((each) => each.outcome === "success") ?? all[0], other = all.find((each) => each.outcome !== best.outcome) ?? all.find((each) => each !== best);
+    const [{ scene, seed }] = all, best = all.find((each) => each.outcome === "success") ?? all[0];
+    const other = all.find((each) => each.outcome !== best.outcome) ?? all.find((each) => each !== best);
     const title = ({ run, reason }) => [reason, run ? "open its recording" : "play it again with a recording, and open that"].filter(Boolean).join(": ");
+    const one = (each) => el(
+      "button", { title: title(each), onclick: () => this.open(each) },
+      `${each.run ? "" : "▶ "}${each.planner} `, el("span", { class: tone(each.outcome) }, each.outcome), ` ${each.t.toFixed(1)} s`,
+    );
     return el(
       "div", { class: "scene" }, el("b", {}, `${scene}, seed ${seed}`),
       other ? el("button", { title: `${best.planner} and ${other.planner} over each other`, onclick: () => this.open(best, other) }, "both") : null,
-      ...all.map((each) => el("button", { title: title(each), onclick: () => this.open(each) }, `${each.run ? "" : "▶ "}${each.planner} `, el("span", { class: tone(each.outcome) }, each.outcome), ` ${each.t.toFixed(1)} s`)),
+      ...all.map(one),
     );
   }
 
@@ -145,8 +152,10 @@ const edit = (file) => `edit?file=${encodeURIComponent(file)}`;
 const copy = (kind, name, tell) => post("copy", { kind, name }).then(({ file }) => location.assign(edit(file)), (error) => tell(error.message));
 
 const entry = (kind, { name, doc, own, file }, project, tell) => {
-  const row = el("li", { class: own ? "own" : "" }, el("b", {}, el("a", { href: edit(file), title: file }, name)), el("span", { class: "muted", title: doc }, doc));
-  if (!own && project.writable) row.append(el("button", { title: `copy ${name} into this project, to change it`, "aria-label": `copy ${name}`, onclick: () => copy(kind, name, tell) }, "copy"));
+  const link = el("a", { href: edit(file), title: file }, name), about = { title: `copy ${name} into this project, to change it` };
+  const row = el("li", { class: own ? "own" : "" }, el("b", {}, link), el("span", { class: "muted", title: doc }, doc));
+  const copied = () => el("button", { ...about, "aria-label": `copy ${name}`, onclick: () => copy(kind, name, tell) }, "copy");
+  if (!own && project.writable) row.append(copied());
   if (kind !== "scenario") return row;
   const more = el("button", { "aria-expanded": "false", title: "options of the run", onclick: () => open() }, "…");
   const open = () => {
@@ -168,9 +177,13 @@ const content = (project, tell) => {
   const show = () => {
     const found = project.content[kind].filter((each) => matches(each, find));
     for (const tab of tabs.children) tab.setAttribute("aria-selected", String(tab.dataset.kind === kind));
-    list.replaceChildren(...(found.length ? found.map((each) => entry(kind, each, project, tell)) : [el("li", { class: "empty" }, find.value ? "Nothing has this name." : `Nothing of this kind. Make one: rocs-bt new NAME --kind ${kind}`)]));
+    const none = find.value ? "Nothing has this name." : `Nothing of this kind. Make one: rocs-bt new NAME --kind ${kind}`;
+    list.replaceChildren(...(found.length ? found.map((each) => entry(kind, each, project, tell)) : [el("li", { class: "empty" }, none)]));
   };
-  for (const [name, title] of Object.entries(TITLES)) tabs.append(el("button", { role: "tab", "data-kind": name, onclick: () => { kind = name; show(); } }, `${title} ${project.content[name].length}`));
+  for (const [name, title] of Object.entries(TITLES)) {
+    const choose = () => { kind = name; show(); };
+    tabs.append(el("button", { role: "tab", "data-kind": name, onclick: choose }, `${title} ${project.content[name].length}`));
+  }
   show();
   return el("section", { class: "kind" }, tabs, el("div", { class: "tools" }, find), list);
 };
@@ -178,7 +191,8 @@ const content = (project, tell) => {
 /** What to do first in a folder without content. */
 const beginning = (project, tell) => {
   const act = (text, about, go) => el("div", {}, el("button", { class: "main", onclick: go }, text), el("p", { class: "muted" }, about));
-  const watch = act("▶ watch exp1", "A robot drives around a box. The page explains what it does and why.", () => start({ scenario: "exp1" }).catch((error) => tell(error.message)));
+  const exp1 = () => start({ scenario: "exp1" }).catch((error) => tell(error.message));
+  const watch = act("▶ watch exp1", "A robot drives around a box. The page explains what it does and why.", exp1);
   return el(
     "section", { class: "first" }, el("h2", {}, "Begin here"), watch,
     ...(project.writable ? [
@@ -197,7 +211,9 @@ const show = (project) => {
     el("div", { class: "halves" }, el("div", {}, runs.box, episodes.box), content(project, tell)),
   );
   let gone = false;
-  const look = () => runs.look().then(() => { if (gone) tell(""); gone = false; }, () => { gone = true; tell("The studio has ended. Start it again: rocs-bt studio"); });
+  const back = () => { if (gone) tell(""); gone = false; };
+  const lost = () => { gone = true; tell("The studio has ended. Start it again: rocs-bt studio"); };
+  const look = () => runs.look().then(back, lost);
   addEventListener("keydown", (event) => {
     if (event.key !== "/" || /^(INPUT|SELECT)$/.test(/** @type {HTMLElement} */ (event.target).tagName)) return;
     event.preventDefault();

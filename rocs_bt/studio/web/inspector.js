@@ -104,14 +104,16 @@ export class Inspector {
   outcome(agent) {
     const { run } = this, found = run.outcome(agent), results = run.results?.[agent] ?? {}, evidence = [];
     if (!found) return { title: agent, cause: "It has no outcome yet." };
-    const { outcome, reason, time_to_goal: reached, t: at } = found, locked = run.decisive.find((each) => each.text && each.address.startsWith(`${agent}|`)), after = reached ? ` ${seconds(reached)} after the start` : "";
+    const { outcome, reason, time_to_goal: reached, t: at } = found, after = reached ? ` ${seconds(reached)} after the start` : "";
+    const locked = run.decisive.find((each) => each.text && each.address.startsWith(`${agent}|`));
     if (locked) evidence.push(row("from", locked.text, locked.address, locked.t));
     if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
       const { because } = whyNot(run, agent, rule, at), active = run.get(agent, "rule", rule)?.at(at)?.active;
       evidence.push(row(short(rule), active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
     }
     for (const { name, require, text, t: when } of results.requirements ?? []) {
-      evidence.push(row(name, `${text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?"} ${text}${require === name ? "" : ` (${require})`}`, undefined, when ?? undefined));
+      const mark = text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?", says = require === name ? "" : ` (${require})`;
+      evidence.push(row(name, `${mark} ${text}${says}`, undefined, when ?? undefined));
     }
     const before = Math.max(run.start, at - 0.01);
     evidence.push(row("before", why(run, agent, before), `${agent}|pose|`, before));

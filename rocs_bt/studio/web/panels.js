@@ -44,12 +44,14 @@ export class Log extends Panel {
     this.open = new Set();
     this.build();
     const { value } = least;
-    cursor.keep("log", () => (find.value || least.value !== value ? [find.value, least.value] : []), ([word = "", level = value]) => { find.value = word; least.value = level; this.build(); });
+    const filter = () => (find.value || least.value !== value ? [find.value, least.value] : []);
+    cursor.keep("log", filter, ([word = "", level = value]) => { find.value = word; least.value = level; this.build(); });
   }
 
   build() {
     const word = this.find.value.toLowerCase(), least = Number(this.least.value), { agent } = this.cursor;
-    const lines = this.run.log.filter(([, who, level, text]) => level >= least && (!who || who === agent || who === `${agent}′`) && text.toLowerCase().includes(word));
+    const mine = ["", agent, `${agent}′`], has = ([, who, level, text]) => level >= least && mine.includes(who) && text.toLowerCase().includes(word);
+    const lines = this.run.log.filter(has);
     this.lines = lines.slice(-MOST);
     this.times = this.lines.map(([t]) => t);
     /** @type {any[]} */
@@ -133,7 +135,8 @@ export class Knowledge extends Panel {
       else things.get(node).facts.push({ track, name: target === undefined ? name : `${name} → ${target}`, edge: target !== undefined });
     }
     const changes = ({ facts, kind }) => [...facts.map((f) => f.track), kind].some((track) => track && (track.t.length > 1 || track.t[0] > run.start + 0.5));
-    const wanted = [...things.values()].filter(({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word)).filter((thing) => !this.all.checked || changes(thing));
+    const named = ({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word);
+    const wanted = [...things.values()].filter((thing) => named(thing) && (!this.all.checked || changes(thing)));
     this.things = wanted.sort((a, b) => Number(changes(b)) - Number(changes(a))).map((thing) => {
       const facts = thing.facts.map((fact) => {
         const value = el("span");
@@ -232,7 +235,7 @@ export class About extends Panel {
       ["again", command], ["robot", info.robot], ["mission", info.mission], ["rules", (info.rules ?? []).join(", ")],
       ...Object.values(run.inactive[agent] ?? {}).map((text) => ["inactive", text]),
       ...(run.results?.[agent]?.requirements ?? []).map(({ name, require, text }) => [name, `${require}: ${text}`]),
-      ["mode", mode], ["rates [Hz]", listed(rates)], ["versions", Object.entries(versions).map(([name, value]) => `${name} ${value}`).join(", ")], ["content", hash],
+      ["mode", mode], ["rates [Hz]", listed(rates)], ["versions", listed(versions)], ["content", hash],
     ];
     this.list.replaceChildren(...rows.filter(([, text]) => text).flatMap(([label, text]) => [el("dt", {}, label), el("dd", {}, text)]));
   }

@@ -44,7 +44,8 @@ export class Track {
   /** Times at which a node fails, a rule fires, or another thing changes. */
   get hits() {
     const { t, v, topic } = this;
-    const hit = { node: (i) => v[i] === "FAILURE", rule: (i) => v[i].fired > (v[i - 1]?.fired ?? 0), ticket: (i) => v[i].state === "FAILED" }[topic] ?? (() => true);
+    const fired = (i) => v[i].fired > (v[i - 1]?.fired ?? 0), failed = (i) => v[i].state === "FAILED";
+    const hit = { node: (i) => v[i] === "FAILURE", rule: fired, ticket: failed }[topic] ?? (() => true);
     return Array.from(t).filter((_, i) => hit(i));
   }
 
@@ -90,7 +91,8 @@ export class Run {
     this.header = header;
     this.end = end;
     this.log = log;
-    this.guards = Object.fromEntries((header.agents ?? []).map((a) => [a.name, Object.fromEntries((a.guards ?? []).map((guard) => [guard.rule, guardOf(guard)]))]));
+    const byRule = (guards = []) => Object.fromEntries(guards.map((guard) => [guard.rule, guardOf(guard)]));
+    this.guards = Object.fromEntries((header.agents ?? []).map((a) => [a.name, byRule(a.guards)]));
     this.missing = missing; // what the recording lacks, as a sentence
     this.control = control; // whether the run hears commands
     this.results = results;
@@ -188,7 +190,8 @@ export class Run {
   /** Whether something has this address; empty for nothing. */
   has(address) {
     const [agent, topic] = address.split("|", 2), name = address.slice(agent.length + 6); // of a rule or a node
-    const there = { outcome: true, pose: true, rule: name in (this.guards[agent] ?? {}), node: this.get(agent, "tree")?.v.flat().some(({ path }) => path === name) };
+    const node = this.get(agent, "tree")?.v.flat().some(({ path }) => path === name);
+    const there = { outcome: true, pose: true, rule: name in (this.guards[agent] ?? {}), node };
     return !address || this.tracks.has(address) || (this.agents.includes(agent) && Boolean(there[topic]));
   }
 

@@ -13,7 +13,8 @@ export const isSecond = (agent) => agent.endsWith(MARK);
 const join = (run, other) => {
   const mark = (name) => (name ? name + MARK : name), renamed = (list = []) => list.map((each) => ({ ...each, name: mark(each.name) }));
   for (const { agent, topic, name, t, v, width, ray } of other.tracks.values()) run.add(new Track(`${mark(agent)}|${topic}|${name}`, t, v, width, ray));
-  run.header = { ...run.header, agents: [...run.header.agents, ...renamed(other.header.agents)], bodies: [...run.header.bodies, ...renamed(other.header.bodies)] };
+  const { agents, bodies } = run.header, { header } = other;
+  run.header = { ...run.header, agents: [...agents, ...renamed(header.agents)], bodies: [...bodies, ...renamed(header.bodies)] };
   run.agents.push(...other.agents.map(mark));
   for (const key of ["guards", "results", "inactive"]) for (const [agent, value] of Object.entries(other[key])) run[key][mark(agent)] = value;
   const lines = other.log.map(([t, agent, level, text, about]) => [t, mark(agent), level, text, about.replace("|", `${MARK}|`)]);
@@ -55,7 +56,10 @@ const alike = (a, b, width) => {
   return true;
 };
 
-const worded = (value) => shown(value?.state ? `${value.action} ${value.state}` : value?.outcome ?? (value?.phase === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
+const worded = (value) => {
+  if (value?.state) return `${value.action} ${value.state}`;
+  return shown(value?.outcome ?? (value?.phase === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
+};
 
 /** Panel of the first differences; each is a link to its moment. */
 export const listed = (run, cursor) => ({ box: el(
@@ -63,7 +67,10 @@ export const listed = (run, cursor) => ({ box: el(
     ...run.differences.map(({ kind, t, track }) => el("li", {}, el(
       "a", { href: cursor.address(t, track.address, track.agent), onclick: (event) => { event.preventDefault(); cursor.select(track.address, t); } },
       el("time", {}, seconds(t)),
-      el("span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: ${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`),
+      el(
+        "span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: `,
+        `${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`,
+      ),
     ))),
     run.differences.length ? null : el("li", { class: "empty" }, "The two runs are the same."),
   ),
