@@ -35,7 +35,7 @@ const staged = (run, arena, space) => {
   const button = el("button", { class: "flip", title: "from above or in space (3)", onclick: () => act() });
   const show = (flat) => {
     arena.canvas.hidden = !flat;
-    space.canvas.hidden = flat;
+    space.canvas.hidden = space.names.hidden = flat;
     put(button, flat ? "3D" : "2D");
     if (!flat && !space.made) { // no WebGL
       show(true);
@@ -110,7 +110,7 @@ const open = (run) => {
     "header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null,
     control.box, transport.box, stops(cursor), menu(run, table),
   );
-  const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, layers.box, flip.button);
+  const stage = el("section", { class: "stage" }, arena.canvas, space.canvas, space.names, layers.box, flip.button);
   app.replaceChildren(
     header, stage, mission.box, el("section", { class: "inspect" }, inspector.box),
     el("section", { class: "time" }, timeline.box), tabs.box,

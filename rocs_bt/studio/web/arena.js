@@ -7,7 +7,7 @@ const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
 const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
-const LINE = 14, SIDE = 8, DOORS = ["open", "shut"]; // [px] height of a label, and its distance from its point
+const LINE = 14, SIDE = 8, CORE = 7, DOORS = ["open", "shut"]; // [px] height of a label, its distance, half of what it leaves free
 
 /** Point of a body in the world. */
 const placed = (pose, /** @type {number[]} */ [x, y]) => {
@@ -25,6 +25,31 @@ export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {n
   const [at, base] = found.find(free) ?? found[0];
   boxes.push([at, base - LINE, at + wide, base]);
   return [at, base];
+};
+
+/** Writes a text beside a point and beside the texts before, in a picture of a size. */
+export const write = (g, boxes, text, point, size) => {
+  const [left, base] = beside(boxes, point, g.measureText(text).width, size);
+  g.strokeStyle = color("paper");
+  g.lineWidth = 3;
+  g.strokeText(text, left, base);
+  g.fillText(text, left, base);
+};
+
+const isDoor = (run, name) => Boolean(run.get(name, "actor")?.v.some((state) => DOORS.includes(state)));
+
+/** Writes the names of bodies at a time, first that of an agent; `at` tells where the pose of a body is in the picture. */
+export const names = (g, boxes, run, agent, t, at, size) => {
+  const first = ({ name }) => Number(name === agent), bodies = [...run.header.bodies].sort((a, b) => first(b) - first(a));
+  const points = new Map(bodies.map(({ name }) => [name, run.pose(name, t)]).filter(([, pose]) => pose).map(([name, pose]) => [name, at(pose)]));
+  for (const [x, y] of points.values()) boxes.push([x - CORE, y - CORE, x + CORE, y + CORE]);
+  for (const [name, point] of points) {
+    const pose = run.pose(name, t), track = isDoor(run, name) && run.get(name, "actor"), state = track && track.at(t);
+    g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
+    g.font = `${name === agent ? 600 : 400} 12px ${FONT}`;
+    const high = pose.z > HIGH ? `${name}, ${pose.z.toFixed(2)} m high` : name;
+    write(g, boxes, state ? `${name}: ${state} since ${seconds(track.since(t))}` : high, point, size);
+  }
 };
 
 export class Arena {
@@ -145,22 +170,13 @@ export class Arena {
       g.lineWidth = 1.4;
       this.circle(g, x, y, r);
       g.stroke();
-      if (known) this.write(g, this.fixed, name, this.x(x) + r - 3, this.y(y) + 8);
+      if (known) write(g, this.fixed, name, [this.x(x) + r - 3, this.y(y) + 8], [this.wide, this.high]);
     }
     g.lineWidth = 1;
     g.globalAlpha = 0.35;
     g.strokeStyle = color("muted");
     for (const { name } of bodies) this.way(g, name, -Infinity, Infinity);
     g.globalAlpha = 1;
-  }
-
-  /** Writes a text beside a point and beside the texts before. */
-  write(g, boxes, text, x, y) {
-    const [left, base] = beside(boxes, [x, y], g.measureText(text).width, [this.wide, this.high]);
-    g.strokeStyle = color("paper");
-    g.lineWidth = 3;
-    g.strokeText(text, left, base);
-    g.fillText(text, left, base);
   }
 
   way(g, body, from, to) {
@@ -202,8 +218,8 @@ export class Arena {
       if (info.name === agent && layers.rays) this.rays(g, info, t);
       this.body(g, info, pose);
     }
-    const boxes = [...this.fixed], first = run.header.bodies.filter(({ name }) => name === agent);
-    for (const { name } of [...first, ...run.header.bodies.filter((info) => !first.includes(info))]) this.label(g, boxes, name, run.pose(name, t));
+    const boxes = [...this.fixed];
+    names(g, boxes, run, agent, t, ({ x, y }) => [this.x(x), this.y(y)], [this.wide, this.high]);
     if (layers.beliefs) this.believed(g, boxes, t);
   }
 
@@ -259,11 +275,9 @@ export class Arena {
     for (const { end: [x, y], heard } of scan) if (heard) g.fillRect(this.x(x) - 1.2, this.y(y) - 1.2, 2.4, 2.4);
   }
 
-  /** Whether an actor is a door: it is open or shut when it is at rest. */
-  isDoor(name) { return Boolean(this.run.get(name, "actor")?.v.some((state) => DOORS.includes(state))); }
 
   body(g, { name, hull = [] }, pose) {
-    const { run, cursor: { t, agent } } = this, shown = name === agent, door = this.isDoor(name);
+    const { run, cursor: { t, agent } } = this, shown = name === agent, door = isDoor(run, name);
     const tint = color(run.agents.includes(name) ? run.get(name, "route")?.at(t) ?? "idle" : "actor");
     if (hull.length) {
       this.line(g, hull.map((point) => placed(pose, point)));
@@ -280,15 +294,6 @@ export class Arena {
     g.fill();
   }
 
-  /** Name of a body, with its height; of a door whether it is open, and since when. */
-  label(g, boxes, name, pose) {
-    if (!pose) return;
-    const { run, cursor: { t, agent } } = this, track = this.isDoor(name) && run.get(name, "actor"), state = track && track.at(t);
-    const text = state ? `${name}: ${state} since ${seconds(track.since(t))}` : pose.z > HIGH ? `${name}, ${pose.z.toFixed(2)} m high` : name;
-    g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
-    g.font = `${name === agent ? 600 : 400} 12px ${FONT}`;
-    this.write(g, boxes, text, this.x(pose.x), this.y(pose.y));
-  }
 
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
   believed(g, boxes, t) {
@@ -302,7 +307,7 @@ export class Arena {
       g.strokeStyle = color("belief");
       g.lineWidth = 1.5;
       g.stroke();
-      this.write(g, boxes, node, x, y + 6);
+      write(g, boxes, node, [x, y + 6], [this.wide, this.high]);
     }
   }
 

@@ -1,6 +1,7 @@
 // @ts-check
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
-import { color, dark, el, upto } from "./dom.js";
+import { names, write } from "./arena.js";
+import { FONT, color, dark, el, prepare, upto } from "./dom.js";
 import { OwnMap, believed, rays } from "./scene.js";
 import { View3d, placed, times } from "./view3d.js";
 
@@ -49,6 +50,7 @@ export class Space {
     this.layers = layers;
     this.map = new OwnMap(run);
     this.canvas = el("canvas", { hidden: true, "aria-label": "arena in space" });
+    this.names = el("canvas", { class: "names", hidden: true });
     cursor.addEventListener("move", () => this.draw());
     cursor.addEventListener("agent", () => this.draw());
     layers.addEventListener("change", () => this.aim());
@@ -91,6 +93,7 @@ export class Space {
       this.far = 0.95 * Math.hypot(x1 - x0, y1 - y0) * Math.max(1, (1.5 * this.canvas.clientHeight) / (this.canvas.clientWidth || 1));
       try {
         this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], this.far);
+        this.view.drawn = () => this.named();
       } catch (error) {
         this.broken = error.message;
       }
@@ -106,6 +109,17 @@ export class Space {
     const eye = this.layers.follow && run.pose(agent, t);
     if (eye) view.target = [eye.x, eye.y, eye.z ?? LOW];
     view.draw([placed([0, 0, 0]), ...matrices], this.lines(agent, t));
+  }
+
+  /** Writes names over the picture: of places and of bodies. */
+  named() {
+    const { run, cursor: { t, agent }, view, canvas: { clientWidth: wide, clientHeight: high } } = this, g = prepare(this.names, wide, high), boxes = [];
+    g.font = `12px ${FONT}`;
+    for (const { x, y, name, known = true } of run.header.places ?? []) {
+      g.fillStyle = color("good");
+      if (known) write(g, boxes, name, view.seen([x, y, LIFT]), [wide, high]);
+    }
+    names(g, boxes, run, agent, t, ({ x, y, z = LOW }) => view.seen([x, y, z]), [wide, high]);
   }
 
   /** Points the camera at the robot that it follows, or at the world. */

@@ -112,6 +112,7 @@ export class View3d {
     this.sky = [1, 1, 1];
     this.bodies = [];
     this.ways = [];
+    this.drawn = () => {};
     this.line = null;
     this.program();
     this.meshes = new Map(Object.entries({ box: box(), sphere: turned(ARC), cylinder: turned(CAN) }).map(([name, data]) => [name, this.mesh(data)]));
@@ -181,6 +182,12 @@ export class View3d {
     return times(lens, look);
   }
 
+  /** Where a point of the world is in the picture [px]. */
+  seen([x, y, z]) {
+    const m = this.camera(), [a, b, w] = [0, 1, 3].map((row) => m[row] * x + m[4 + row] * y + m[8 + row] * z + m[12 + row]);
+    return [0.5 * this.canvas.clientWidth * (1 + a / w), 0.5 * this.canvas.clientHeight * (1 - b / w)];
+  }
+
   /** Draws the bodies at their matrices, of which the first is the world, and ways: points of the world with a colour. */
   draw(bodies = this.bodies, ways = this.ways) {
     const { gl, uniforms, canvas, sky } = this, ratio = devicePixelRatio || 1;
@@ -204,6 +211,7 @@ export class View3d {
     show(this.meshes.get("box"), placed([0, 0, -0.01], undefined, [100, 100, 0.01]), [...sky.map((part) => part * 0.94), 1], 1);
     for (const { mesh, body, local, tint } of this.parts) if (bodies[body]) show(mesh, times(bodies[body], local), tint);
     for (const { points, tint, pairs } of ways) this.way(points, tint, pairs);
+    this.drawn();
   }
 
   /** Draws lines from each point to the next, or between pairs of points. */
