@@ -7,6 +7,7 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass
 from typing import Protocol
 
+from ..agent import Agent
 from ..clock import Clock, WallClock
 from ..event import EventSink, OutcomeDecided
 from ..raised import describe
@@ -41,7 +42,7 @@ class EpisodeAgent(AgentState, Protocol):
 
 
 class Stage(Protocol):
-    """Place of a run: a simulated world, or the robots themselves."""
+    """Place of a run with the agents of a scenario: a simulated world, or the robots themselves."""
 
     @property
     def clock(self) -> Clock:
@@ -61,6 +62,20 @@ class Stage(Protocol):
     @property
     def trajectory_hash(self) -> str | None:
         """Hash of the ground truth at all control periods; None without ground truth."""
+        ...
+
+    @property
+    def agents(self) -> Sequence[Agent]:
+        """Agents of the scenario."""
+        ...
+
+    @property
+    def start(self) -> float:
+        """Time of the first control period [s]; valid after `ready`."""
+        ...
+
+    def ready(self, ended: Callable[[], str]) -> bool:
+        """Wait until the run may start; False if a signal ended it before."""
         ...
 
     def playing(self, ended: Callable[[], str]) -> AbstractContextManager[Iterator[float]]:

@@ -32,8 +32,7 @@ from ..record.alternation import livelock
 from ..record.clue import failed_text
 from ..record.track import Curve
 from ..record.tracks import Tracks
-from .follow_metrics import following
-from .localisation import SIGNALS, localisation
+from .pose_metrics import SIGNALS, following, localisation
 
 E = TypeVar("E", bound=Event)
 

@@ -59,13 +59,13 @@ class SensorState(msgspec.Struct, frozen=True, kw_only=True):
     sensor: str
     driver: str
     source: str
-    rate: float | None
-    declared_rate: float
-    age: float | None
-    size: int
-    problem: str
     needed_for: tuple[str, ...]
     optional: bool
+    rate: float | None = None
+    declared_rate: float = 0.0
+    age: float | None = None
+    size: int = 0
+    problem: str = ""
     matched: bool = False
     ahead: float = 0.0
 
@@ -100,33 +100,15 @@ class PreflightSensor:
     """Sensor that is observed before the start.
 
     Args:
-        agent: Name of the agent.
-        spec: Table of the sensor in robot.toml.
         sensor: Device.
-        source: Topic, address or port of the values; may be empty.
-        rate: Rate at which the sensor will be read [Hz].
+        known: Its state without samples.
         max_age: Age up to which a sample is fresh [s].
-        needed_for: Uses of the sensor's signals.
     """
 
-    def __init__(
-        self,
-        agent: str,
-        spec: SensorSpec,
-        sensor: Sensor,
-        *,
-        source: str,
-        rate: float,
-        max_age: float,
-        needed_for: tuple[str, ...],
-    ) -> None:
-        self._agent = agent
-        self._spec = spec
+    def __init__(self, sensor: Sensor, known: SensorState, max_age: float) -> None:
         self._sensor = sensor
-        self._source = source
-        self._rate = rate
+        self._known = known
         self._max_age = max_age
-        self._needed_for = needed_for
         self._stamps: deque[float] = deque(maxlen=_SAMPLES)
 
     def state(self, now: Callable[[], float]) -> SensorState:
@@ -137,20 +119,13 @@ class PreflightSensor:
         """
         age, size, problem = self._read(now)
         ahead = self._sensor.ahead if isinstance(self._sensor, SensorNode) else 0.0
-        stamps = self._stamps
-        span = stamps[-1] - stamps[0] if len(stamps) > 1 else 0.0
-        return SensorState(
-            agent=self._agent,
-            sensor=self._spec.name,
-            driver=self._spec.driver,
-            source=self._source,
-            rate=(len(stamps) - 1) / span if span > 0.0 else None,
-            declared_rate=self._rate,
+        span = self._stamps[-1] - self._stamps[0] if len(self._stamps) > 1 else 0.0
+        return msgspec.structs.replace(
+            self._known,
+            rate=(len(self._stamps) - 1) / span if span > 0.0 else None,
             age=age,
             size=size,
             problem=problem,
-            needed_for=self._needed_for,
-            optional=self._spec.optional,
             ahead=ahead if ahead >= NOTABLE_AHEAD else 0.0,
         )
 
@@ -164,7 +139,7 @@ class PreflightSensor:
         except BaseException as error:  # a driver may raise anything
             if interrupts(error):
                 raise
-            return None, 0, f"exception: {Raised.of('sensor', self._spec.name, error, self._sensor.read)}"
+            return None, 0, f"exception: {Raised.of('sensor', self._known.sensor, error, self._sensor.read)}"
         if not self._stamps or stamp > self._stamps[-1]:
             self._stamps.append(stamp)
         age, invalid = now() - stamp, sum(map(math.isnan, values))
@@ -179,32 +154,13 @@ class PreflightTopic:
     """Topic of ROS 2 that needs a node at the other side: one for commands, or of an emergency stop.
 
     Args:
-        agent: Name of the agent.
-        name: Name of the actuator, or key of the `[ros2]` table.
-        topic: Full name of the topic.
+        known: Its state without nodes.
         look: Function that returns the number of matching nodes, and for 0 the reason.
-        use: Use of the topic.
-        needed: Whether the robot must not start without such a node.
     """
 
-    def __init__(
-        self, agent: str, name: str, topic: str, look: Callable[[], tuple[int, str]], *, use: str, needed: bool
-    ) -> None:
+    def __init__(self, known: SensorState, look: Callable[[], tuple[int, str]]) -> None:
         self._look = look
-        self._found = SensorState(
-            agent=agent,
-            sensor=name,
-            driver=ROS2,
-            source=topic,
-            rate=None,
-            declared_rate=0.0,
-            age=None,
-            size=0,
-            problem="",
-            needed_for=(use,),
-            optional=not needed,
-            matched=True,
-        )
+        self._found = known
         self._looked = -math.inf
 
     def state(self, now: Callable[[], float]) -> SensorState:
@@ -225,17 +181,28 @@ def preflight_topics(agent: str, robot: RobotSpec, node: RosNode, *, dry_run: bo
         node: Connection of the robot.
         dry_run: Whether nothing is sent, so that nothing is needed.
     """
-    found, stop = [], node.settings.emergency_stop
-    for spec in robot.actuators:
-        if spec.driver == ROS2:
-            given = read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")
-            topic = node.settings.topic(given.topic)
-            look = partial(node.counterparts, OwnEndpoint(topic, given.type, given.qos, publishes=True))
-            found.append(PreflightTopic(agent, spec.name, topic, look, use="commands", needed=not dry_run))
-    if stop:
-        topic = node.settings.topic(stop)
-        look = partial(node.counterparts, OwnEndpoint(topic, STOP_TYPE, STOP_QOS, side=FIXED))
-        found.append(PreflightTopic(agent, "emergency_stop", topic, look, use="emergency stop", needed=not dry_run))
+    settings = node.settings
+    needs = [
+        (spec.name, OwnEndpoint(settings.topic(given.topic), given.type, given.qos, publishes=True), "commands")
+        for spec in robot.actuators
+        if spec.driver == ROS2
+        for given in [read_parameters(Ros2ActuatorParameters, spec.parameters, f"actuator '{spec.name}'")]
+    ]
+    if stop := settings.emergency_stop:
+        endpoint = OwnEndpoint(settings.topic(stop), STOP_TYPE, STOP_QOS, side=FIXED)
+        needs.append(("emergency_stop", endpoint, "emergency stop"))
+    found = []
+    for name, endpoint, use in needs:
+        known = SensorState(
+            agent=agent,
+            sensor=name,
+            driver=ROS2,
+            source=endpoint.topic,
+            needed_for=(use,),
+            optional=dry_run,
+            matched=True,
+        )
+        found.append(PreflightTopic(known, partial(node.counterparts, endpoint)))
     return found
 
 
@@ -310,15 +277,16 @@ def preflight_sensors(agent: Agent, robot: RobotSpec) -> list[PreflightSensor]:
         for monitored in monitor.monitored:
             name = monitored.sensor.name
             spec = next(each for each in robot.sensors if each.name == name)
-            found[name] = PreflightSensor(
-                agent.name,
-                spec,
-                monitored.sensor,
+            known = SensorState(
+                agent=agent.name,
+                sensor=name,
+                driver=spec.driver,
                 source=_source(spec, robot),
-                rate=monitored.rate.hz,
-                max_age=monitor.max_age,
+                declared_rate=monitored.rate.hz,
                 needed_for=tuple(uses.get(monitor.name, ())),
+                optional=spec.optional,
             )
+            found[name] = PreflightSensor(monitored.sensor, known, monitor.max_age)
     return [found[spec.name] for spec in robot.sensors if spec.name in found]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from msgspec.structs import replace
 
@@ -37,24 +37,6 @@ from .swaps import SwapSchedule, rehearse_swaps, swapped_content
 _DEFAULTS = RunOptions()
 
 
-class RunStage(Stage, Protocol):
-    """Stage with the agents of a scenario."""
-
-    @property
-    def agents(self) -> Sequence[Agent]:
-        """Agents of the scenario."""
-        ...
-
-    @property
-    def start(self) -> float:
-        """Time of the first control period [s]; valid after `ready`."""
-        ...
-
-    def ready(self, ended: Callable[[], str]) -> bool:
-        """Wait until the run may start; False if a signal ended it before."""
-        ...
-
-
 class Run:
     """One run of a scenario.
 
@@ -79,7 +61,7 @@ class Run:
         InputError: An option is for the other kind of stage.
     """
 
-    stage: RunStage
+    stage: Stage
     header: RunHeader
 
     def __init__(

@@ -1,27 +1,40 @@
-"""Real-time pacing of a simulation, so that a person can watch it."""
+"""Pace of a simulation against the wall clock."""
 
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
 
-from ..clock import WallClock
+from ..clock import WallClock, wait_until
 
 _FORGIVE = 0.25  # [s] delay above which the lost time is not caught up
 
 
 class Pace:
-    """Observer of a run that is called with the simulated time [s] and waits until the wall clock has reached it.
+    """Observer of a simulation that is called with the simulated time [s] and waits until it is due.
 
-    Time that the run has lost, as by a pause, is not caught up.
+    Args:
+        rate: Simulated time per wall-clock time; 0 for as fast as possible.
+        ended: Returns the reason of a signal that ends the wait, or an empty text.
+
+    Attributes:
+        skipped: Wall-clock time that was lost, as by a pause, and not caught up [s].
     """
 
-    def __init__(self) -> None:
-        self._clock = WallClock()
-        self._never = threading.Event()
-        self._lost = 0.0
+    def __init__(self, rate: float = 1.0, ended: Callable[[], str] = lambda: "") -> None:
+        self.skipped = 0.0
+        self._rate, self._ended = rate, ended
+        self._wall, self._never = WallClock(), threading.Event()
+
+    @property
+    def passed(self) -> float:
+        """Wall-clock time since the start [s]."""
+        return self._wall.now()
 
     def __call__(self, t: float) -> bool:
-        self._clock.wait_until(t + self._lost, self._never)
-        if self._clock.now() - t - self._lost > _FORGIVE:
-            self._lost = self._clock.now() - t
+        if self._rate > 0.0:
+            due = t / self._rate + self.skipped
+            wait_until(self._wall, due, self._never, self._ended)
+            late = self._wall.now() - due
+            self.skipped += late if late > _FORGIVE else 0.0
         return True

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import SimulatedClock, WallClock, wait_until
+from ..clock import SimulatedClock
 from ..drivers.ros2 import messages
 from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.transport import Transport
 from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
 from .network_watch import NetworkWatch
+from .pace import Pace
 from .robot_links import RobotLinks
 from .robot_publishers import ALL_FRAMES, FrameOptions, Publisher, RobotPublishers, TfPublishers
 from .ros2_robot import COMMAND_TIMEOUT, COMMAND_TYPES, LATEST, Ros2Robot
@@ -22,7 +22,6 @@ from .ros_names import robot_namespace
 from .simulated_world import SimulatedWorld, build_world
 
 _TICK = 0.01  # [s] maximum simulated time between two messages of /clock, and two looks for commands
-_FORGIVE = 0.25  # [s] delay above which the lost time is skipped instead of caught up
 
 
 class Screen(Protocol):
@@ -147,7 +146,7 @@ class Ros2Simulation:
             screen: Display of the world.
         """
         self._describe()
-        pace = _Pace(self._rate, ended)
+        pace = Pace(self._rate, ended)
         try:
             while (t := self._clock.now()) < duration - 1e-9 and not ended():
                 if self._clock.count % self._every == 0 and not self._period(t, screen):
@@ -156,11 +155,11 @@ class Ros2Simulation:
                     robot.drive(t)
                 self.simulated.world.advance(self._steps)
                 self._time.send(messages.clock(self._clock.now()))
-                pace.wait(self._clock.now())
+                pace(self._clock.now())
         finally:
             for robot in self.robots:
                 robot.stop()
-        return SimulationEnd(self._clock.now(), pace.passed(), pace.skipped)
+        return SimulationEnd(self._clock.now(), pace.passed, pace.skipped)
 
     def _describe(self) -> None:
         """Publish what late nodes need, too: constant transforms and descriptions of the robots."""
@@ -182,38 +181,6 @@ class Ros2Simulation:
             actor.step(t)
         self._watch.look()
         return screen is None or screen.show()
-
-
-class _Pace:
-    """Keeps simulated time at a rate against the wall clock.
-
-    Args:
-        rate: Simulated time per wall-clock time; 0 for as fast as possible.
-        ended: Returns the reason of a signal that ends the wait, or an empty text.
-
-    Attributes:
-        skipped: Wall-clock time that was not caught up [s].
-    """
-
-    def __init__(self, rate: float, ended: Callable[[], str]) -> None:
-        self._rate, self._ended = rate, ended
-        self._wall, self._never = WallClock(), threading.Event()
-        self.skipped = 0.0
-
-    def passed(self) -> float:
-        """Wall-clock time since the start [s]."""
-        return self._wall.now()
-
-    def wait(self, t: float) -> None:
-        """Wait until simulated time t [s] is due."""
-        if self._rate == 0.0:
-            return
-        due = t / self._rate + self.skipped
-        late = self._wall.now() - due
-        if late > _FORGIVE:
-            self.skipped += late
-        elif late < 0.0:
-            wait_until(self._wall, due, self._never, self._ended)
 
 
 def _namespaces(agents: Sequence[str], namespace: str) -> dict[str, str]:

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from rocs_bt.catalog import SensorSpec
 from rocs_bt.cli.drive_output import show_sensors
 from rocs_bt.clock import Clock
 from rocs_bt.control.locomotion import AxisLimits
@@ -25,7 +24,7 @@ from rocs_bt.drivers.ros2.sensor_node import SensorNode
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.errors import DeviceError, InputError
-from rocs_bt.running.preflight import PreflightSensor
+from rocs_bt.running.preflight import PreflightSensor, SensorState
 
 from ..waiting import until
 from .network import START, Network
@@ -188,11 +187,12 @@ def test_a_stamp_in_the_future_by_more_than_the_validity_is_the_reason_of_the_si
 
 @pytest.mark.parametrize(("ahead", "shown"), [(0.04, False), (0.1, True)])
 def test_the_preflight_check_shows_a_clock_that_is_ahead(network, node, capsys, ahead, shown):
-    spec = SensorSpec("position", "ros2", "pose", "pose")
     pose = sensor(node, 0.15, type=ODOMETRY, topic="odom")
-    keys = {"source": "/r1/odom", "rate": 20.0, "max_age": 0.15, "needed_for": ("pose",)}
+    known = SensorState(
+        agent="R1", sensor="position", driver="ros2", source="/r1/odom", needed_for=("pose",), optional=False
+    )
     network.send("/r1/odom", ODOMETRY, age=-ahead, **odometry(1.0))
-    state = PreflightSensor("R1", spec, pose, **keys).state(node.received)
+    state = PreflightSensor(pose, known, 0.15).state(node.received)
     assert not state.problem
     show_sensors((state,))
     assert (f"0.00 s, clock {ahead:.2f} s ahead" in capsys.readouterr().err) is shown
