@@ -9,7 +9,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt.catalog import Catalog
-from rocs_bt.check.feasible import check_feasible
+from rocs_bt.check import check_scenario
 from rocs_bt.errors import InputError
 from rocs_bt.event import BodyMoved, ListSink
 from rocs_bt.record import Recording
@@ -158,7 +158,7 @@ def test_a_free_object_is_recorded_where_physics_moved_it(pushing, tmp_path) -> 
 def test_a_check_puts_objects_at_their_starts(pushing, tmp_path) -> None:
     pushing()  # in the world's file, the crate is where the robot starts
     catalog = Catalog(tmp_path)
-    assert list(check_feasible(catalog.load_scenario("crate"), catalog)) == []
+    assert check_scenario("crate", catalog).faults == ()
 
 
 VISUAL = '<geom name="lid" size="0.3" pos="0 0 0.6" contype="0" conaffinity="0"/>'
