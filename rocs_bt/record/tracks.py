@@ -371,9 +371,12 @@ def _clue(tracks: Tracks, event: RuleChanged) -> None:
         tracks.steps(event.agent, "clue", event.rule).put(event.t, tracks.clues.of(event.agent, event.rule, event.t))
 
 
-def _failure(tracks: Tracks, event: TicketChanged) -> None:
-    if event.state == "FAILED" and (found := tracks.clues.nearest(event.agent, event.t)):
-        tracks.steps(event.agent, "clue", str(event.ticket)).put(event.t, found)
+def _failure(tracks: Tracks, event: TicketChanged | OutcomeDecided) -> None:
+    """What is near when an action fails, or a robot is stuck."""
+    name = str(event.ticket) if isinstance(event, TicketChanged) else "outcome"
+    failed = event.state == "FAILED" if isinstance(event, TicketChanged) else event.outcome == "stuck"
+    if failed and (found := tracks.clues.nearest(event.agent, event.t)):
+        tracks.steps(event.agent, "clue", name).put(event.t, found)
 
 
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
@@ -442,7 +445,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},
-    "clue": {RuleChanged: _clue, TicketChanged: _failure},
+    "clue": {RuleChanged: _clue, TicketChanged: _failure, OutcomeDecided: _failure},
     "ticket": {TicketChanged: _ticket},
     "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},

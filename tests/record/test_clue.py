@@ -145,6 +145,7 @@ def test_the_sensor_that_fell_silent_is_named_by_why_and_in_the_reason(kind, sen
     assert f"the sensor '{sensor}'" in Why(tracks, 3.0).answer
     result = broken.summary.agents["R2"]
     assert result.outcome == "stuck"
+    assert tracks.get("R2", "clue", "outcome").v[0].startswith("in the recorded world 'box' is nearest, ")
     assert f"the sensor '{sensor}' failed at t = 2." in result.reason
 
 

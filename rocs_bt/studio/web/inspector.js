@@ -116,7 +116,7 @@ export class Inspector {
       evidence.push(row(name, `${mark} ${text}${says}`, undefined, when ?? undefined));
     }
     const before = Math.max(run.start, at - 0.01);
-    evidence.push(row("before", why(run, agent, before), `${agent}|pose|`, before));
+    evidence.push(row("before", why(run, agent, before), `${agent}|pose|`, before), ...this.near(agent, { name: "outcome" }, at));
     for (const [when, , , text, about] of run.log.filter((l) => l[1] === agent && l[0] > at - LED && l[0] <= at && l[2] >= 3 && !l[4].endsWith("|outcome|"))) {
       evidence.push(row(seconds(when), text, about || undefined, when));
     }
