@@ -19,7 +19,8 @@ _SECTORS = {"front": 0.0, "left_gap": math.pi / 2.0, "rear": math.pi, "right_gap
 _HALF = math.radians(65.0)  # half of a sector: neighbours overlap
 _FINE = 0.02  # [m] between the points of an outline
 _FAR = 2.0  # [m] distance up to which an object is looked for
-_SAME = 1e-6  # relative difference of a value from a limit
+SAME = 5e-4
+"""Difference from a limit up to which a value is that limit [m]; values of the page are rounded."""
 
 
 class Clues:
@@ -40,16 +41,20 @@ class Clues:
         self._header, self._track, self._failed = header, track, failed
         self._agents = {agent.name: agent for agent in header.agents}
         self._bodies = {body.name: body for body in header.bodies}
-        self._guards = {(a.name, guard.rule): _read(guard, a) for a in header.agents for guard in a.guards}
+        self._guards = {(a.name, guard.rule): (guard, _read(guard, a)) for a in header.agents for guard in a.guards}
 
     def of(self, agent: str, rule: str, t: float) -> str:
         """Clues to the guard of a rule at a time, in words; empty if there are none."""
-        read = self._guards.get((agent, rule), ())
+        guard, read = self._guards.get((agent, rule), (None, ()))
+        if guard is None:
+            return ""
         values = {name: value for name in read if (value := self._values(agent, name, t))}
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
         if invalid:
             return "; ".join(self._silent(self._agents[agent], invalid, t))
-        limits = self._limits(self._agents[agent], values)
+        units = {signal.name: signal.units for signal in self._agents[agent].signals}
+        least = min((min(value) for name, value in values.items() if {*units[name]} == {"m"}), default=math.nan)
+        limits = filter(None, [limit_text(guard, least)])
         nearest = self.nearest(agent, t, [_SECTORS[name] for name in values if name in _SECTORS])
         return "; ".join([*limits, *([nearest] if nearest else [])])
 
@@ -77,14 +82,6 @@ class Clues:
         good = (i for i in reversed(range(len(curve.t))) if curve.t[i] <= t and not _nan(curve, i))
         last = next(good, None)
         return " so far" if last is None else f" since t = {curve.t[last]:.2f} s"
-
-    def _limits(self, agent: AgentInfo, values: Mapping[str, list[float]]) -> Iterator[str]:
-        """Sensors with a limit that is the least of the values."""
-        for sensor in agent.sensors:
-            own = [min(value) for name, value in values.items() if name in sensor.signals]
-            for limit, word in ((sensor.low, "minimum"), (sensor.high, "maximum")):
-                if own and limit is not None and math.isclose(min(own), limit, rel_tol=_SAME):
-                    yield f"{limit:.3g} m is the {word} of the sensor '{sensor.name}'"
 
     def nearest(self, agent: str, t: float, sectors: Collection[float] = tuple(_SECTORS.values())) -> str:
         """Nearest object in the recorded world at a time, in words; empty if none is near or the world is not known.
@@ -137,6 +134,11 @@ class Clues:
         return None if found is None else np.array(found[1][:3])
 
 
+def limit_text(guard: GuardInfo, value: float) -> str:
+    """Sentence about a value that is a limit of a sensor that the guard reads; empty if it is none."""
+    return next((text for limit, text in guard.limits if abs(value - limit) < SAME), "")
+
+
 def failed_text(sensor: str, t: float) -> str:
     """Sentence about a sensor that failed at a time [s]."""
     return f"the sensor '{sensor}' failed at t = {t:.2f} s"
@@ -144,7 +146,7 @@ def failed_text(sensor: str, t: float) -> str:
 
 def _read(guard: GuardInfo, agent: AgentInfo) -> list[str]:
     """Signals that the condition of a guard reads."""
-    words = set(re.findall(r"\w+", guard.sources[0]))
+    words = set(re.findall(r"\w+", " ".join(guard.sources[:1])))
     return [signal.name for signal in agent.signals if signal.name in words]
 
 

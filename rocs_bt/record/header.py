@@ -250,6 +250,7 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
         modes: Modes of the agent in which the rule is active; empty for all.
         on_invalid: Policy while `when` is not known: `clear`, `trip` or `hold`.
         max_hold: Time after which `hold` becomes `trip` [s].
+        limits: Limits of the range sensors with signals that the guard reads: value [m], and a sentence about it.
     """
 
     rule: str
@@ -269,6 +270,7 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
     modes: tuple[str, ...] = ()
     on_invalid: str = "clear"
     max_hold: float = 0.0
+    limits: tuple[tuple[float, str], ...] = ()
 
 
 class SensorInfo(msgspec.Struct, frozen=True, kw_only=True):
@@ -278,15 +280,11 @@ class SensorInfo(msgspec.Struct, frozen=True, kw_only=True):
         name: Name in robot.toml.
         signals: Signals that its monitor writes.
         derived: Signals that analysers write from these.
-        low: Minimum of a range [m]; smaller distances are reported as the minimum. None if it is not known.
-        high: Maximum of a range [m]; None if it is not known.
     """
 
     name: str
     signals: tuple[str, ...]
     derived: tuple[str, ...] = ()
-    low: float | None = None
-    high: float | None = None
 
 
 class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):

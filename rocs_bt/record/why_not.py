@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..errors import InputError, unknown
 from ..words import inactive_rule
+from .clue import limit_text
 from .comparisons import Comparisons
 from .header import GuardInfo
 from .moment import SLACK, Moment
@@ -27,6 +28,7 @@ class Held(NamedTuple):
         right: Value of its right side, SI units.
         unit: Their unit; may be empty.
         holds: Whether it is true and must not be; None if it is not decided.
+        limit: Sentence if the left side is a limit of a sensor.
     """
 
     text: str
@@ -34,6 +36,7 @@ class Held(NamedTuple):
     right: float
     unit: str
     holds: bool | None = False
+    limit: str = ""
 
     @property
     def gap(self) -> float:
@@ -48,7 +51,7 @@ class Held(NamedTuple):
             return holds
         unit = f" {self.unit}" if self.unit else ""
         by = f" by {self.gap:.3g}{unit}" if math.isfinite(self.gap) else ""
-        return f"{holds}{by} ({self.left:.3g} against {self.right:.3g}{unit})"
+        return f"{holds}{by} ({self.left:.3g} against {self.right:.3g}{unit}{self.limit and '; '}{self.limit})"
 
 
 class WhyNot(NamedTuple):
@@ -106,7 +109,8 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
 def _held(moment: Moment, guard: GuardInfo, index: int) -> Held:
     i = index if index >= 0 else -1 - index
     left, right, truth = moment.value("compare", f"{guard.rule}\n{i}")
-    return Held(guard.comparisons[i], left, right, guard.units[i], None if math.isnan(truth) else truth == 1.0)
+    limit = limit_text(guard, left) if guard.units[i] == "m" else ""
+    return Held(guard.comparisons[i], left, right, guard.units[i], None if math.isnan(truth) else truth == 1.0, limit)
 
 
 def _back(guard: GuardInfo, state: GuardState, t: float) -> str:

@@ -146,7 +146,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
         guards=tuple(
-            guard_info(file.model.rules, rule, Environment.of(agent.knowledge.signals))
+            _limited(agent, guard_info(file.model.rules, rule, Environment.of(agent.knowledge.signals)))
             for file in agent.rule_files
             for rule in file.model.rules.rules
         ),
@@ -162,14 +162,22 @@ def _sensors(agent: Agent) -> Iterator[SensorInfo]:
             if not derived.keys().isdisjoint(analyze.expects()):
                 derived.update(dict.fromkeys(signal.name for signal in analyze.signals()))
         for each in monitor.monitored:
-            low, high = getattr(getattr(each.sensor, "parameters", None), "range", (None, None))
-            yield SensorInfo(
-                name=each.sensor.name,
-                signals=tuple(written),
-                derived=tuple(name for name in derived if name not in written),
-                low=low,
-                high=high,
-            )
+            others = tuple(name for name in derived if name not in written)
+            yield SensorInfo(name=each.sensor.name, signals=tuple(written), derived=others)
+
+
+def _limited(agent: Agent, guard: GuardInfo) -> GuardInfo:
+    """The description of a guard with the limits of the range sensors that it reads."""
+    read, limits = set(re.findall(r"\w+", " ".join(guard.sources))), list[tuple[float, str]]()
+    for monitor in agent.monitors:
+        if read.isdisjoint(signal.name for signal in monitor.signals()):
+            continue
+        for sensor in (each.sensor for each in monitor.monitored):
+            found = getattr(getattr(sensor, "parameters", None), "range", None)
+            for value, word in zip(found, ("minimum", "maximum"), strict=False) if isinstance(found, tuple) else ():
+                if isinstance(value, float) and math.isfinite(value):
+                    limits.append((value, f"{value:.3g} m is the {word} of the sensor '{sensor.name}'"))
+    return msgspec.structs.replace(guard, limits=tuple(limits))
 
 
 def guard_info(rules: RuleSet, rule: Rule, environment: Environment) -> GuardInfo:

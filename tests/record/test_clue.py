@@ -11,9 +11,11 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, RuleChanged, SensorFailed, SignalsWritten, TicketChanged, pack
 from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
+from rocs_bt.record.clue import limit_text
 from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.record.why import Why
+from rocs_bt.record.why_not import Held
 from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, break_sensor
 
 HULL = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))
@@ -24,11 +26,13 @@ def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), si
     """Clue of a rule at 1 s that reads all given signals; values are written at 0 s and at 1 s."""
     infos = tuple(SignalInfo(name=name, size=len(values), units=("m",)) for name, values in signals)
     sensors = (
-        SensorInfo(name="sonar", signals=tuple(name for name, _ in signals if name != "goal"), low=0.1, high=5.0),
+        SensorInfo(name="sonar", signals=tuple(name for name, _ in signals if name != "goal")),
         SensorInfo(name="gps", signals=("pose",), derived=("goal",)),
     )
     text = " + ".join(f"min({name})" for name, _ in signals)
-    guard = GuardInfo(rule="f/A", when=text, sources=(f"({text} < 1 m)",))
+    limits = ((0.1, "0.1 m is the minimum of the sensor 'sonar'"), (5.0, "5 m is the maximum of the sensor 'sonar'"))
+    limits = limits if any(name != "goal" for name, _ in signals) else ()
+    guard = GuardInfo(rule="f/A", when=text, sources=(f"({text} < 1 m)",), limits=limits)
     agent = AgentInfo(name="R", robot="r", mission="m", signals=infos, guards=(guard,), sensors=sensors)
     bodies = (BodyInfo(name="R", hull=HULL), *(BodyInfo(name=name, hull=HULL) for name, _ in others))
     tracks = Tracks(
@@ -53,7 +57,7 @@ NAN = math.nan
     ("signals", "failed", "text"),
     [
         ([("front", [0.1, 2.0])], (), "0.1 m is the minimum of the sensor 'sonar'"),
-        ([("front", [0.1001, 2.0])], (), ""),
+        ([("front", [0.101, 2.0])], (), ""),
         ([("front", [5.0, 5.0])], (), "5 m is the maximum of the sensor 'sonar'"),
         ([("front", [0.3, 5.0])], (), ""),  # the least decides
         ([("goal", [0.1])], (), ""),  # a distance that is no reading
@@ -149,11 +153,25 @@ def test_the_sensor_that_fell_silent_is_named_by_why_and_in_the_reason(kind, sen
     assert f"the sensor '{sensor}' failed at t = 2." in result.reason
 
 
-def test_the_header_has_the_limits_of_each_range_sensor_and_who_writes_each_signal(tmp_path):
+def test_the_header_has_the_limits_that_each_guard_meets_and_which_sensor_writes_each_signal(tmp_path):
     run("exp3", seed=1, duration=0.2, out=tmp_path, report=False)
     for agent in Recording.open(tmp_path).header.agents:
         robot = Catalog.here().load_robot(agent.robot)
-        limits = {sensor.name: tuple(sensor.parameters.get("range", (None, None))) for sensor in robot.sensors}
-        assert {sensor.name: (sensor.low, sensor.high) for sensor in agent.sensors} == limits
+        ranges = {sensor.name: sensor.parameters["range"] for sensor in robot.sensors if "range" in sensor.parameters}
+        writes = {sensor.name: sensor.signals for sensor in agent.sensors}
+        assert ranges
+        for guard in agent.guards:
+            read = [name for name in ranges if any(re.search(rf"\b{s}\b", str(guard.sources)) for s in writes[name])]
+            assert sorted(value for value, _ in guard.limits) == sorted(v for name in read for v in ranges[name])
         written = {name for sensor in agent.sensors for name in (*sensor.signals, *sensor.derived)}
         assert written >= {signal.name for signal in agent.signals}
+
+
+def test_a_rule_that_a_limit_keeps_from_firing_says_so(tmp_path):
+    """The reading of the page is rounded, so that a value counts as the limit within half a millimetre."""
+    guard = GuardInfo(rule="f/A", when="d < 0.05 m", limits=((0.1, "0.1 m is the minimum of the sensor 'sonar'"),))
+    assert limit_text(guard, 0.1004) == limit_text(guard, 0.0996) == guard.limits[0][1]
+    assert limit_text(guard, 0.1006) == limit_text(guard, math.nan) == ""
+    held = Held("d < 0.05 m", 0.1, 0.05, "m", False, limit_text(guard, 0.1))
+    text = "'d < 0.05 m' does not hold by 0.05 m (0.1 against 0.05 m; 0.1 m is the minimum of the sensor 'sonar')"
+    assert str(held) == text

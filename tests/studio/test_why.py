@@ -144,6 +144,8 @@ def test_what_held_a_rule_back_makes_its_guard_true_and_nothing_less_does(tracks
 
 SIDES = [
     ({"held": [0]}, (2.0, 1.0, 0.0), "'y < 1 m' does not hold by 1 m (2 against 1 m)"),
+    ({"held": [0]}, (4.0, 1.0, 0.0), "'y < 1 m' does not hold by 3 m (4 against 1 m; 4 m is the maximum)"),
+    ({"held": [0]}, (4.0004, 1.0, 0.0), "'y < 1 m' does not hold by 3 m (4 against 1 m; 4 m is the maximum)"),
     ({"held": [-1]}, (0.5, 1.0, 1.0), "'y < 1 m' must not hold, but holds by 0.5 m (0.5 against 1 m)"),
     ({"held": [0]}, (NAN, 1.0, NAN), "'y < 1 m' is not decided, because a value is not known"),
     ({"held": [0]}, (NAN, NAN, 0.0), "'y < 1 m' does not hold"),
@@ -158,7 +160,14 @@ SIDES = [
     ({"replaced": True}, (), "its rule file was replaced, and the new guard is not recorded"),
 ]
 GUARD = GuardInfo(
-    rule="f/R", when="y < 1 m", comparisons=("y < 1 m",), units=("m",), hold=0.3, cooldown=1.0, modes=("dock", "park")
+    rule="f/R",
+    when="y < 1 m",
+    comparisons=("y < 1 m",),
+    units=("m",),
+    hold=0.3,
+    cooldown=1.0,
+    modes=("dock", "park"),
+    limits=((4.0, "4 m is the maximum"),),
 )
 
 

@@ -2,6 +2,7 @@
 // Why an agent did what it did at a time, and why a rule did not fire: as `rocs-bt replay --why` (record/why.py).
 
 const SLACK = 5e-4, PUSHED = 1, COASTING = 3; // [s]
+const LIMIT = 5e-4; // [m] from the limit of a sensor up to which a value is that limit
 const LONG = 24; // values from which on only the least is told
 
 /** A number with digits behind the point; halves are rounded to even digits, as Python does. */
@@ -195,7 +196,9 @@ export const whyNot = (run, agent, rule, t) => {
   const held = (found.held ?? []).map((index) => {
     const { name, text, unit } = guard.sides[index < 0 ? -1 - index : index], si = unit && ` ${unit}`;
     const [left, right, truth] = run.get(agent, "compare", name).at(now), gap = Math.abs(left - right);
-    const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "", values = Number.isNaN(gap) ? "" : `${by} (${three(left)} against ${three(right)}${si})`;
+    const limit = unit === "m" && guard.limits?.find(([value]) => Math.abs(left - value) < LIMIT)?.[1];
+    const by = Number.isFinite(gap) ? ` by ${three(gap)}${si}` : "";
+    const values = Number.isNaN(gap) ? "" : `${by} (${three(left)} against ${three(right)}${si}${limit ? `; ${limit}` : ""})`;
     const is = truth ? `must not hold, but holds${values}` : `does not hold${values}`;
     const because = `'${text}' ${Number.isNaN(truth) ? "is not decided, because a value is not known" : is}`;
     return { name, text, left, right, unit, because };
