@@ -82,7 +82,7 @@ class Authoring:
         return {function.__name__: function for function in own}
 
     def open(self, asked: Asked) -> Json:
-        """Text of a file with its hash; `reason` says why it cannot be changed."""
+        """Text of a file with its hash; `reason` says why it cannot be changed, `shipped` names what is of rocs_bt."""
         path, own = self._file(asked)
         raw = _read(path)
         kind = kind_of(tested_file(path)) or ""
@@ -92,6 +92,7 @@ class Authoring:
             "text": _page_text(raw),
             "hash": _hash(raw),
             "reason": self._reason(path, own),
+            "shipped": "" if own or not kind else make_entry(tested_file(path), kind, "file").name,
             "scenarios": self._scenarios(path, kind),
         }
 
@@ -206,7 +207,7 @@ class Authoring:
     def _reason(self, path: Path, own: bool) -> str:
         """Reason why a file cannot be changed; empty if it can."""
         if not own:
-            return "it is content of rocs_bt: copy it into your project to change it."
+            return "It is content of rocs_bt: copy it into your project to change it."
         if path.suffix == ".py" and not self.allow_code:
             return "Python files are changed only if the studio was started with --allow-code."
         return ""

@@ -3,7 +3,7 @@
 import { Code } from "./code.js";
 import { dialog, el, put } from "./dom.js";
 import { Nodes } from "./nodes.js";
-import { post, start } from "./server.js";
+import { copy, edit, post, start } from "./server.js";
 
 const REST = 180; // [ms] after which a text that rests is checked
 const file = new URLSearchParams(location.search).get("file") ?? "";
@@ -27,19 +27,22 @@ class Editor {
     this.mission = given.kind === "mission" && file.endsWith(".xml");
     this.state = el("output", { role: "status" });
     this.faults = el("ol", { class: "faults", "aria-label": "faults" });
-    this.tests = el("section", { class: "tests", "aria-label": "tests", hidden: given.kind !== "rules" });
+    const wait = el("p", { class: "empty" }, "Tests run …");
+    this.tests = el("section", { class: "tests", "aria-label": "tests", hidden: given.kind !== "rules" }, wait);
     this.about = el("p", { class: "about", "aria-live": "polite" });
     this.scenario = el("select", { "aria-label": "scenario to run" }, ...given.scenarios.map((name) => el("option", {}, name)));
     const button = (text, title, action, shown = true) => el("button", { title, hidden: !shown, onclick: action }, text);
     this.keep = button("Save", "save (ctrl s)", () => this.save(), !given.reason);
-    const runs = given.scenarios.length > 0;
+    const runs = given.scenarios.length > 0, own = () => copy(given.kind, given.shipped, (text) => this.tell(text));
     this.scenario.hidden = !runs;
     document.title = `${file}: rocs_bt editor`;
     const header = el(
-      "header", {}, el("a", { href: "./", title: "the project" }, "←"), el("h1", {}, file), this.keep,
+      "header", {}, el("a", { href: "./", title: "the project" }, "←"), el("h1", {}, file),
+      given.reason ? el("span", { class: "badge muted" }, "read only") : null,
+      button("Copy into my project", "makes a file of your own, and opens it", own, Boolean(given.shipped)), this.keep,
       button("Undo", "undo (ctrl z)", () => this.step(this.past, this.future), !given.reason),
       button("Redo", "redo (ctrl y)", () => this.step(this.future, this.past), !given.reason),
-      this.scenario, button("▶ Run", "save and run (ctrl enter)", () => this.run(), runs), this.state,
+      button("▶ Run", "save and run (ctrl enter)", () => this.run(), runs), this.scenario, this.state,
     );
     this.box = document.getElementById("editor") ?? el("main");
     this.box.classList.toggle("text", !this.mission);
@@ -156,16 +159,16 @@ class Editor {
       mark.instead && !this.given.reason ? el("button", { class: "fix", onclick: () => this.fix(mark) }, ` → ${mark.instead}`) : null,
     );
     this.faults.replaceChildren(...(marks.length ? marks.map(line) : [el("li", { class: "muted" }, "No fault found.")]));
-    const failed = tests.filter((test) => !test.passed);
-    const name = file.replace(/^.*\//, "");
+    const failed = tests.filter((test) => !test.passed), name = file.replace(/^.*\//, "");
     const none = errors ? "Tests run when the file has no error." : `No tests. Those in rules/tests/${name} run here as you type.`;
     const row = (test) => el(
       "li", { class: test.passed ? "passed" : "failed", onclick: () => test.line && this.go({ line: test.line, column: 1, end: 1 }) },
       el("b", {}, test.passed ? "✓ " : "✗ "), `${test.rule}: ${test.test} (${test.robot})`, test.passed ? null : el("div", {}, test.message),
     );
+    const passed = tests.filter((test) => test.passed), open = this.tests.querySelector("details")?.open ?? false;
     this.tests.replaceChildren(...(!tests.length ? [el("p", { class: "empty" }, none)] : [
-      el("h3", {}, `${tests.length - failed.length} of ${tests.length} tests pass`),
-      el("ul", {}, ...[...failed, ...tests.filter((test) => test.passed)].map(row)),
+      el("h3", {}, `${passed.length} of ${tests.length} tests pass`), el("ul", {}, ...failed.map(row)),
+      el("details", { open }, el("summary", {}, `${passed.length} that pass`), el("ul", {}, ...passed.map(row))),
     ]));
     document.body.dataset.errors = String(errors);
   }
@@ -197,7 +200,7 @@ class Editor {
 
   link(to) {
     const here = to.file === file;
-    if (!here) return el("a", { href: `edit?file=${encodeURIComponent(to.file)}` }, `→ ${to.file}`);
+    if (!here) return el("a", { href: edit(to.file) }, `→ ${to.file}`);
     const go = (event) => { event.preventDefault(); this.go({ line: to.line, column: 1, end: 1 }); };
     return el("a", { href: "#", onclick: go }, `→ line ${to.line}`);
   }

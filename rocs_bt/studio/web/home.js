@@ -1,7 +1,7 @@
 // @ts-check
 // First view of the studio: the runs of a project, episodes of its comparisons, and its content.
 import { el, put } from "./dom.js";
-import { get, post, start } from "./server.js";
+import { copy, edit, get, post, start } from "./server.js";
 
 const EVERY = 1500; // [ms] between two looks at the runs
 const MOST = 200; // scenes of comparisons that are listed
@@ -146,10 +146,6 @@ const starter = (scenario, tell) => {
   return form;
 };
 
-const edit = (file) => `edit?file=${encodeURIComponent(file)}`;
-
-/** Copies shipped content into the project, and opens the copy. */
-const copy = (kind, name, tell) => post("copy", { kind, name }).then(({ file }) => location.assign(edit(file)), (error) => tell(error.message));
 
 const entry = (kind, { name, doc, own, file }, project, tell) => {
   const link = el("a", { href: edit(file), title: file }, name), about = { title: `copy ${name} into this project, to change it` };

@@ -24,3 +24,11 @@ export const start = async (wanted) => {
   const { run } = await post("start", wanted);
   location.assign(`run?run=${encodeURIComponent(run)}`);
 };
+
+/** Address of the editor of a file. @param {string} file */
+export const edit = (file) => `edit?file=${encodeURIComponent(file)}`;
+
+/** Copies shipped content into the project, and opens the copy. @param {string} kind @param {string} name @param {(text: string) => void} tell */
+export const copy = async (kind, name, tell) => {
+  try { location.assign(edit((await post("copy", { kind, name })).file)); } catch (error) { tell(error.message); }
+};
