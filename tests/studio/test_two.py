@@ -98,6 +98,7 @@ class TestFirstView:
         arrives(browser, "document.querySelector('.differences')")
         assert text(browser, ".time").startswith("cut and one′, ")
         assert "R2′" in text(browser, "select[aria-label=robot]")
+        assert "second run" in text(browser, ".legend")
         assert "The run was killed" in text(browser, ".cut")
         browser.evaluate("dispatchEvent(new KeyboardEvent('keydown', { key: 'o' }))")
         arrives(browser, "document.querySelector('.notice:not([hidden])')")

@@ -42,7 +42,8 @@ export class Lanes {
       g.fillStyle = color("line");
       g.fillRect(Math.round(this.x(t)), AXIS - 4, 1, this.high);
       g.fillStyle = color("muted");
-      g.fillText(String(Number(t.toFixed(6))), Math.round(this.x(t)) + 3, 12);
+      const text = String(Number(t.toFixed(6))), x = Math.round(this.x(t)) + 3;
+      if (x + g.measureText(text).width < this.wide) g.fillText(text, x, 12);
     }
     for (const row of this.rows) {
       if (row.bars) this.bars(g, row);

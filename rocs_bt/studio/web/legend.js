@@ -14,7 +14,7 @@ export const MEANINGS = [
   { tint: "actor", short: "scripted", text: "what a script moves: doors, people, robots without an agent" },
   { tint: "good", short: "success", text: "success, and goals" },
   { tint: "bad", short: "failure", text: "failure, and nothing else" },
-  { tint: "twin", short: "", text: "the second run" },
+  { tint: "twin", short: "second run", text: "the second run" },
   { tint: "fresh", short: "", text: "changed just now" },
   { tint: "select", short: "", text: "selected" },
 ];

@@ -88,6 +88,7 @@ export class Timeline extends Lanes {
     const drawn = this.rows.flatMap((row) => [...row.bars ?? [], ...row.marks ?? []]);
     const tints = new Set(drawn.map(({ fill }) => fill));
     if (this.rows.some((row) => row.near)) tints.add("margin").add("latched");
+    if (this.run.other) tints.add("twin");
     this.legend.replaceChildren(legend(tints, () => this.onlegend()));
     const wanted = this.rows.filter(({ kind }) => kind !== "inner").reduce((sum, row) => sum + GAP + row.least * (row.curve ? 1.5 : 1), AXIS);
     document.getElementById("app").style.setProperty("--time", `${Math.ceil(wanted) + 30 + (this.run.of(agent, "compare").length ? 2 * CURVE : 0)}px`);
