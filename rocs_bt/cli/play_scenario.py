@@ -175,4 +175,4 @@ class _Replacements:
     def emit(self, event: Event) -> None:
         """Print a RulesReplaced event."""
         if isinstance(event, RulesReplaced):
-            echo(f"{event.t:.2f} s, {event.agent}: {event.rules}: {event.detail}", err=True)
+            echo(f"{event.t:.2f} s, {event.agent}: {event.sentence}", err=True)

@@ -58,6 +58,16 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
     before: Mapping[str, str] = {}
     texts: Mapping[str, str] = {}
 
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.rules}: {self.detail}"
+
+    @property
+    def level(self) -> Level:
+        """Importance of the sentence."""
+        return Level.INFO if self.accepted else Level.WARNING
+
 
 class NodeTicked(Event, frozen=True, kw_only=True):
     """A node of the mission's tree changed its status, or the mission waits in it and what it waits for changed.

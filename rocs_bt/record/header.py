@@ -328,6 +328,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         swaps: Replacements of subtrees of missions that the run was asked for, ordered by time.
         start: Time of the first period [s].
         simulated: Whether the world was simulated. If not, poses are the robots' own estimates.
+        commands: Commands of a person that the run takes, such as `pause`; none without a source of commands.
     """
 
     scenario: str
@@ -347,6 +348,7 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
     swaps: tuple[SubtreeSwap, ...] = ()
     start: float = 0.0
     simulated: bool = True
+    commands: tuple[str, ...] = ()
 
     def check(self) -> None:
         """Check what types do not say: numbers within the limits of a run, and signals that can be declared.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from msgspec.structs import replace
@@ -18,16 +18,35 @@ from .episode import Stage
 from .swaps import SwapSchedule
 
 
+def taken_commands(lockstep: bool, hardware: bool, full: bool) -> tuple[str, ...]:
+    """Kinds of commands that a run takes.
+
+    Args:
+        lockstep: Whether time stops while the run is paused.
+        hardware: Whether the robots are real: then only a person at the robots lets them go on.
+        full: Whether more than a pause is allowed on hardware.
+    """
+    if hardware:
+        return ("pause", "swap", "reload") if full else ("pause",)
+    return ("pause", "continue", *(["step"] if lockstep else []), "swap", "reload")
+
+
+_REFUSALS = {
+    "continue": "robots on hardware go on only when a person presses Enter at the terminal of the run.",
+    "step": "only a run in lockstep mode goes on for one control period.",
+}
+
+
 class CommandDesk:
     """Applies the commands of a person to a run, and records each of them as a `RunControlled` event.
 
     Args:
         control: Source of the commands; None for a run without.
+        taken: Kinds of commands that are not refused.
         swaps: Swaps of the run, which get those of the commands.
         rules: Rule files of the agents.
         sink: Sink of the events.
         stage: Stage of the run, which pauses and continues in its way.
-        only_pause: Whether every other command is refused.
 
     Attributes:
         paused: Whether the run is paused by a command.
@@ -36,20 +55,19 @@ class CommandDesk:
     def __init__(
         self,
         control: Control | None,
+        taken: Sequence[str],
         swaps: SwapSchedule,
         rules: RuleWatch,
         sink: EventSink,
         stage: Stage,
-        *,
-        only_pause: bool = False,
     ) -> None:
         self.paused = False
         self._control = control
+        self._taken = taken
         self._swaps = swaps
         self._rules = rules
         self._sink = sink
         self._stage = stage
-        self._only_pause = only_pause
         self._stepping = False
 
     def period(self, ended: Callable[[], str]) -> None:
@@ -91,8 +109,9 @@ class CommandDesk:
         Raises:
             InputError: The command is not possible; nothing has changed.
         """
-        if self._only_pause and command.kind != "pause":
-            raise InputError(f"'{command.kind}' on hardware needs rocs-bt drive --control.")
+        if command.kind not in self._taken:
+            needs = f"'{command.kind}' on hardware needs rocs-bt drive --control."
+            raise InputError(_REFUSALS.get(command.kind, needs))
         match command.kind:
             case "pause":
                 self._stage.pause(command.by)
@@ -101,8 +120,6 @@ class CommandDesk:
                 self._stage.resume(command.by)
                 self.paused = False
             case "step":
-                if not self._stage.time_stops:
-                    raise InputError("only a run in lockstep mode goes on for one control period.")
                 self.paused = self._stepping = True
             case "swap":
                 node = f"{command.agent}:{command.node}" if command.agent else command.node

@@ -103,11 +103,7 @@ class Stage(Protocol):
         ...
 
     def resume(self, by: str) -> None:
-        """End a pause.
-
-        Raises:
-            InputError: No command ends a pause of this stage.
-        """
+        """End a pause, on a stage where a command ends it."""
         ...
 
 

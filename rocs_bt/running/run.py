@@ -18,7 +18,7 @@ from ..record import TRUTH, RunHeader, Summary, write_report
 from ..simulation import on_hardware
 from ..simulation.simulated_world import SimulatedWorld
 from .build_agents import worldless_agents
-from .control import CommandDesk
+from .control import CommandDesk, taken_commands
 from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
 from .header import plain_header, run_command, with_scenery, without_world
@@ -216,14 +216,16 @@ class Run:
         stage, options, lockstep = self.stage, self.options, self.stage.time_stops
         watch = stage.observers(self._stack, options) if isinstance(stage, SimulatedStage) else lambda t: True
         ready = stage.ready(self._ended)
-        self.header = replace(self.header, start=stage.start)
+        taken = (
+            taken_commands(lockstep, self._on_hardware, options.full_control) if options.commands is not None else ()
+        )
+        self.header = replace(self.header, start=stage.start, commands=taken)
         self._begin()
         heard = [*([] if options.live is None else [options.live]), *options.sinks]
         record = self._record = RunRecord(self.header, self._files.recorder, heard, batched=lockstep)
         self._stack.callback(record.flush)
         self._memory.start(f"{self.spec.name}-{options.seed}", patient=lockstep)
-        only_pause = self._on_hardware and not options.full_control
-        desk = CommandDesk(options.commands, self._swaps, self._rules, self._relay, stage, only_pause=only_pause)
+        desk = CommandDesk(options.commands, taken, self._swaps, self._rules, self._relay, stage)
 
         def between(t: float) -> bool:
             if lockstep:  # else a thread watches the rule files, so that control never waits for a file

@@ -14,6 +14,8 @@ const ask = (title, label, fields, act) => {
   const box = dialog(title, el("form", { class: "ask", onsubmit: submit }, ...rows, el("div", { class: "acts" }, el("button", { class: "main" }, label))));
 };
 
+const WAITING = "waiting for go"; // end of the reason of a pause on hardware
+
 export class Control {
   constructor(run, cursor) {
     this.run = run;
@@ -31,22 +33,32 @@ export class Control {
     this.update();
   }
 
-  /** Whether the run waits for a command. */
-  get paused() { return ["pause", "step"].includes(this.run.get("", "control")?.v.at(-1)); }
+  /** Whether the run takes a kind of command. */
+  takes(kind) { return Boolean(this.run.going && this.run.control && this.run.header.commands?.includes(kind)); }
+
+  /** Whether the next command of the button lets the run go on. */
+  get paused() { return this.takes("continue") && ["pause", "step"].includes(this.run.get("", "control")?.v.at(-1)); }
+
+  /** Whether robots on hardware wait in neutral for a person at their terminal. */
+  get waits() {
+    const waiting = (agent) => this.run.of(agent, "hold").some((hold) => hold.v.at(-1)?.includes(WAITING));
+    return !this.takes("continue") && this.run.agents.some(waiting);
+  }
 
   rules() { return this.run.info(this.cursor.agent)?.rules ?? []; }
 
   update() {
-    const { run } = this, heard = Boolean(run.going && run.control), simulated = run.header.simulated ?? true;
-    put(this.pause, this.paused && simulated ? "▶ continue" : "❚❚ pause");
-    for (const button of [this.pause, this.swap, this.reload, this.stop]) button.hidden = !heard;
-    this.step.hidden = !heard || !simulated || run.header.mode === "threaded";
-    this.stop.hidden ||= !runName;
+    const { run, waits } = this, heard = Boolean(run.going && run.control);
+    put(this.pause, waits ? "paused" : this.paused ? "▶ continue" : "❚❚ pause");
+    if (waits !== this.pause.disabled) put(this.notice, waits ? "press Enter at the robot's terminal" : "");
+    this.pause.disabled = waits;
+    for (const kind of ["pause", "step", "swap", "reload"]) this[kind].hidden = !this.takes(kind);
+    this.stop.hidden = !heard || !runName;
     this.again.hidden = !runName;
     this.box.hidden = this.again.hidden && !heard;
   }
 
-  toggle() { return this.send({ kind: this.paused && (this.run.header.simulated ?? true) ? "continue" : "pause" }); }
+  toggle() { return this.send({ kind: this.paused ? "continue" : "pause" }); }
 
   send(...commands) { for (const command of commands) this.try(post("control", command)); }
 
@@ -71,7 +83,7 @@ export class Control {
 
   /** Keys with their texts. */
   keys() {
-    const press = (button, act) => () => { if (!button.hidden && !this.box.hidden) act(); };
+    const press = (button, act) => () => { if (!button.hidden && !button.disabled && !this.box.hidden) act(); };
     return [
       { key: "p", keys: ["p"], text: "pause or continue a run that goes on", act: press(this.pause, () => this.toggle()) },
       { key: "x", keys: ["x"], text: "one control period of a run that goes on, then pause", act: press(this.step, () => this.step.click()) },

@@ -1,0 +1,108 @@
+"""Control of a run from its page, in a browser: pause on hardware, swap of a subtree, reload of a rule file."""
+
+import json
+import shutil
+
+import msgspec
+import pytest
+
+from rocs_bt.catalog import Catalog
+from rocs_bt.event import MotionHeld, MotionReleased
+from rocs_bt.studio.live import LivePage
+
+from .. import synthetic
+from ..waiting import until
+from .test_door import Studio, arrives
+from .test_page import click, faults, press, text
+from .test_page import until as shown
+
+pytestmark = pytest.mark.browser
+
+TREE = '<root BTCPP_format="4"><BehaviorTree ID="own"><Sleep name="%s" msec="900000"/></BehaviorTree></root>'
+SCENARIO = """base = "exp1"
+[[agent]]
+name = "R2"
+mission = "first"
+parameters = {}
+"""
+
+
+def buttons(browser):
+    """Texts of the buttons that control the run."""
+    script = "JSON.stringify([...document.querySelectorAll('.control button')].filter((b) => !b.hidden)"
+    return json.loads(browser.evaluate(f"{script}.map((b) => b.textContent))"))
+
+
+@pytest.mark.parametrize(("taken", "offered"), [(["pause"], []), (["pause", "swap", "reload"], ["swap …", "reload"])])
+def test_a_pause_on_hardware_lasts_until_the_robots_are_released_at_their_terminal(browser, taken, offered):
+    header = msgspec.structs.replace(synthetic.header(), simulated=False, commands=tuple(taken))
+    with LivePage() as page:
+        page.begin(header)
+        browser.open(page.url)
+        arrives(browser, "document.querySelector('.control') && !document.querySelector('.control').hidden")
+        assert buttons(browser) == ["❚❚ pause", *offered]
+        press(browser, "p")
+        assert [command.kind for command in until(page.take)] == ["pause"]
+        page.emit(MotionHeld(t=1.0, agent="R2", actuator="wheels", reason="paused by the page, waiting for go"))
+        shown(browser, "document.querySelector('.control button').disabled")
+        assert text(browser, ".control output") == "press Enter at the robot's terminal"
+        press(browser, "p")  # does nothing more
+        page.emit(MotionReleased(t=2.0, agent="R2", actuator="wheels", by="the terminal"))
+        shown(browser, "!document.querySelector('.control button').disabled")
+        assert text(browser, ".control output") == ""
+        assert page.take() == []
+        browser.open("about:blank")
+    assert faults(browser) == []
+
+
+@pytest.fixture
+def going(browser, tmp_path):
+    """A run in the studio, paused, and its project."""
+    for folder in ("planners/missions", "rules", "scenarios"):
+        (tmp_path / folder).mkdir(parents=True)
+    (tmp_path / "planners/missions/first.xml").write_text(TREE % "nap")
+    (tmp_path / "planners/missions/second.xml").write_text(TREE % "doze")
+    (tmp_path / "scenarios/mine.toml").write_text(SCENARIO)
+    shutil.copy(Catalog().find("rules", "avoid_collision").path, tmp_path / "rules")
+    with Studio(tmp_path) as studio:
+        name = studio.post("start", scenario="mine", duration=600)["run"]
+        browser.open(f"{studio.url}run?run={name}")
+        arrives(browser, "document.querySelector('.control') && !document.querySelector('.control').hidden")
+        press(browser, "p")
+        shown(browser, "document.querySelector('.control button').textContent.includes('continue')")
+        yield tmp_path
+        studio.post(f"stop?run={name}")
+        until(lambda: studio.state(name) == "over")
+    browser.open("about:blank")
+    assert faults(browser) == []
+
+
+def wait_for_log(browser, words):
+    shown(browser, f"document.querySelector('.log').innerText.includes({json.dumps(words)})")
+
+
+def test_a_subtree_is_swapped_by_the_dialog(browser, going):
+    browser.evaluate("[...document.querySelectorAll('.tree *')].find((e) => e.textContent.trim() === 'nap').click()")
+    for mission, answer in (("none", "refused: no mission is named 'none'"), ("second", "swap 'R2:nap' by second")):
+        click(browser, ".control button", "swap")
+        shown(browser, "document.querySelector('dialog[open] form')")
+        assert browser.evaluate("document.querySelector('dialog input').value") == "nap"
+        browser.evaluate(f"document.querySelectorAll('dialog input')[1].value = {mission!r}")
+        browser.evaluate("document.querySelector('dialog form').requestSubmit()")
+        shown(browser, "!document.querySelector('dialog')")
+        wait_for_log(browser, answer)
+    browser.evaluate("document.querySelector('.head').click()")
+    click(browser, ".control button", "▶ continue")
+    shown(browser, "[...document.querySelectorAll('.tree *')].some((e) => e.textContent.trim() === 'doze')")
+
+
+def test_a_rule_file_with_a_fault_is_refused_with_its_place_and_the_old_rules_stay(browser, going):
+    rules = going / "rules" / "avoid_collision.toml"
+    before = rules.read_text()
+    rules.write_text(before.replace("min(front)", "min(frond)"))
+    click(browser, ".control button", "reload")
+    wait_for_log(browser, "no signal or alias is named 'frond'")
+    wait_for_log(browser, "the old rules stay active")
+    rules.write_text(before + "# the same\n")
+    click(browser, ".control button", "reload")
+    wait_for_log(browser, "avoid_collision: active rules (")
