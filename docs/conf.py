@@ -28,6 +28,7 @@ html_title = f"rocs_bt {version}"
 html_static_path: list[str] = []
 html_show_sourcelink = False
 html_copy_source = False
+html_use_index = False  # 0.4 MB of names; the search finds them
 
 myst_enable_extensions = ["colon_fence", "deflist"]
 myst_heading_anchors = 4

@@ -22,6 +22,23 @@ def files(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+def test_shipped_content_is_copied_and_passes_the_check(rocs_bt, project):
+    shipped = {
+        "scenario": "exp1",
+        "mission": "navigate",
+        "rules": "avoid_collision",
+        "robot": "jackal",
+        "planner": "tree",
+    }
+    for kind, name in shipped.items():
+        told = rocs_bt("new", name, "--kind", kind, "--copy")
+        assert (told.code, f"it hides the shipped {kind} '{name}'" in told.out) == (0, True)
+        assert rocs_bt("new", name, "--kind", kind, "--copy").code == 2
+    assert rocs_bt("check", "--strict").code == 0
+    for wrong in (["--copy"], ["--copy", "--kind", "mission", "--python"]):
+        assert "--copy needs --kind alone" in rocs_bt("new", "exp1", *wrong).err
+
+
 def test_a_file_of_each_kind_is_added_and_all_together_run(rocs_bt, project):
     told = {kind: rocs_bt("new", f"my_{kind}", "--kind", kind) for kind in KINDS}
     assert {kind: t.code for kind, t in told.items()} == dict.fromkeys(KINDS, 0)

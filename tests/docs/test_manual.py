@@ -70,7 +70,7 @@ def page_of(path: Path) -> Page:
 
 
 def test_the_site_has_every_page(site):
-    for name in (*PAGES, "index", "search", "genindex"):
+    for name in (*PAGES, "index", "search"):
         assert (site / f"{name}.html").is_file(), name
 
 

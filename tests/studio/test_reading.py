@@ -322,6 +322,21 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     assert faults(browser) == []
 
 
+def test_two_runs_open_at_the_failure_of_the_second_if_the_first_succeeded(browser, recording, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", recording.header)
+    for event in recording.events():
+        if not isinstance(event, OutcomeDecided) and event.t < 5.0:
+            recorder.emit(event)
+    recorder.emit(OutcomeDecided(t=5.0, agent="R2", outcome="collision", reason="it ran into box"))
+    recorder.close()
+    second = Recording.open(recorder.path)
+    for one, other, title in ((recording, second, "R2′: collision"), (second, recording, "R2: collision")):
+        write_report(one, one.summary, tmp_path / "both.html", other)
+        show(browser, tmp_path / "both.html")
+        assert text(browser, ".inspector h3") == title
+    assert faults(browser) == []
+
+
 def test_knowledge_at_the_cursor_marks_what_is_new_changed_and_removed(browser, tmp_path):
     from rocs_bt.knowledge import SCHEMA
     from rocs_bt.knowledge.history import ChangeLog, State, Stretch

@@ -54,7 +54,7 @@ export class Control {
     this.pause.disabled = waits;
     for (const kind of ["pause", "step", "swap", "reload"]) this[kind].hidden = !this.takes(kind);
     this.stop.hidden = !heard || !runName;
-    this.again.hidden = !runName;
+    this.again.hidden = !runName || Boolean(run.other);
     this.box.hidden = this.again.hidden && !heard;
   }
 

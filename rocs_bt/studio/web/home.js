@@ -84,7 +84,7 @@ class Runs {
     [...this.list.querySelectorAll("a, input")].find((e) => (at ? e.getAttribute("href") === at : label && e.getAttribute("aria-label") === label))?.focus();
     this.bar.hidden = !one;
     this.bar.replaceChildren(
-      two ? el("a", { class: "button main", href: pageOf(one, two) }, `compare ${one} and ${two}`) : `Select the run to compare with ${one}.`,
+      two ? el("a", { class: "main", href: pageOf(one, two) }, `compare ${one} and ${two}`) : `Select the run to compare with ${one}.`,
       el("button", { onclick: () => { this.picked = []; this.show(); } }, "cancel"),
     );
   }

@@ -12,6 +12,9 @@ export const isSecond = (agent) => agent.endsWith(MARK);
 /** Adds the tracks, robots and log of a second run to a run. */
 const join = (run, other) => {
   const mark = (name) => (name ? name + MARK : name), renamed = (list = []) => list.map((each) => ({ ...each, name: mark(each.name) }));
+  const failed = (each) => each.agents.some((agent) => (each.outcome(agent)?.outcome ?? "success") !== "success");
+  const moments = other.decisive.map((each) => ({ ...each, address: each.address.replace("|", `${MARK}|`) }));
+  run.decisive = failed(other) && !failed(run) ? [...moments, ...run.decisive] : [...run.decisive, ...moments];
   for (const { agent, topic, name, t, v, width, ray } of other.tracks.values()) run.add(new Track(`${mark(agent)}|${topic}|${name}`, t, v, width, ray));
   const { agents, bodies } = run.header, { header } = other;
   run.header = { ...run.header, agents: [...agents, ...renamed(header.agents)], bodies: [...bodies, ...renamed(header.bodies)] };
