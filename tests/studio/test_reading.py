@@ -185,7 +185,9 @@ def recorded(tmp_path):
     return report
 
 
-def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(browser, recorded):
+@pytest.mark.parametrize("width", [1366, 640])
+def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(browser, recorded, width):
+    resize(browser, width, width * 9 // 16)  # of a telephone that is turned, so that the tree is below the screen
     groups = [f"root/g{i}" for i in range(20)]
     nodes = [TreeNode(path="root", type="Sequence", children=tuple(groups))]
     for group in groups:
@@ -212,6 +214,10 @@ def test_of_a_large_mission_only_the_running_path_and_the_failing_leaf_are_open(
     groups = [f"g{i}" for i in range(20)]
     assert each(browser, shown) == ["root", *groups[:8], *(f"leaf{k}" for k in range(5)), *groups[8:]]
     assert text(browser, ".inspector h3") == "leaf4"
+    inside = "((at, of) => at.top >= of.top - 1 && at.bottom <= of.bottom + 1)"
+    rect = "document.querySelector('{}').getBoundingClientRect()"
+    assert browser.evaluate(f"{inside}({rect.format('.tree .selected')}, {rect.format('.tree')})")
+    assert browser.evaluate("scrollY") == 0
     assert each(browser, ".tree .path b") == ["root", "g7", "leaf4"]
     assert "goal garden" in text(browser, ".tree .selected")
     assert "garden" in text(browser, ".board")

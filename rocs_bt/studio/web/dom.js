@@ -38,6 +38,12 @@ export const put = (element, text) => {
   element.textContent = text;
 };
 
+/** Scrolls a list, and not the page around it, so that an item is in view. */
+export const reveal = (list, item) => {
+  const { top, bottom } = list.getBoundingClientRect(), at = item.getBoundingClientRect();
+  list.scrollTop += at.top < top ? at.top - top : Math.max(0, at.bottom - bottom);
+};
+
 let palette = new Map();
 export const dark = matchMedia("(prefers-color-scheme: dark)");
 dark.addEventListener("change", () => { palette = new Map(); });

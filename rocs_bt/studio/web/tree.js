@@ -1,6 +1,6 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
-import { color, el, prepare, put, short, shown } from "./dom.js";
+import { color, el, prepare, put, reveal, short, shown } from "./dom.js";
 import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
@@ -155,7 +155,7 @@ export class MissionTree {
     this.board.update();
     this.draw();
     const runs = this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item;
-    if (runs !== this.runs) runs?.scrollIntoView({ block: "nearest" });
+    if (runs && runs !== this.runs) reveal(this.list, runs);
     this.runs = runs;
   }
 
@@ -191,7 +191,7 @@ export class MissionTree {
     }
     this.update();
     this.fold();
-    row?.item.scrollIntoView({ block: "nearest" });
+    if (row) reveal(this.list, row.item);
   }
 
   key(event) {
