@@ -105,7 +105,7 @@ class Pipeline:
         self._normal: deque[Ticket] = deque()
         self._queues = {Priority.HIGH: self._high, Priority.NORMAL: self._normal}
         self._count = 0
-        self._held = False
+        self._held, self._holder = False, ""
         self._preempted: list[Ticket] = []  # NORMAL tickets cancelled by reflexes that are still active
         self._woken = False
         self._latency = latency
@@ -244,10 +244,10 @@ class Pipeline:
             ticket.failure = failure
             return self._end(ticket, TicketState.FAILED, ticket.by)
 
-    def hold(self, held: bool) -> None:
-        """Hold NORMAL tickets back, while a reflex is active, or release them."""
+    def hold(self, held: bool, by: str = "") -> None:
+        """Hold NORMAL tickets back, while a reflex of a rule is active, or release them."""
         with self._lock:
-            self._held = held
+            self._held, self._holder = held, by
             if not held:
                 self._preempted.clear()
 
@@ -255,6 +255,11 @@ class Pipeline:
     def held(self) -> bool:
         """Whether NORMAL tickets are held back."""
         return self._held
+
+    @property
+    def holder(self) -> str:
+        """Rule that holds NORMAL tickets back; empty if none does."""
+        return self._holder
 
     @property
     def blocked(self) -> bool:

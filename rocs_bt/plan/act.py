@@ -130,7 +130,7 @@ class Act(Leaf):
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"
             return self._fail(Failure(Reason.STUCK, evidence + (f" ({reading})" if reading else "")))
         if self.mission.pipeline.held:
-            self.feedback_message = f"{ticket.action.name} waits for {cause}"
+            self.feedback_message = f"{ticket.action.name} waits for {self.mission.pipeline.holder or cause}"
             return Status.RUNNING
         self._submit(ticket.action)
         self.replans += 1

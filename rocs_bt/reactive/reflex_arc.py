@@ -210,7 +210,7 @@ class ReflexArc:
 
     def _start(self, reflex: Reflex) -> None:
         """Make a reflex the active one, possibly in place of another."""
-        self._pipeline.hold(True)
+        self._pipeline.hold(True, reflex.rule)
         self._waiting.discard(reflex.rule)
         self.activations[reflex.rule] += 1
         self._slot = self._fire(reflex, "fired")

@@ -50,13 +50,15 @@ class Clues:
             return ""
         values = {name: value for name in read if (value := self._values(agent, name, t))}
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
+        first = "could not be evaluated" if invalid else "held"
+        lasts = [f"{guard.hold:.3g} s after its guard first {first}: for = {guard.hold:.3g} s"] if guard.hold else []
         if invalid:
-            return "; ".join(self._silent(self._agents[agent], invalid, t))
+            return "; ".join([*lasts, *self._silent(self._agents[agent], invalid, t)])
         units = {signal.name: signal.units for signal in self._agents[agent].signals}
         least = min((min(value) for name, value in values.items() if {*units[name]} == {"m"}), default=math.nan)
         limits = filter(None, [limit_text(guard, least)])
         nearest = self.nearest(agent, t, [_SECTORS[name] for name in values if name in _SECTORS])
-        return "; ".join([*limits, *([nearest] if nearest else [])])
+        return "; ".join([*lasts, *limits, *([nearest] if nearest else [])])
 
     def _values(self, agent: str, name: str, t: float) -> list[float]:
         curve = self._track(agent, "signal", name)

@@ -251,6 +251,7 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
         on_invalid: Policy while `when` is not known: `clear`, `trip` or `hold`.
         max_hold: Time after which `hold` becomes `trip` [s].
         limits: Limits of the range sensors with signals that the guard reads: value [m], and a sentence about it.
+        only_invalid: Whether `when` can never hold, so that only invalid signals make the rule act.
     """
 
     rule: str
@@ -271,6 +272,7 @@ class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
     on_invalid: str = "clear"
     max_hold: float = 0.0
     limits: tuple[tuple[float, str], ...] = ()
+    only_invalid: bool = False
 
 
 class SensorInfo(msgspec.Struct, frozen=True, kw_only=True):
@@ -366,6 +368,8 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
         for agent in self.agents:
             if bare := [guard.rule for guard in agent.guards if not 1 <= len(guard.sources) <= 2]:
                 raise ValueError(f"the guard of '{bare[0]}' has no condition")
+            if bare := [guard.rule for guard in agent.guards if len(guard.units) != len(guard.comparisons)]:
+                raise ValueError(f"the comparisons of '{bare[0]}' do not have one unit each")
             for declared in agent.signals:
                 if not declared.name:
                     raise ValueError(f"a signal of '{agent.name}' has no name")

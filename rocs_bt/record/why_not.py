@@ -6,6 +6,7 @@ The page gives the same answer (studio/web/why.js).
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..errors import InputError, unknown
@@ -14,9 +15,12 @@ from .clue import limit_text
 from .comparisons import Comparisons
 from .header import GuardInfo
 from .moment import SLACK, Moment
-from .states import GuardState
+from .states import GuardState, RuleState
 from .tracks import Tracks
 from .why_text import since
+
+ONLY_INVALID = "; it fires only when its signals are invalid"
+"""What is said of a guard that can never hold."""
 
 
 class Held(NamedTuple):
@@ -93,7 +97,7 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     if state is not None and state.active:
         return WhyNot(rule, "it fired, and its action is active")
     if state is not None and state.waits:
-        return WhyNot(rule, f"it is latched and waits for {(state.behind or 'another rule').rpartition('/')[2]}")
+        return WhyNot(rule, _waits(info.guards, rule, state))
     if moment.since("stopped") < t - SLACK:
         return WhyNot(rule, f"the agent was stopped{since(moment.since('stopped'), t)}")
     if tracks.get(agent, "guard", rule) is None:
@@ -103,7 +107,19 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
         return WhyNot(rule, "the values of its guard are not recorded")
     guard = next(guard for guard in info.guards if guard.rule == rule)
     held = tuple(_held(moment, guard, index) for index in found.held)
-    return WhyNot(rule, " and ".join(map(str, held)) or _back(guard, found, t), held)
+    because = " and ".join(map(str, held))
+    return WhyNot(
+        rule, f"{because}{ONLY_INVALID if guard.only_invalid else ''}" if held else _back(guard, found, t), held
+    )
+
+
+def _waits(guards: Sequence[GuardInfo], rule: str, state: RuleState) -> str:
+    """That a rule waits for another, and why."""
+    priority = {guard.rule: guard.priority for guard in guards}
+    above = priority.get(state.behind, -math.inf) > priority.get(rule, math.inf)
+    fired = "" if state.firing is None else f", fired last at t = {state.firing[0]:.2f} s,"
+    other = (state.behind or "another rule").rpartition("/")[2]
+    return f"it is latched{fired} and waits for {other}{', which has a higher priority' if above else ''}"
 
 
 def _held(moment: Moment, guard: GuardInfo, index: int) -> Held:
@@ -122,10 +138,11 @@ def _back(guard: GuardInfo, state: GuardState, t: float) -> str:
         return f"it acts in mode {modes} only, and the mode is '{state.mode}'"
     if state.since is None:
         return "nothing that it compares can make its guard true"
-    holds = "its guard cannot be evaluated, which counts as true," if state.blind else "its guard holds"
+    blind = "its guard cannot be evaluated, which counts as true"
     lasts, reasons = t - state.since, list[str]()
     if lasts < guard.hold:
-        reasons.append(f"{holds} since {max(lasts, 0.0):.2f} s of {guard.hold:.3g} s")
+        held = f"{max(lasts, 0.0):.2f} s of the {guard.hold:.3g} s that it must"
+        reasons.append(f"{f'{blind},' if state.blind else 'its guard has held'} for {held}")
     if state.ready is not None and state.ready > t:
         reasons.append(f"its cooldown ends in {state.ready - t:.2f} s")
-    return " and ".join(reasons) or holds.rstrip(",")
+    return " and ".join(reasons) or (blind if state.blind else "its guard holds")

@@ -19,7 +19,8 @@ from ..drivers.mujoco.body import hull_outline, outlines
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
-from ..reactive import Rule, RuleSet
+from ..reactive import OnInvalid, Rule, RuleSet
+from ..reactive.analysis.prover import Prover
 from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SensorInfo, SignalInfo, SubtreeSwap
 from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
@@ -208,6 +209,8 @@ def guard_info(rules: RuleSet, rule: Rule, environment: Environment) -> GuardInf
         modes=rule.modes,
         on_invalid=rule.on_invalid.value,
         max_hold=rule.max_hold,
+        only_invalid=rule.on_invalid is not OnInvalid.CLEAR
+        and Prover(environment, [rule.when.node]).decide(rule.when.node).never,
     )
 
 

@@ -112,6 +112,9 @@ def test_while_a_reflex_is_active_nothing_is_submitted(mind, goal):
     assert mind.rig.pipeline.queued() == ()
     assert leaf.status is Status.RUNNING
     assert leaf.feedback_message == "GoTo waits for rules/Flinch"
+    mind.rig.pipeline.hold(True, "rules/Blind")  # another rule took over
+    mind.run(20)
+    assert leaf.feedback_message == "GoTo waits for rules/Blind"
     assert mind.rig.wheels.speeds == [0.0, 0.0]
 
 

@@ -22,7 +22,7 @@ HULL = ((0.3, 0.2), (-0.3, 0.2), (-0.3, -0.2), (0.3, -0.2))
 GROUPS = {"front": 0, "left_gap": 90, "rear": 180, "right_gap": -90}  # [deg]
 
 
-def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), simulated=True):
+def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), simulated=True, hold=0.0):
     """Clue of a rule at 1 s that reads all given signals; values are written at 0 s and at 1 s."""
     infos = tuple(SignalInfo(name=name, size=len(values), units=("m",)) for name, values in signals)
     sensors = (
@@ -32,7 +32,7 @@ def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), si
     text = " + ".join(f"min({name})" for name, _ in signals)
     limits = ((0.1, "0.1 m is the minimum of the sensor 'sonar'"), (5.0, "5 m is the maximum of the sensor 'sonar'"))
     limits = limits if any(name != "goal" for name, _ in signals) else ()
-    guard = GuardInfo(rule="f/A", when=text, sources=(f"({text} < 1 m)",), limits=limits)
+    guard = GuardInfo(rule="f/A", when=text, sources=(f"({text} < 1 m)",), limits=limits, hold=hold)
     agent = AgentInfo(name="R", robot="r", mission="m", signals=infos, guards=(guard,), sensors=sensors)
     bodies = (BodyInfo(name="R", hull=HULL), *(BodyInfo(name=name, hull=HULL) for name, _ in others))
     tracks = Tracks(
@@ -51,6 +51,11 @@ def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), si
 
 
 NAN = math.nan
+
+
+@pytest.mark.parametrize(("value", "first"), [(0.3, "held"), (NAN, "could not be evaluated")])
+def test_a_guard_that_has_to_hold_for_a_time_says_so(value, first):
+    assert clue([("front", [value])], hold=0.9).startswith(f"0.9 s after its guard first {first}: for = 0.9 s")
 
 
 @pytest.mark.parametrize(

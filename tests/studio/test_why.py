@@ -4,6 +4,7 @@ import base64
 import random
 import re
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -23,7 +24,7 @@ from rocs_bt.event import (
 from rocs_bt.expression import evaluate, parse
 from rocs_bt.record import AgentInfo, GuardInfo, Recording, RunHeader, environment_of, samples
 from rocs_bt.record.recorder import Recorder
-from rocs_bt.record.states import GuardState
+from rocs_bt.record.states import GuardState, RuleState
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.record.why import Why
 from rocs_bt.record.why_not import why_not
@@ -151,9 +152,13 @@ SIDES = [
     ({"held": [0]}, (NAN, NAN, 0.0), "'y < 1 m' does not hold"),
     ({"held": [0]}, (INF, 1.0, 0.0), "'y < 1 m' does not hold (inf against 1 m)"),
     ({"mode": "drive"}, (), "it acts in mode 'dock' or 'park' only, and the mode is 'drive'"),
-    ({"since": 9.877}, (), "its guard holds since 0.12 s of 0.3 s"),
+    ({"since": 9.877}, (), "its guard has held for 0.12 s of the 0.3 s that it must"),
     ({"since": 9.0, "ready": 10.4}, (), "its cooldown ends in 0.40 s"),
-    ({"since": 9.9, "ready": 10.4}, (), "its guard holds since 0.10 s of 0.3 s and its cooldown ends in 0.40 s"),
+    (
+        {"since": 9.9, "ready": 10.4},
+        (),
+        "its guard has held for 0.10 s of the 0.3 s that it must and its cooldown ends in 0.40 s",
+    ),
     ({"since": 9.0}, (), "its guard holds"),
     ({"since": 9.0, "blind": True}, (), "its guard cannot be evaluated, which counts as true"),
     ({}, (), "nothing that it compares can make its guard true"),
@@ -162,6 +167,7 @@ SIDES = [
 GUARD = GuardInfo(
     rule="f/R",
     when="y < 1 m",
+    sources=("y < 1 m",),
     comparisons=("y < 1 m",),
     units=("m",),
     hold=0.3,
@@ -180,6 +186,54 @@ def test_what_keeps_a_rule_back_is_said_by_both_with_its_numbers(browser, state,
     tracks.steps("a", "guard", "f/R").put(1.0, GuardState(**state))
     if row:
         tracks.curve("a", "compare", "f/R\n0", 3).extend([1.0], np.array([row]))
+    both_say(browser, tracks, said)
+
+
+def test_only_blind_has_a_guard_that_can_never_hold(recorded):
+    guards = [guard for agent in recorded.header.agents for guard in agent.guards]
+    assert {guard.rule.rpartition("/")[2] for guard in guards if guard.only_invalid} == {"Blind"}
+    assert all(len(guard.units) == len(guard.comparisons) > 0 for guard in guards)
+
+
+def test_a_header_without_the_units_of_comparisons_is_refused():
+    agent = AgentInfo(name="a", robot="", mission="", guards=(msgspec.structs.replace(GUARD, units=()),))
+    with pytest.raises(ValueError, match="the comparisons of 'f/R' do not have one unit each"):
+        RunHeader(scenario="s", seed=0, agents=(agent,)).check()
+
+
+WAITS = [
+    (RuleState(waits=True, latched=True), 5, "it is latched and waits for another rule"),
+    (RuleState(waits=True, behind="f/S"), 5, "it is latched and waits for S"),
+    (RuleState(waits=True, behind="f/S"), 6, "it is latched and waits for S, which has a higher priority"),
+    (
+        RuleState(waits=True, behind="f/S", firing=(0.754, "fired", "")),
+        6,
+        "it is latched, fired last at t = 0.75 s, and waits for S, which has a higher priority",
+    ),
+]
+
+
+@pytest.mark.parametrize(("state", "above", "said"), WAITS)
+def test_a_rule_that_waits_says_for_which_and_why(browser, state, above, said):
+    guards = (msgspec.structs.replace(GUARD, priority=5), msgspec.structs.replace(GUARD, rule="f/S", priority=above))
+    tracks = Tracks(RunHeader(scenario="s", seed=0, agents=(AgentInfo(name="a", robot="", mission="", guards=guards),)))
+    tracks.end = 10.0
+    tracks.steps("a", "rule", "f/R").put(1.0, state)
+    both_say(browser, tracks, said)
+
+
+def test_a_guard_that_can_never_hold_says_that_only_invalid_signals_make_its_rule_fire(browser):
+    guards = (msgspec.structs.replace(GUARD, only_invalid=True),)
+    tracks = Tracks(RunHeader(scenario="s", seed=0, agents=(AgentInfo(name="a", robot="", mission="", guards=guards),)))
+    tracks.end = 10.0
+    tracks.steps("a", "guard", "f/R").put(1.0, GuardState(held=(0,)))
+    tracks.curve("a", "compare", "f/R\n0", 3).extend([1.0], np.array([(2.0, 1.0, 0.0)]))
+    said = "'y < 1 m' does not hold by 1 m (2 against 1 m); it fires only when its signals are invalid"
+    both_say(browser, tracks, said)
+
+
+def both_say(browser, tracks, said):
+    """The command line and the page answer alike to why a rule did not fire."""
     assert why_not(tracks, 10.0, "a", "f/R").because == said
     data = base64.b64encode(pack(tracks, {})).decode()
     ask = "then((r) => $why.whyNot(r, 'a', 'f/R', 10))"

@@ -125,7 +125,8 @@ class GoalLeaf(UsesRos[RosActionClient], Leaf):
         """Reason for which the goal must not be pursued now: a reflex or a held safety gate; empty if none."""
         if self.mission is None or not self.cancel_on_reflex:
             return ""
-        return "waits for a reflex" if self.mission.pipeline.held else self.held()
+        pipeline = self.mission.pipeline
+        return f"waits for {pipeline.holder or 'a reflex'}" if pipeline.held else self.held()
 
     def held(self) -> str:
         """Reason for which the safety gate holds the robot, such as an emergency stop; empty if it does not."""

@@ -108,8 +108,8 @@ export class Inspector {
     const locked = run.decisive.find((each) => each.text && each.address.startsWith(`${agent}|`));
     if (locked) evidence.push(row("from", locked.text, locked.address, locked.t));
     if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
-      const { because } = whyNot(run, agent, rule, at), active = run.get(agent, "rule", rule)?.at(at)?.active;
-      evidence.push(row(short(rule), active ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
+      const { because } = whyNot(run, agent, rule, at), state = run.get(agent, "rule", rule)?.at(at);
+      evidence.push(row(short(rule), state?.active || state?.waits ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
     }
     for (const { name, require, text, t: when } of results.requirements ?? []) {
       const mark = text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?", says = require === name ? "" : ` (${require})`;
@@ -140,29 +140,30 @@ export class Inspector {
   /** @returns {View} */
   rule(agent, name, t, track) {
     const { run } = this, state = track?.at(t), address = `${agent}|rule|${name}`, about = run.guards[agent]?.[name];
-    const fired = Array.from(track?.t ?? []).filter((_, i) => track.v[i].fired > (track.v[i - 1]?.fired ?? 0));
-    const before = fired.findLast((s) => s < t - 1e-3), after = fired.find((s) => s > t + 1e-3), { because } = whyNot(run, agent, name, t);
-    const next = [row("fired", fired.length === 1 ? "once" : fired.length ? `${fired.length} times` : "never")];
-    if (before !== undefined) next.push(row("previous", seconds(before), address, before));
-    if (after !== undefined) next.push(row("next", seconds(after), address, after));
+    const fired = track?.hits ?? [], again = fired.length - (track?.v.at(-1)?.fired ?? 0), times = (n) => (n === 1 ? "once" : `${n} times`);
+    const total = `${times(fired.length)}${again ? `, ${again} of them again while it was latched` : ""}`, { because } = whyNot(run, agent, name, t);
+    const next = [row("fired", fired.length ? total : "never")], around = [fired.findLast((s) => s < t - 1e-3), fired.find((s) => s > t + 1e-3)];
+    around.forEach((at, i) => { if (at !== undefined) next.push(row(["previous", "next"][i], seconds(at), address, at)); });
     const more = state?.reading ? [row("read", `${state.reading}, ${seconds(t - track.since(t))} ago`, address, track.since(t))] : [];
-    for (const [key, value] of Object.entries(about?.thresholds ?? {})) more.push(row(key, value));
-    for (const [key, value] of Object.entries(state?.parameters ?? {})) more.push(row(key, shown(value)));
+    for (const [key, value] of Object.entries({ ...about?.thresholds, ...state?.parameters })) more.push(row(key, shown(value)));
     if (about?.place) more.push(row("does", `${about.action}: ${about.doc}`), row("priority", about.priority), row("file", about.place));
     const active = run.of(agent, "ticket").map((ticket) => ticket.at(t)).find((ticket) => ticket?.state === "RUNNING" && ticket.by === name);
-    const waits = state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} did not fire: ${because}.`;
-    return { title: short(name), cause: active ? why(run, agent, t) : waits, evidence: this.guard(agent, name, t), next, more };
+    const still = state?.waits ? because.slice(3) : `did not fire: ${because}`;
+    const cause = active ? why(run, agent, t) : state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} ${still}.`;
+    return { title: short(name), cause, evidence: this.guard(agent, name, t), next, more };
   }
 
   /** The comparisons of a guard: whether each is true, both sides, and by how much. @returns {Row[]} */
   guard(agent, rule, t) {
-    const { run } = this, guard = run.guards[agent]?.[rule];
-    return (guard?.sides ?? []).map(({ name, text, unit }) => {
+    const { run } = this, guard = run.guards[agent]?.[rule], since = run.get(agent, "guard", rule)?.at(t)?.since;
+    const lasting = guard?.hold ? [row("for", `${three(guard.hold)} s${since === undefined ? "" : `: held for ${seconds(t - since)}`}`)] : [];
+    const sides = (guard?.sides ?? []).map(({ name, text, unit }) => {
       const track = run.get(agent, "compare", name), [left, right, holds] = track?.at(t) ?? [NaN, NaN, NaN], gap = Math.abs(left - right);
       const si = unit && ` ${unit}`, by = Number.isFinite(gap) ? `, by ${three(gap)}${si}` : "";
-      const sides = Number.isNaN(holds) ? "a value is not known" : `${shown(left)} against ${shown(right)}${si}${by}`;
-      return row(guard.when.includes(text) ? "when" : "until", `${Number.isNaN(holds) ? "?" : holds > 0 ? "✓" : "✗"} ${text}: ${sides}`, track?.address);
+      const values = Number.isNaN(holds) ? "a value is not known" : `${shown(left)} against ${shown(right)}${si}${by}`;
+      return row(guard.when.includes(text) ? "when" : "until", `${Number.isNaN(holds) ? "?" : holds > 0 ? "✓" : "✗"} ${text}: ${values}`, track?.address);
     });
+    return [...sides, ...lasting];
   }
 
   /** @returns {View} */
@@ -223,12 +224,10 @@ export class Inspector {
     if (track.topic === "signal") for (const rule of Object.keys(this.run.guards[agent] ?? {})) {
       for (const each of this.guard(agent, rule, t).filter(({ text }) => uses.test(text))) evidence.push({ ...each, label: short(rule) });
     }
-    if (track.width === 1) {
-      let low = 0, high = 0;
-      track.v.forEach((v, i) => { if (v < track.v[low]) low = i; if (v > track.v[high]) high = i; });
-      more.push(row("least", `${value(track.v[low])} at ${seconds(track.t[low])}`, track.address, track.t[low]));
-      more.push(row("greatest", `${value(track.v[high])} at ${seconds(track.t[high])}`, track.address, track.t[high]));
-    } else if (track.width) {
+    if (track.width === 1) track.range.forEach((found, i) => {
+      const at = track.t[Math.max(0, track.v.indexOf(found))];
+      more.push(row(["least", "greatest"][i], `${value(track.at(at))} at ${seconds(at)}`, track.address, at));
+    }); else if (track.width) {
       track.row(Math.max(0, upto(track.t, t) - 1)).slice(0, MANY).forEach((v, i) => more.push(row(`[${i}]`, value(v))));
     } else evidence.push(...this.nearby(track, t, shown));
     const now = track.at(t), known = now !== undefined && now !== null && !(track.width && Array.from(now).every(Number.isNaN));

@@ -44,7 +44,7 @@ export class Track {
   /** Times at which a node fails, a rule fires, or another thing changes. */
   get hits() {
     const { t, v, topic } = this;
-    const fired = (i) => v[i].fired > (v[i - 1]?.fired ?? 0), failed = (i) => v[i].state === "FAILED";
+    const fired = (i) => (v[i].firing?.[0] ?? v[i - 1]?.firing?.[0]) !== v[i - 1]?.firing?.[0], failed = (i) => v[i].state === "FAILED";
     const hit = { node: (i) => v[i] === "FAILURE", rule: fired, ticket: failed }[topic] ?? (() => true);
     return Array.from(t).filter((_, i) => hit(i));
   }

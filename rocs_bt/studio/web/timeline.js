@@ -127,8 +127,9 @@ export class Timeline extends Lanes {
     row.value = el("output");
     row.text = "";
     row.scales = row.curve ? [el("i"), el("i", { class: "limit" }), el("i")] : [];
+    const open = () => { if (row.address) this.cursor.select(this.track(row, this.cursor.t)); };
     row.node = el(
-      "div", { class: `label ${row.kind ?? ""}`, title: row.title ?? row.label, onclick: () => { if (row.address) this.cursor.select(row.address); } },
+      "div", { class: `label ${row.kind ?? ""}`, title: row.title ?? row.label, onclick: open },
       el("span", {}, row.label), row.value,
       row.pinned ? el("button", {
         class: "pin", title: "remove", "aria-label": `remove ${row.label}`,
@@ -212,22 +213,26 @@ export class Timeline extends Lanes {
 
   under(event) {
     const x = event.clientX - this.plot.getBoundingClientRect().left, y = event.clientY - this.canvas.getBoundingClientRect().top;
-    const t = this.time(x), row = this.rows.find((r) => y >= r.y && y < r.y + r.high + GAP), near = (5 / this.wide) * (this.to - this.from);
+    const t = this.time(x), row = this.rows.find((r) => y >= r.y && y < r.y + r.high + GAP), near = this.across(5);
     const bar = row?.bars?.find((b) => b.from <= t && t < b.to && b.address) ?? row?.marks?.find((m) => Math.abs(m.t - t) < near);
     return { x, y, t: bar?.t ?? t, row, bar };
   }
 
   /** Moves the cursor to the pointer; a press selects the row too. With shift, the axis moves. */
   point(event, press) {
-    if (this.drag) {
-      const by = (-event.movementX / this.wide) * (this.to - this.from);
-      this.window(this.from + by, this.to + by);
-      return;
-    }
-    const { t, row, bar } = this.under(event), address = bar?.address ?? row?.address;
-    if (press && address) this.cursor.select(address, t);
-    else this.cursor.move(t);
+    if (this.drag) return this.shift(-event.movementX);
+    const { t, row, bar } = this.under(event), address = bar?.address ?? this.track(row, t);
+    return press && address ? this.cursor.select(address, t) : this.cursor.move(t);
   }
+
+  /** What a row is about at a time: of an action the attempt that runs then, or the last one. */
+  track(row, t) { return row?.bars?.findLast((bar) => bar.from <= t && bar.address)?.address ?? row?.address; }
+
+  /** Moves the axis. @param {number} x [px] */
+  shift(x) { this.window(this.from + this.across(x), this.to + this.across(x)); }
+
+  /** Time that some pixels are long. */
+  across(x) { return (x / this.wide) * (this.to - this.from); }
 
   /** Shows time and value under the pointer. */
   read(event) {
@@ -241,16 +246,12 @@ export class Timeline extends Lanes {
   }
 
   wheel(event) {
-    const sideways = Math.abs(event.deltaX) > Math.abs(event.deltaY), span = this.to - this.from;
-    if (!sideways && !event.ctrlKey && !event.shiftKey && !event.altKey) return; // scrolls the rows
+    const sideways = Math.abs(event.deltaX) > Math.abs(event.deltaY);
+    if (!sideways && !event.ctrlKey && !event.shiftKey && !event.altKey) return undefined; // scrolls the rows
     event.preventDefault();
-    if (sideways && !event.ctrlKey && !event.shiftKey) {
-      const by = (event.deltaX / this.wide) * span;
-      this.window(this.from + by, this.to + by);
-      return;
-    }
+    if (sideways && !event.ctrlKey && !event.shiftKey) return this.shift(event.deltaX);
     const at = this.time(event.clientX - this.plot.getBoundingClientRect().left), factor = Math.exp((event.deltaY || event.deltaX) * 0.002);
-    this.window(at - (at - this.from) * factor, at + (this.to - at) * factor);
+    return this.window(at - (at - this.from) * factor, at + (this.to - at) * factor);
   }
 
   /** Arrows up and down select the next row. */

@@ -178,10 +178,11 @@ const back = (guard, { replaced, mode, since, blind, ready }, t) => {
   if (replaced) return "its rule file was replaced, and the new guard is not recorded";
   if (mode !== undefined) return `it acts in mode ${guard.modes.map((each) => `'${each}'`).join(" or ")} only, and the mode is '${mode}'`;
   if (since === undefined) return "nothing that it compares can make its guard true";
-  const holds = blind ? "its guard cannot be evaluated, which counts as true," : "its guard holds";
-  const hold = guard.hold ?? 0, reasons = t - since < hold ? [`${holds} since ${fixed(Math.max(t - since, 0), 2)} s of ${three(hold)} s`] : [];
+  const unknown = "its guard cannot be evaluated, which counts as true", hold = guard.hold ?? 0, reasons = [];
+  const held = `${blind ? `${unknown},` : "its guard has held"} for ${fixed(Math.max(t - since, 0), 2)} s`;
+  if (t - since < hold) reasons.push(`${held} of the ${three(hold)} s that it must`);
   if (ready > t) reasons.push(`its cooldown ends in ${fixed(ready - t, 2)} s`);
-  return reasons.join(" and ") || holds.replace(/,$/, "");
+  return reasons.join(" and ") || (blind ? unknown : "its guard holds");
 };
 
 /** Why a rule did not fire at a time: the reason, and the comparisons that held it back. */
@@ -190,7 +191,11 @@ export const whyNot = (run, agent, rule, t) => {
   const off = run.inactive[agent]?.[rule], guard = run.guards[agent]?.[rule], found = run.get(agent, "guard", rule)?.at(now);
   if (off) return { because: off.replace(/\.+$/, ""), held: [] };
   if (state?.active) return { because: "it fired, and its action is active", held: [] };
-  if (state?.waits) return { because: `it is latched and waits for ${last(state.behind || "another rule")}`, held: [] };
+  if (state?.waits) {
+    const above = run.guards[agent]?.[state.behind]?.priority > guard?.priority ? ", which has a higher priority" : "";
+    const fired = state.firing ? `, fired last at t = ${fixed(state.firing[0], 2)} s,` : "";
+    return { because: `it is latched${fired} and waits for ${last(state.behind || "another rule")}${above}`, held: [] };
+  }
   if (stopped < t - SLACK) return { because: `the agent was stopped${ago(stopped, t)}`, held: [] };
   if (!guard || !found) return { because: "the values of its guard are not recorded", held: [] };
   const held = (found.held ?? []).map((index) => {
@@ -203,5 +208,6 @@ export const whyNot = (run, agent, rule, t) => {
     const because = `'${text}' ${Number.isNaN(truth) ? "is not decided, because a value is not known" : is}`;
     return { name, text, left, right, unit, because };
   });
-  return { because: held.map((each) => each.because).join(" and ") || back(guard, found, t), held };
+  const because = held.map((each) => each.because).join(" and "), only = guard.only_invalid ? "; it fires only when its signals are invalid" : "";
+  return { because: because ? because + only : back(guard, found, t), held };
 };
