@@ -200,3 +200,18 @@ def browser(tmp_path_factory):
     browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
     yield browser
     browser.close()
+
+
+@pytest.fixture(scope="session")
+def recording(tmp_path_factory):
+    """A recorded run like EXP1."""
+    from rocs_bt.record.recorder import Recorder
+    from rocs_bt.record.recording import Recording
+
+    from . import synthetic
+
+    recorder = Recorder(tmp_path_factory.mktemp("exp1") / "run.mcap", synthetic.header())
+    for event in synthetic.events():
+        recorder.emit(event)
+    recorder.close(synthetic.summary())
+    return Recording.open(recorder.path)

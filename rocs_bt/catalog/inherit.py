@@ -79,11 +79,6 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
     return merged
 
 
-def merged_data(own: dict[str, Any], base: dict[str, Any]) -> dict[str, Any]:
-    """Merge two documents without positions; `own` has precedence."""
-    return _merged(own, base, (), (), {}, {})
-
-
 def _merged(
     own: dict[str, Any], base: dict[str, Any], key: Key, target: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:

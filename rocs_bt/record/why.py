@@ -6,7 +6,7 @@ The page gives the same answer (studio/web/why.js).
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from ..event import RobotPushed, TicketChanged
 from ..words import counted
@@ -171,9 +171,3 @@ def explain(recording: Recording, t: float, agent: str | None = None) -> Why:
         InputError: Unknown agent, or a time outside the run.
     """
     return Why(Tracks.of_recording(recording), t, agent)
-
-
-def explain_each(recording: Recording, times: Sequence[float], agent: str | None = None) -> Iterator[Why]:
-    """Explanations of several times; see `explain`."""
-    tracks = Tracks.of_recording(recording)
-    return (Why(tracks, t, agent) for t in times)

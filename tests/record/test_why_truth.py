@@ -7,7 +7,8 @@ import pytest
 import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording
-from rocs_bt.record.why import explain_each
+from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.why import Why
 
 from .why_oracle import Oracle
 
@@ -27,9 +28,11 @@ def faults(recording: Recording, every: int) -> tuple[list[str], set[str]]:
     period = 1.0 / recording.header.rates["control"]
     end = max(e.t for e in recording.events())
     times = [k * period for k in range(0, int(end / period), every)] + [end]
+    tracks = Tracks.of_recording(recording)
     for info in recording.header.agents:
         oracle = Oracle(recording, info.name)
-        for why in explain_each(recording, times, info.name):
+        for t in times:
+            why = Why(tracks, t, info.name)
             answer = why.answer
             kinds.add(oracle.kind(why.t))
             found += [f"t = {why.t:.2f} s: {fault}: {answer}" for fault in oracle.check(why.t, period, answer)]
