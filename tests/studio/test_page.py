@@ -96,7 +96,7 @@ def test_text_has_sizes_of_the_scale_only_and_none_below_11_pixels():
     assert sorted(map(int, scale)) == [11, 13, 15]
     assert all(size.startswith(("var(--", "inherit")) for size in re.findall(r"\bfont(?:-size)?: ([^;}]*)", STYLE))
     for module in WEB.glob("*.js"):
-        assert all(int(size) >= 11 for size in re.findall(r"(\d+)px \$\{FONT\}", module.read_text("utf-8")))
+        assert all(int(size) >= 11 for size in re.findall(r"face\(g, (\d+)", module.read_text("utf-8")))
 
 
 def test_no_key_has_two_meanings():

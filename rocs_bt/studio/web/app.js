@@ -120,7 +120,8 @@ const open = (run) => {
   app.classList.toggle("flat", !bodies.length);
   app.classList.toggle("bare", !bodies.length && treeless);
   app.classList.toggle("still", !bodies.length && run.end <= run.start);
-  timeline.onwindow = (from, to) => transport.fit([from, to]);
+  timeline.onwindow = (from, to) => transport.frame(from, to);
+  timeline.onwindow(timeline.from, timeline.to);
   timeline.onlegend = () => table.find(({ key }) => key === "?").act(false);
   const fit = () => { arena.fit(); timeline.fit(); transport.fit(); tree.update(); };
   const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.draw(); })];

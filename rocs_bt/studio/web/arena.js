@@ -1,6 +1,6 @@
 // @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
-import { FONT, color, el, prepare, seconds, upto } from "./dom.js";
+import { color, el, face, prepare, seconds, upto } from "./dom.js";
 import { OwnMap, believed, rays } from "./scene.js";
 
 const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
@@ -46,7 +46,7 @@ export const names = (g, boxes, run, agent, t, at, size) => {
   for (const [name, point] of points) {
     const pose = run.pose(name, t), track = isDoor(run, name) && run.get(name, "actor"), state = track && track.at(t);
     g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
-    g.font = `${name === agent ? 600 : 400} 12px ${FONT}`;
+    face(g, 12, name === agent ? 600 : 400);
     const high = pose.z > HIGH ? `${name}, ${pose.z.toFixed(2)} m high` : name;
     write(g, boxes, state ? `${name}: ${state} since ${seconds(track.since(t))}` : high, point, size);
   }
@@ -162,7 +162,7 @@ export class Arena {
       g.stroke();
     }
     g.fillStyle = color("good");
-    g.font = `12px ${FONT}`;
+    face(g, 12);
     this.fixed = [];
     for (const { x, y, name, radius = 0, known = true } of places) {
       const r = Math.max(radius * this.scale, 4);
@@ -298,7 +298,7 @@ export class Arena {
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
   believed(g, boxes, t) {
     g.fillStyle = color("belief");
-    g.font = `11px ${FONT}`;
+    face(g, 11);
     for (const [node, at] of believed(this.run, this.cursor.agent, t)) {
       const x = this.x(at[0]), y = this.y(at[1]);
       g.beginPath();

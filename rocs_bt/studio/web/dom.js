@@ -31,6 +31,15 @@ export const arrows = (event, act) => {
   act(step);
 };
 
+/** @type {Map<object, () => void>} */
+const later = new Map();
+
+/** Does one thing for each owner after all panels have changed, so that the browser lays out the page once. */
+export const afterwards = (owner, act) => {
+  if (!later.size) setTimeout(() => { const acts = [...later.values()]; later.clear(); for (const each of acts) each(); });
+  later.set(owner, act);
+};
+
 /** Sets a text only if it differs: most rows stay as they are when the cursor moves. */
 export const put = (element, text) => {
   if (element.shown === text) return;
@@ -89,11 +98,17 @@ export const upto = (times, t) => {
 
 /** Prepares a canvas for drawing in CSS pixels, at the resolution of the screen; its size must be laid out. */
 export const prepare = (canvas, width, height) => {
-  const ratio = devicePixelRatio || 1, g = canvas.getContext("2d");
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
+  const ratio = devicePixelRatio || 1, g = canvas.getContext("2d"), size = [width, height].map((each) => Math.round(each * ratio));
+  if (canvas.width !== size[0] || canvas.height !== size[1]) { [canvas.width, canvas.height] = size; g.face = ""; }
   g.setTransform(ratio, 0, 0, ratio, 0, 0);
-  return g;
+  g.clearRect(0, 0, width + 1, height + 1);
+  return Object.assign(g, { globalAlpha: 1, lineWidth: 1, textAlign: "start" });
+};
+
+/** Sets the font of a canvas only if it differs: setting it makes the browser compute the styles of the page. */
+export const face = (g, size, weight = 400) => {
+  const font = `${weight} ${size}px ${FONT}`;
+  if (g.face !== font) g.font = g.face = font;
 };
 
 /** Opens a dialog; it closes with its button, with escape, or with a click beside it. */
@@ -107,4 +122,4 @@ export const dialog = (title, ...children) => {
   return box;
 };
 
-export const FONT = "system-ui, \"Segoe UI\", Roboto, \"DejaVu Sans\", sans-serif";
+const FONT = "system-ui, \"Segoe UI\", Roboto, \"DejaVu Sans\", sans-serif";

@@ -40,7 +40,7 @@ export class Fleet {
   doing(agent, t) {
     const { run } = this, rule = run.of(agent, "rule").find((each) => each.at(t)?.active);
     if (rule) return { text: short(rule.name), route: "reactive" };
-    const ticket = run.of(agent, "ticket").findLast((each) => each.at(t)?.state === "RUNNING");
+    const ticket = run.of(agent, "ticket").findLast((each) => each.t[0] <= t && each.at(t)?.state === "RUNNING");
     return ticket ? { text: ticket.at(t).action, route: "deliberative" } : { text: "–", route: "idle" };
   }
 

@@ -1,6 +1,6 @@
 // @ts-check
 // The knowledge at the cursor as a graph: the robot in the middle, the other nodes on rings by their distance to it.
-import { FONT, color, el, prepare, shown, upto } from "./dom.js";
+import { color, el, face, prepare, shown, upto } from "./dom.js";
 
 const DOT = 6, CROWD = 60; // [px]; number of nodes above which only names near the pointer or selected are written
 const FRESH = 1; // [s] for which a change is marked
@@ -52,7 +52,7 @@ export class Graph {
     const g = prepare(this.canvas, wide, high), crowd = this.nodes.size > CROWD, [, , ...path] = selected.split("|"), chosen = path.join("|").split("\n")[0];
     const known = (track) => (track.at(t) ?? null) !== null, fresh = (track) => t - track.since(t) < FRESH && track.since(t) > this.run.start + 0.1;
     this.at = ({ x, y }) => [wide / 2 + x * (wide / 2 - 90), high / 2 + y * (high / 2 - 34)];
-    g.font = `11px ${FONT}`;
+    face(g, 11);
     g.lineWidth = 1.2;
     for (const { track, from, to, relation } of this.edges) {
       if (!known(track)) continue;

@@ -107,9 +107,10 @@ export class Inspector {
     const { outcome, reason, time_to_goal: reached, t: at } = found, after = reached ? ` ${seconds(reached)} after the start` : "";
     const locked = run.decisive.find((each) => each.text && each.address.startsWith(`${agent}|`));
     if (locked) evidence.push(row("from", locked.text, locked.address, locked.t));
+    const felt = run.decisive.find(({ address }) => address === `${agent}|outcome|`)?.t ?? at; // of a collision, which need not end the run
     if (FELT.includes(outcome)) for (const rule of Object.keys(run.guards[agent] ?? {})) {
-      const { because } = whyNot(run, agent, rule, at), state = run.get(agent, "rule", rule)?.at(at);
-      evidence.push(row(short(rule), state?.active || state?.waits ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, at));
+      const { because } = whyNot(run, agent, rule, felt), state = run.get(agent, "rule", rule)?.at(felt);
+      evidence.push(row(short(rule), state?.active || state?.waits ? because : `did not fire: ${because}`, `${agent}|rule|${rule}`, felt));
     }
     for (const { name, require, text, t: when } of results.requirements ?? []) {
       const mark = text.startsWith("violated") ? "✗" : text.startsWith("satisfied") ? "✓" : "?", says = require === name ? "" : ` (${require})`;

@@ -1,6 +1,6 @@
 // @ts-check
 // Pictures of the rows over an axis of time: marks, bars, how near a guard is, and curves.
-import { FONT, color, put, shown, upto } from "./dom.js";
+import { color, face, put, shown, upto } from "./dom.js";
 import { tintOf } from "./legend.js";
 
 export const AXIS = 18; // [px] height of the axis
@@ -37,7 +37,7 @@ export class Lanes {
   draw(g) {
     const span = this.to - this.from, raw = span / (this.wide / 80), base = 10 ** Math.floor(Math.log10(raw));
     const tick = [1, 2, 5, 10].map((m) => m * base).find((step) => step >= raw);
-    g.font = `11px ${FONT}`;
+    face(g, 11);
     for (let t = Math.ceil(this.from / tick) * tick; t <= this.to; t += tick) {
       g.fillStyle = color("line");
       g.fillRect(Math.round(this.x(t)), AXIS - 4, 1, this.high);

@@ -1,6 +1,6 @@
 // @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
-import { el, put, seconds, shown, upto } from "./dom.js";
+import { afterwards, el, put, seconds, shown, upto } from "./dom.js";
 import { Graph } from "./graph.js";
 import { tintOf } from "./legend.js";
 import { isSecond } from "./second.js";
@@ -105,8 +105,8 @@ export class Log extends Panel {
     const item = this.items[here]?.head ?? this.items[here];
     this.list.querySelector(".here")?.classList.remove("here");
     item?.classList.add("here");
-    if (item) this.list.scrollTop = item.offsetTop - this.list.clientHeight * 0.6;
     this.here = here;
+    if (item) afterwards(this, () => { this.list.scrollTop = item.offsetTop - this.list.clientHeight * 0.6; });
   }
 }
 

@@ -1,7 +1,7 @@
 // @ts-check
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
 import { names, write } from "./arena.js";
-import { FONT, color, dark, el, prepare, upto } from "./dom.js";
+import { color, dark, el, face, prepare, upto } from "./dom.js";
 import { OwnMap, believed, rays } from "./scene.js";
 import { View3d, placed, times } from "./view3d.js";
 
@@ -114,7 +114,7 @@ export class Space {
   /** Writes names over the picture: of places and of bodies. */
   named() {
     const { run, cursor: { t, agent }, view, canvas: { clientWidth: wide, clientHeight: high } } = this, g = prepare(this.names, wide, high), boxes = [];
-    g.font = `12px ${FONT}`;
+    face(g, 12);
     for (const { x, y, name, known = true } of run.header.places ?? []) {
       g.fillStyle = color("good");
       if (known) write(g, boxes, name, view.seen([x, y, LIFT]), [wide, high]);

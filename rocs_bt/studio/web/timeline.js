@@ -197,7 +197,12 @@ export class Timeline extends Lanes {
     this.lay();
     this.canvas.style.height = `${this.high}px`;
     this.line.style.height = this.hover.style.height = `${this.high}px`;
-    this.draw(prepare(this.canvas, wide, this.high));
+    this.redraw();
+  }
+
+  redraw() {
+    if (!this.wide) return;
+    this.draw(prepare(this.canvas, this.wide, this.high));
     this.place();
   }
 
@@ -206,7 +211,7 @@ export class Timeline extends Lanes {
     const { start, end } = this.run, span = Math.min(Math.max(to - from, LEAST), Math.max(end - start, LEAST));
     this.from = exact(Math.max(start, Math.min(from, end - span)));
     this.to = exact(this.from + span);
-    this.fit();
+    this.redraw();
     this.onwindow(this.from, this.to);
     this.cursor.write();
   }

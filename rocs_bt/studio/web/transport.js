@@ -1,6 +1,6 @@
 // @ts-check
 // Play, steps, speed and clock, and the whole run as one bar with its marks.
-import { button, color, el, prepare, put, seconds } from "./dom.js";
+import { button, el, prepare, put, seconds } from "./dom.js";
 import { Lanes, marks } from "./lanes.js";
 
 const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
@@ -9,8 +9,6 @@ export class Transport {
   constructor(run, cursor) {
     this.run = run;
     this.cursor = cursor;
-    /** @type {number[] | null} */
-    this.window = null;
     this.lanes = new Lanes(run, cursor);
     this.clock = el("output", { class: "clock" });
     this.play = button("▶", "play or pause (space)", () => cursor.play());
@@ -20,10 +18,11 @@ export class Transport {
     );
     this.canvas = el("canvas");
     this.line = el("div", { class: "now" });
+    this.part = el("div", { class: "part", hidden: true });
     this.bar = el(
       "div",
       { class: "overview", role: "slider", tabindex: 0, "aria-label": "time", "aria-valuemin": run.start, "aria-valuemax": run.end },
-      this.canvas, this.line,
+      this.canvas, this.line, this.part,
     );
     const seek = (event) => {
       cursor.move(this.lanes.time(event.clientX - this.bar.getBoundingClientRect().left));
@@ -45,20 +44,23 @@ export class Transport {
     cursor.addEventListener("play", () => put(this.play, cursor.playing ? "❚❚" : "▶"));
   }
 
-  /** Draws the bar; `window` is the interval that the timeline shows. */
-  fit(window = this.window) {
+  /** Frames the interval that the timeline shows. @param {number} from @param {number} to */
+  frame(from, to) {
+    const { run, part } = this, span = Math.max(run.end - run.start, 1e-9);
+    part.hidden = to - from >= span - 1e-6;
+    part.style.left = `${(100 * (from - run.start)) / span}%`;
+    part.style.width = `${(100 * (to - from)) / span}%`;
+  }
+
+  /** Draws the bar. */
+  fit() {
     const { run, cursor } = this, wide = this.bar.clientWidth, span = Math.max(run.end - run.start, 1e-9);
-    this.window = window;
     if (!wide) return;
     const g = prepare(this.canvas, wide, HIGH), { lanes } = this;
     Object.assign(lanes, { wide, from: run.start, to: run.start + span });
     const bars = run.get(cursor.agent, "route")?.spans(run.end).map(({ from, to, value }) => ({ from, to, fill: value })) ?? [];
     lanes.bars(g, { y: 10, high: 16, bars });
     lanes.points(g, { y: 0, high: 10, marks: marks(run, cursor.agent) });
-    if (window && window[1] - window[0] < span - 1e-6) {
-      g.strokeStyle = color("ink");
-      g.strokeRect(lanes.x(window[0]) + 0.5, 9.5, lanes.x(window[1]) - lanes.x(window[0]) - 1, 17);
-    }
     this.bar.setAttribute("aria-valuemax", run.end.toFixed(2));
     this.place();
   }

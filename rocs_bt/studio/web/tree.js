@@ -1,6 +1,6 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
-import { color, el, prepare, put, reveal, short, shown } from "./dom.js";
+import { afterwards, color, el, prepare, put, reveal, short, shown } from "./dom.js";
 import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
@@ -155,13 +155,13 @@ export class MissionTree {
     this.board.update();
     this.draw();
     const runs = this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item;
-    if (runs && runs !== this.runs) reveal(this.list, runs);
+    if (runs && runs !== this.runs) afterwards(this, () => reveal(this.list, runs));
     this.runs = runs;
   }
 
   draw() {
-    const wide = this.map.clientWidth;
-    if (this.map.hidden || !wide) return;
+    const wide = this.map.hidden ? 0 : this.map.clientWidth; // asking for a width makes the browser lay out the page
+    if (!wide) return;
     const levels = 1 + Math.max(...this.rows.map((row) => row.depth)), high = Math.min(48, levels * 6), each = high / levels;
     if (this.size !== `${wide} ${high}`) {
       this.size = `${wide} ${high}`;
