@@ -64,7 +64,11 @@ def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, Agent
 def _tree_alone(entry: Entry, catalog: Catalog, options: MissionOptions) -> Iterator[Fault]:
     dialect = options.dialect or declared_dialect(entry, catalog)
     options = replace(options, dialect=dialect)
-    if catalog.code or not catalog.python_of(entry, dialect=dialect):
+    if refused := [] if catalog.code else catalog.python_of(entry, dialect=dialect):
+        names = ", ".join(sorted(f"{each.kind} '{each.name}'" for each in refused))
+        message = f"not judged, because it uses Python content, which --no-code refuses: {names}."
+        yield Fault(message, entry.path, hint="Check it without --no-code.", warning=True, note=True)
+    else:
         yield from check_xml(entry.path, catalog, options, lambda build, given: _alone(build, catalog, given))
 
 
