@@ -127,7 +127,9 @@ def checked_run(
         refused.callback(run.close)
         findings = check_run(run)
         findings.refuse()
-        if run.prepared:
+        if not on_hardware:  # else `conduct` opens the devices, when its signals are handled
+            if not run.prepared:
+                run.prepare()
             run.open()
         refused.pop_all()
     return run, findings
