@@ -161,7 +161,7 @@ class Episode:
         self._ended = ended
         self._wall = WallClock(running=False)
         self._wall_time = 0.0
-        self._verdicts: Mapping[str, Verdict] = {}
+        self._verdicts: dict[str, Verdict] = {}
 
     def run(self) -> Result:
         """Run until every agent has an outcome, the duration is over, or a signal ends the run.
@@ -184,13 +184,13 @@ class Episode:
         finally:
             self._wall_time = self._wall.now()
             self._stage.rest()
-        self._verdicts = self._finish()
+        self._finish()
         return self.result()
 
     def interrupt(self) -> None:
         """Give every agent the outcome of a run that a signal ended before the robots could start."""
         self._interrupt(self._ended())
-        self._verdicts = self._finish()
+        self._finish()
 
     def result(self) -> Result:
         """Result of the episode, also if `run` raised."""
@@ -204,6 +204,9 @@ class Episode:
         going = self._between(t)
         if why := self._ended() or ("" if going else CLOSED):
             self._interrupt(why)
+        for name, judge in self._judges.items():
+            if judge.decided and name not in self._verdicts:
+                self._announce(name, judge.verdict())
         return all(judge.decided for judge in self._judges.values()) or t >= self._end - 1e-9
 
     def _interrupt(self, why: str) -> None:
@@ -226,29 +229,31 @@ class Episode:
         for judge in self._judges.values():
             judge.fail(f"the run ended by an exception: {why}") if known else judge.interrupt(why)
         with suppress(Exception):  # a part that failed may be needed here too; the error itself is reported
-            self._verdicts = self._finish()
+            self._finish()
 
-    def _finish(self) -> dict[str, Verdict]:
-        """Stop the remaining agents and emit every agent's outcome; returns the verdicts by agent."""
-        verdicts = {}
+    def _finish(self) -> None:
+        """Stop the remaining agents, and emit the outcomes that are new."""
         for agent in self._agents:
             judge = self._judges[agent.name]
             if not judge.decided:
                 judge.running = agent.running
                 agent.stop(END)
             judge.check_failure(agent)
-            verdict = verdicts[agent.name] = judge.verdict()
-            self._sink.emit(
-                OutcomeDecided(
-                    t=self.t,
-                    agent=agent.name,
-                    outcome=verdict.outcome,
-                    reason=verdict.reason,
-                    time_to_goal=verdict.time_to_goal,
-                    fell=verdict.fell,
-                )
+            if (verdict := judge.verdict()) != self._verdicts.get(agent.name):
+                self._announce(agent.name, verdict)
+
+    def _announce(self, agent: str, verdict: Verdict) -> None:
+        self._verdicts[agent] = verdict
+        self._sink.emit(
+            OutcomeDecided(
+                t=self.t,
+                agent=agent,
+                outcome=verdict.outcome,
+                reason=verdict.reason,
+                time_to_goal=verdict.time_to_goal,
+                fell=verdict.fell,
             )
-        return verdicts
+        )
 
 
 def brake(agents: Sequence[EpisodeAgent]) -> None:

@@ -22,7 +22,7 @@ from ..simulation.pace import Pace
 from ..simulation.physics_thread import PhysicsThread
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
-from .episode import END, EpisodeAgent, brake
+from .episode import EpisodeAgent, brake
 from .options import Build, RunOptions
 
 _PAUSE = "pause of the run"  # source of the holds
@@ -242,7 +242,7 @@ class SimulatedStage:
             z=z,
             paused=self._paused,
         ):
-            agent.stop(END)
+            agent.stop(f"its outcome, {judge.verdict().outcome}")
 
 
 def simulated_agents(

@@ -17,6 +17,14 @@ const MANY = 24; // values of a signal that are listed
 const row = (label, text, address, t) => ({ label, text, address, t });
 const lasts = (track, t) => (t - track?.since(t) >= 0.01 ? ` for ${seconds(t - track.since(t))}` : "");
 
+/** Sets a sentence whose asides, in brackets after a space, are paler than the rest. */
+const stress = (element, text) => {
+  if (element.shown === text) return;
+  element.shown = text;
+  const parts = text.split(/( \((?:[^()]|\([^()]*\))*\))/);
+  element.replaceChildren(...parts.map((part, i) => (i % 2 ? el("span", {}, part) : part)));
+};
+
 export class Inspector {
   constructor(run, cursor) {
     this.run = run;
@@ -37,7 +45,7 @@ export class Inspector {
     const shape = [cause === "", evidence.length, next.length, ...rows.map(plain)].join();
     if (shape !== this.shape) this.build(shape, cause, evidence.length, next.length, rows.map(plain));
     put(this.title, title);
-    put(this.cause, cause);
+    stress(this.cause, cause);
     this.lines.forEach((line, i) => { line.row = rows[i]; put(line.firstChild, rows[i].label); put(line.lastChild, rows[i].text); });
   }
 
