@@ -7,7 +7,7 @@ import msgspec
 import pytest
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import MotionHeld, MotionReleased
+from rocs_bt.event import MotionHeld, MotionReleased, NodeTicked
 from rocs_bt.studio.live import LivePage
 
 from .. import synthetic
@@ -51,6 +51,24 @@ def test_a_pause_on_hardware_lasts_until_the_robots_are_released_at_their_termin
         shown(browser, "!document.querySelector('.control button').disabled")
         assert text(browser, ".control output") == ""
         assert page.take() == []
+        browser.open("about:blank")
+    assert faults(browser) == []
+
+
+def test_following_pauses_at_a_failure_that_comes_behind_the_head(browser):
+    with LivePage() as page:
+        page.begin(synthetic.header())
+        page.emit(NodeTicked(t=1.0, agent="R2", node="go to", status="RUNNING"))
+        page.emit(NodeTicked(t=1.2, agent="R2", node="", status="RUNNING"))
+        browser.open(page.url)
+        arrives(browser, "document.querySelector('.clock')?.textContent === '1.20 s'")
+        browser.evaluate("document.querySelector('.tree li').click()")
+        press(browser, "b")
+        shown(browser, "document.querySelector('.stops').textContent.includes('pauses at')")
+        browser.evaluate("document.querySelector('.head').click()")
+        page.emit(NodeTicked(t=1.1, agent="R2", node="go to", status="FAILURE"))
+        shown(browser, "document.querySelector('.clock').textContent === '1.10 s'")
+        assert browser.evaluate("document.querySelector('.head').classList.contains('on')") is False
         browser.open("about:blank")
     assert faults(browser) == []
 

@@ -278,7 +278,8 @@ true"""
 """Frames are drawn by the test, because those of the browser depend on the load of the machine."""
 
 
-def test_playing_pauses_when_a_node_with_a_stop_fails(browser, recorded):
+@pytest.mark.parametrize("frames", [[100, 300, 550, 9000], [9000], [399.95, 450, 9000], [399.999, 400.01, 9000], [400]])
+def test_playing_pauses_when_a_node_with_a_stop_fails_whichever_frames_are_drawn(browser, recorded, frames):
     agent = AgentInfo(name="R", robot="r", mission="m", nodes=(TreeNode(path="go", type="GoTo"),))
     header = RunHeader(scenario="s", seed=1, agents=(agent,), bodies=(BodyInfo(name="R", hull=()),))
     states = [(0.0, "RUNNING"), (0.4, "FAILURE"), (0.6, "RUNNING"), (9.0, "SUCCESS")]
@@ -291,7 +292,7 @@ def test_playing_pauses_when_a_node_with_a_stop_fails(browser, recorded):
     browser.evaluate(FRAMES)
     press(browser, " ")
     until(browser, "document.querySelector('[title^=play]').textContent !== '▶'")
-    browser.evaluate("for (const t of [100, 300, 550, 9000]) { const draw = next; next = null; if (draw) draw(t); }")
+    browser.evaluate(f"for (const t of {frames}) {{ const draw = next; next = null; if (draw) draw(t); }}")
     assert text(browser, ".clock") == "0.40 s"
     assert text(browser, "[title^=play]") == "▶"
     assert faults(browser) == []

@@ -20,6 +20,8 @@ export class Cursor extends EventTarget {
     this.follows = run.going && !now.has("t");
     /** @type {Set<string>} addresses of nodes and rules at whose failing or firing the page pauses */
     this.stops = new Set();
+    /** @type {Map<string, number>} how often it has happened at each of them while the page follows */
+    this.counted = new Map();
     this.agent = this.robot(now, wanted);
     this.t = this.limited(Number(now.get("t") ?? (this.follows ? run.end : moment.t)));
     onhashchange = () => this.read();
@@ -72,11 +74,22 @@ export class Cursor extends EventTarget {
   follow(on = true) {
     this.follows = on;
     this.say("follow");
+    this.news();
     if (on) this.lead();
   }
 
+  /** First time that is new at a stop; what has come until now is new no more. The head does not tell: events may come late. */
+  news() {
+    const fresh = [...this.stops].flatMap((address) => {
+      const hits = this.run.tracks.get(address)?.hits ?? [], count = this.counted.get(address) ?? hits.length;
+      this.counted.set(address, hits.length);
+      return hits.slice(count, count + 1);
+    });
+    return fresh.length ? Math.min(...fresh) : undefined;
+  }
+
   lead() {
-    const before = this.t, hit = this.stopped(before, this.run.end);
+    const hit = this.news();
     this.t = this.run.end;
     if (hit !== undefined) this.move(hit); else this.say("move");
   }
@@ -84,13 +97,15 @@ export class Cursor extends EventTarget {
   /** Sets or removes a stop: playing, and following a run that goes on, ends when this node fails or this rule fires. */
   stop(address) {
     if (!this.stops.delete(address)) this.stops.add(address);
+    this.counted.delete(address);
+    this.news();
     this.say("stops");
     this.say("move");
   }
 
-  /** First time after `from` and until `to` at which something with a stop happens; undefined if nothing does. */
+  /** First time after `from` and until `to` at which something with a stop happens; undefined if nothing does. Intervals that follow each other leave no gap. */
   stopped(from, to) {
-    const times = [...this.stops].flatMap((address) => this.run.tracks.get(address)?.hits.find((t) => t > from + 1e-4 && t <= to + 1e-6) ?? []);
+    const times = [...this.stops].flatMap((address) => this.run.tracks.get(address)?.hits.find((t) => t > from && t <= to) ?? []);
     return times.length ? Math.min(...times) : undefined;
   }
 
