@@ -16,6 +16,18 @@ def listed(names: Sequence[str]) -> str:
     return " and ".join([", ".join(quoted[:-1]), quoted[-1]] if len(quoted) > 1 else quoted)
 
 
+def failed_again(action: str, count: int, reason: str, since: str = "") -> str:
+    """Clause about the action of a rule that failed, perhaps many times.
+
+    Args:
+        action: Name of the action.
+        count: Number of its failures.
+        reason: Reason of the last failure.
+        since: Time of the first failure, such as ` since t = 1.30 s`.
+    """
+    return f"its action {action} failed {counted(count, 'time')}{since}: {reason}"
+
+
 def inactive_rule(rule: str, robots: Sequence[str], missing: Sequence[str]) -> str:
     """Sentence about a rule that is inactive on robots, because these lack signals that the rule requires.
 

@@ -130,7 +130,9 @@ class Flinch(AtomicAction):
             self._crept += abs(known) * body.period
         if speed and not known and not self.get_out:
             way = "ahead" if speed > 0.0 else "behind"
-            return Failure(Reason.BLOCKED, f"the ground {way} is neither seen to be free nor driven")
+            allowed = f"the parameter 'unknown' allows {self.unknown:g} m of such ground"
+            where = f"the ground {way}, to which its speed of {speed:.2g} m/s leads"
+            return Failure(Reason.BLOCKED, f"{where}, is neither seen to be free nor driven; {allowed}")
         speed = known
         now, sign = body.clock.now(), (speed > 0.0) - (speed < 0.0)
         if self._course is None or self._course.sign != sign:

@@ -24,6 +24,7 @@ from ..errors import InputError, interrupts
 from ..event import EventSink, RuleChanged, Value
 from ..pipeline import Pipeline, Priority, Ticket
 from ..raised import Raised, from_actuator
+from ..words import failed_again
 from .reactive_model import ReactiveModel, Reflex
 from .rule_model import RuleModel
 
@@ -94,6 +95,7 @@ class ReflexArc:
         self._planned: set[str] = set()  # rules that wait for something outside of the robot
         self._ranks: dict[str, int] = {}  # highest priority that each model in Python has requested
         self._again: Counter[str] = Counter()  # re-firings of each rule's present activation
+        self._failed: dict[str, tuple[int, Ticket | None]] = {}  # `_failures` of each rule, before its present action
         self._t = -math.inf
 
     @property
@@ -113,8 +115,20 @@ class ReflexArc:
         return rule in self._planned
 
     def reading(self, rule: str) -> str:
-        """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty if it never fired."""
-        return self._readings.get(rule, "")
+        """Guard values of a rule when it last fired, such as `min(front) = 0.21 m`; empty if it never fired.
+
+        The failures of its action follow, if there was more than one in its last activation.
+        """
+        text, (count, last) = self._readings.get(rule, ""), self._failures(rule)
+        if last is None or count < 2:
+            return text
+        return "; ".join(filter(None, [text, failed_again(last.action.name, count, str(last.failure))]))
+
+    def _failures(self, rule: str) -> tuple[int, Ticket | None]:
+        """Number of failures of a rule's action in its last activation, and the last failed ticket."""
+        (count, last), slot = self._failed.get(rule, (0, None)), self._slot
+        fails = slot is not None and slot.reflex.rule == rule and slot.ticket.failure is not None
+        return (count + 1, slot.ticket) if slot is not None and fails else (count, last)
 
     def run(self, x: NDArray[np.float64], t: float) -> None:
         """Evaluate all models on a new snapshot, then choose and update the active reflex.
@@ -212,11 +226,13 @@ class ReflexArc:
         """Make a reflex the active one, possibly in place of another."""
         self._pipeline.hold(True, reflex.rule)
         self._waiting.discard(reflex.rule)
+        self._failed.pop(reflex.rule, None)
         self.activations[reflex.rule] += 1
         self._slot = self._fire(reflex, "fired")
 
     def _end(self, reflex: Reflex) -> None:
         """Emit the end of a rule's activation."""
+        self._failed[reflex.rule] = self._failures(reflex.rule)
         self._emit(reflex, "ended", reading=False)
         del self._again[reflex.rule]
 
@@ -233,6 +249,7 @@ class ReflexArc:
             self._slot = self._stop(own)
             return
         if slot.ticket.state.done:
+            self._failed[own.rule] = self._failures(own.rule)
             self.refirings[own.rule] += 1
             self._again[own.rule] += 1
             self._slot = self._fire(own, "fired again")

@@ -14,8 +14,11 @@ from .states import Key
 from .track import Steps
 from .tracks import Tracks
 
-TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "event")
+TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
 """Topics of tracks from which the decisive moments are found."""
+
+AGAIN = 3
+"""Number of failures of a rule's action from which on they count as the cause."""
 
 _BEFORE = 0.01  # [s] before an outcome, when the nodes are not halted yet
 
@@ -61,6 +64,8 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
     for line in reversed(tracks.log):
         if line.agent == agent and line.level >= Level.ERROR and line.t <= t and line.about is not None:
             return Decisive(line.t, line.about)
+    if judged.outcome in ("timeout", "failed", "stuck") and (failing := _failing(tracks, agent, t)):
+        return failing
     mission = Mission(tracks, agent, t)
     leaf = mission.failed() or max((p for p in mission.nodes if mission.status(p) == "FAILURE"), key=len, default="")
     if leaf and mission.note(leaf):
@@ -75,6 +80,15 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
         )
         t = min(hits, default=t)
     return said or Decisive(max(tracks.header.start, t - _BEFORE), Key(agent, "outcome"))
+
+
+def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
+    """The first failure of the action of the rule that is active at a time, if it fails again and again."""
+    rules = (name for name, state in tracks.state(t, agent, "rule").items() if state.active)
+    found = ((rule, track.at(t)) for rule in rules if (track := tracks.get(agent, "failures", rule)) is not None)
+    return next(
+        (Decisive(f.first, Key(agent, "rule", rule), f.text) for rule, f in found if f and f.count >= AGAIN), None
+    )
 
 
 def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive | None:

@@ -18,6 +18,7 @@ from ..event import (
     RuleChanged,
     TicketChanged,
 )
+from ..words import failed_again
 from .actors import ActorMoved
 
 
@@ -100,6 +101,26 @@ class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
             reading=event.reading or self.reading,
             parameters=event.parameters or self.parameters,
         )
+
+
+class Failures(NamedTuple):
+    """Failures of a rule's action in one activation of the rule.
+
+    Attributes:
+        count: Number of failures so far.
+        first: Time of the first [s].
+        text: All of it in words.
+    """
+
+    count: int
+    first: float
+    text: str
+
+    @staticmethod
+    def after(before: Failures | None, event: TicketChanged) -> Failures:
+        """The failures after another one."""
+        count, first = (1, event.t) if before is None else (before.count + 1, before.first)
+        return Failures(count, first, failed_again(event.action, count, event.reason, f" since t = {first:.2f} s"))
 
 
 def _fired_last(rules: Mapping[str, RuleState]) -> str:

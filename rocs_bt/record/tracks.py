@@ -49,7 +49,7 @@ from .codec import KINDS
 from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
 from .recording import Recording
-from .states import Drive, Key, LogLine, RuleState, about
+from .states import Drive, Failures, Key, LogLine, RuleState, about
 from .track import Curve, Scans, Steps
 
 
@@ -379,6 +379,18 @@ def _failure(tracks: Tracks, event: TicketChanged | OutcomeDecided) -> None:
         tracks.steps(event.agent, "clue", name).put(event.t, found)
 
 
+def _failing(tracks: Tracks, event: TicketChanged) -> None:
+    if event.state == "FAILED" and event.priority == "HIGH":
+        track = tracks.steps(event.agent, "failures", event.by)
+        track.put(event.t, Failures.after(track.v[-1] if track.v else None, event))
+
+
+def _fires(tracks: Tracks, event: RuleChanged) -> None:
+    """A new activation of a rule has no failures yet."""
+    if event.phase == "fired" and tracks.get(event.agent, "failures", event.rule) is not None:
+        tracks.steps(event.agent, "failures", event.rule).put(event.t, None)
+
+
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
     track = tracks.steps(event.agent, "ticket", str(event.ticket))
     if track.v and not event.parameters:  # they are recorded with the first event only
@@ -446,6 +458,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "board": {BlackboardChanged: _board},
     "rule": {RuleChanged: _rule},
     "clue": {RuleChanged: _clue, TicketChanged: _failure, OutcomeDecided: _failure},
+    "failures": {RuleChanged: _fires, TicketChanged: _failing},
     "ticket": {TicketChanged: _ticket},
     "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},

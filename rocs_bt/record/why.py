@@ -99,8 +99,11 @@ class Why(Moment):
             leaf = f"the leaf '{running.by}' of its mission" if self.mission.status(running.by) else f"'{running.by}'"
             text = f"{leaf} runs {running.action}({values_text(running.parameters)})"
             return _with(text, self.mission.above(running.by))
-        if (ended := self._ended()) or not self.mission.root:
+        failing = next((name for name, state in self.rules.items() if state.active), "")
+        if (ended := self._ended()) or (not self.mission.root and not failing):
             return ended or "no action was active"
+        if failing:
+            return f"the rule {failing.rpartition('/')[2]} is active{self._failures(failing)}"
         return self._waits()
 
     def _ended(self) -> str:
@@ -134,7 +137,11 @@ class Why(Moment):
                 text = f"the rule {rule} resumed{action}{ago}, after it waited for {other}: {held}"
         if state.phase == "released":
             text += f"; its guard is clear since t = {self.since('rule', ticket.by):.2f} s, and its action goes on"
-        return text
+        return text + self._failures(ticket.by)
+
+    def _failures(self, rule: str) -> str:
+        failures = self.value("failures", rule)
+        return "" if failures is None else f", and {failures.text}"
 
     def _clue(self, rule: str, t: float) -> str:
         """Clues to the values of a guard at a time, in brackets: a silent sensor, a limit, the nearest object."""

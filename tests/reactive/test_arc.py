@@ -150,6 +150,18 @@ def test_an_action_that_ends_while_latched_fires_again():
     assert (bench.arc.activations["a"], bench.arc.refirings["a"], bench.arc.switches) == (1, 1, 1)
 
 
+def test_the_reading_of_a_rule_counts_the_failures_of_its_action():
+    bench, failed = Bench(), []
+    for count in range(1, 5):
+        bench.pipeline.fail(bench.step(reflex("a", reading="x = 1 m")), Failure(Reason.BLOCKED, "no room"))
+        failed.append(f"; its action Work failed {count} times: BLOCKED: no room" if count > 1 else "")
+        assert bench.arc.reading("a") == f"x = 1 m{failed[-1]}"
+    bench.step()  # the activation ends
+    assert bench.arc.reading("a") == f"x = 1 m{failed[-1]}"
+    bench.step(reflex("a", reading="x = 2 m"))
+    assert bench.arc.reading("a") == "x = 2 m"
+
+
 def test_each_event_has_the_refirings_of_its_activation():
     bench = Bench()
     for _ in range(3):

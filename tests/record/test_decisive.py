@@ -2,7 +2,16 @@
 
 import pytest
 
-from rocs_bt.event import AgentStopped, ContactBegan, ContentRaised, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
+from rocs_bt.event import (
+    AgentStopped,
+    ContactBegan,
+    ContentRaised,
+    NodeTicked,
+    OutcomeDecided,
+    RuleChanged,
+    TicketChanged,
+    TreeNode,
+)
 from rocs_bt.record import AgentInfo, RunHeader
 from rocs_bt.record.decisive import decisive
 from rocs_bt.record.tracks import Tracks
@@ -26,6 +35,20 @@ def fired(t, agent, rule="f/R"):
     return RuleChanged(t=t, agent=agent, rule=rule, phase="fired", priority=1)
 
 
+def failing(count, action="Flinch", rule="f/R"):
+    """An action of a rule that fails at 1.1 s, 1.2 s and so on."""
+    about = {
+        "agent": "B",
+        "action": action,
+        "priority": "HIGH",
+        "state": "FAILED",
+        "by": rule,
+        "reason": "BLOCKED: wall",
+    }
+    return [TicketChanged(t=1.0 + 0.1 * i, ticket=i, **about) for i in range(1, count + 1)]
+
+
+ENDED = RuleChanged(t=1.9, agent="B", rule="f/R", phase="ended", priority=1)
 SILENT = [ticked(1.0, "root/drive", "no room"), ticked(1.0, "root/look", "dark"), ticked(2.0, "root/end")]
 RAISED = ContentRaised(t=1.5, agent="B", kind="leaf", content="root/drive", file="a.py", line=3, detail="KeyError: 3")
 
@@ -58,6 +81,12 @@ RAISED = ContentRaised(t=1.5, agent="B", kind="leaf", content="root/drive", file
             {},
             [(2.49, "B|outcome|")],
         ),
+        ([fired(1.0, "B"), *failing(5), judged("stuck")], {}, [(1.1, "B|rule|f/R")]),
+        ([fired(1.0, "B"), *failing(5), judged("timeout")], {}, [(1.1, "B|rule|f/R")]),
+        ([fired(1.0, "B"), *failing(2), judged("stuck")], {}, [(1.99, "B|outcome|")]),  # it happens
+        ([fired(1.0, "B"), *failing(5), ENDED, judged("stuck")], {}, [(1.99, "B|outcome|")]),
+        ([fired(1.0, "B"), *failing(5), fired(1.8, "B"), judged("stuck")], {}, [(1.99, "B|outcome|")]),  # anew
+        ([fired(1.0, "B"), *failing(5), judged("collision")], {}, [(1.99, "B|outcome|")]),
         ([AgentStopped(t=4.0, agent="A", by="end")], {"A": "interrupted", "B": "success"}, [(3.99, "A|outcome|")]),
     ],
 )

@@ -5,10 +5,12 @@ import re
 import msgspec
 import pytest
 
-from rocs_bt.event import BodyMoved, RuleChanged
+from rocs_bt.event import BodyMoved, RuleChanged, TicketChanged
 from rocs_bt.record.header import BodyInfo, Outline
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
+from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.why import Why
 from rocs_bt.studio.page import WEB
 from rocs_bt.studio.report import write_report
 
@@ -258,7 +260,7 @@ def test_two_rules_that_take_turns_are_one_line_of_the_log_which_opens(browser, 
     show(browser, tmp_path / "report.html")
     visible = ".log li:not([hidden])"
     assert len(each(browser, visible)) == 5
-    assert "rule Flinch and rule Turn alternate ×15, until 15.00 s" in text(browser, ".log .turns")
+    assert "rule Flinch and rule Turn alternate, each ×8, until 15.00 s" in text(browser, ".log .turns")
     go(browser, 7.2)
     assert "here" in browser.evaluate("document.querySelector('.log .turns').className")
     browser.evaluate("document.querySelector('.log .turns').click()")
@@ -268,3 +270,60 @@ def test_two_rules_that_take_turns_are_one_line_of_the_log_which_opens(browser, 
     browser.evaluate("document.querySelector('.log .turns').click()")
     assert len(each(browser, visible)) == 5
     assert faults(browser) == []
+
+
+LABEL = "[...document.querySelectorAll('.label')].find((each) => each.textContent.startsWith('Flinch')).click()"
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_an_action_of_a_reflex_that_fails_again_and_again_is_seen_as_such(browser, tmp_path):
+    """Its failures are one line of the log, marks in its row, and counted where its rule is explained."""
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    rule = {"agent": "R2", "rule": "a/Back", "priority": 1, "reading": "min(front) = 0.1 m"}
+    about = {"agent": "R2", "action": "Flinch", "priority": "HIGH", "by": "a/Back", "parameters": {"speed": -0.25}}
+    for i in range(12):
+        t, phase = 1.0 + 0.25 * i, "fired again" if i else "fired"
+        recorder.emit(RuleChanged(t=t, phase=phase, refirings=i, **rule))
+        states = ("QUEUED", "RUNNING", "FAILED") if i % 2 else ("QUEUED", "FAILED")  # some fail before they run
+        for k, state in enumerate(states):
+            reason = "BLOCKED: a wall" if state == "FAILED" else ""
+            recorder.emit(TicketChanged(t=t + 0.05 * k, ticket=i + 1, state=state, reason=reason, **about))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), tmp_path / "report.html")
+    show(browser, tmp_path / "report.html")
+    phrase = "the rule Back is active, and its action Flinch failed 6 times since t = 1.05 s: BLOCKED: a wall."
+    answer = Why(Tracks.of_recording(Recording.open(recorder.path)), 2.4).answer
+    assert answer.endswith(phrase)
+    browser.evaluate("location.hash = new URLSearchParams({ t: 2.4, select: 'R2|pose|' })")
+    assert text(browser, ".inspector .cause") == answer
+    assert "action Flinch failed and rule Back fired again alternate, each ×12, until 3.85 s" in text(
+        browser, ".log .turns"
+    )
+    for t, number in ((2.2, 5), (2.4, 6), (3.9, 12)):  # the last one at the time, also one that did not run
+        go(browser, t)
+        browser.evaluate(LABEL)
+        assert text(browser, ".inspector h3") == f"Flinch #{number}"
+    assert "min(front) = 0.1 m" in text(browser, ".inspector")
+    assert "−0.25" in text(browser, ".inspector")
+    browser.evaluate("location.hash = new URLSearchParams({ t: 2.4, select: 'R2|rule|a/Back' })")
+    assert "12 times, 11 of them again while it was latched" in text(browser, ".inspector")
+    assert "undefined" not in text(browser, "body")
+    assert faults(browser) == []
+
+
+@pytest.mark.browser
+def test_of_many_marks_of_events_those_that_matter_most_are_drawn(browser, live):
+    browser.open(live.url)
+    seen = browser.evaluate("""
+      import("./lanes.js").then(({ Lanes }) => {
+        const drawn = [], g = { beginPath() {}, fill() {}, lineTo(x) { drawn.push([this.fillStyle, x]); } };
+        const lanes = new Lanes({ start: 0, end: 100 }, {});
+        lanes.wide = 100;
+        const tint = (i) => (i === 503 ? "bad" : i % 2 ? "ink" : "reactive");
+        const marks = Array.from({ length: 1000 }, (_, i) => ({ t: i / 10, fill: tint(i) }));
+        lanes.points(g, { y: 0, high: 10, marks });
+        return drawn;
+      })""")
+    assert 20 * 4 <= len(seen) <= 26 * 4
+    assert len({tint for tint, _ in seen}) == 2

@@ -212,14 +212,16 @@ export class Inspector {
   /** @returns {View} */
   ticket(agent, number, t, track) {
     const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [];
-    const from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
+    const rule = run.get(agent, "rule", first.by), from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
     const ended = now && now.state !== "RUNNING" && now.by !== first.by ? ` by '${now.by}'` : "", because = now?.reason ? `: ${now.reason}` : "";
-    const of = run.get(agent, "rule", first.by) ? "the rule" : "the leaf";
-    const cause = now ? `${first.action} of ${of} '${short(first.by)}' is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
+    const what = `${first.action} of the ${rule ? "rule" : "leaf"} '${short(first.by)}'`;
+    const cause = now ? `${what} is ${now.state}${ended}${lasts(track, t)}${because}.` : "It has not been sent.";
     for (const name of new Set(track.v.map((v) => v.by))) evidence.push(row("by", name, from(name)?.address));
     track.v.forEach((v, i) => (track.t[i] <= t + 1e-6 ? evidence : next).push(row(seconds(track.t[i]), v.state, track.address, track.t[i])));
-    evidence.push(...this.near(agent, track, t));
-    return { title: `${first.action} #${number}`, cause, evidence, next, more: Object.entries(first.parameters).map(([key, value]) => row(key, shown(value))) };
+    const read = rule?.at(track.t[0])?.reading;
+    if (read) evidence.push(row("because", read, rule.address, track.t[0]), ...this.near(agent, rule, track.t[0]));
+    evidence.push(...Object.entries(first.parameters).map(([key, value]) => row(key, shown(value))), ...this.near(agent, track, t));
+    return { title: `${first.action} #${number}`, cause, evidence, next };
   }
 
   /** What was near when an action failed. */
@@ -252,10 +254,7 @@ export class Inspector {
   /** Changes of a track before a time, and `after` of it. */
   nearby(track, t, text, after = 3) {
     if (!track) return [];
-    const i = upto(track.t, t) - 1, found = [];
-    for (let j = Math.max(0, i - 2); j < Math.min(track.t.length, i + after); j++) {
-      found.push(row(seconds(track.t[j]), text(track.v[j]), track.address, track.t[j]));
-    }
-    return found;
+    const i = upto(track.t, t) - 1, from = Math.max(0, i - 2);
+    return Array.from(track.t.slice(from, Math.max(from, i + after)), (at, k) => row(seconds(at), text(track.v[from + k]), track.address, at));
   }
 }

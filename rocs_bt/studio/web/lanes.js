@@ -5,6 +5,7 @@ import { tintOf } from "./legend.js";
 
 export const AXIS = 18; // [px] height of the axis
 const LINE = 13, EDGE = 6; // [px] height of a label of a scale; from the edges of the plot to the ends of the interval
+const THIN = 4, WEIGHTS = ["ink", "actor", "reactive", "good", "twin", "bad"]; // [px] per mark of the events; the last wins
 const LINES = 24; // values of a signal that are drawn at most
 
 /** What happened to a robot, as marks on an axis: lines of the log with a colour, its outcome, first differences. */
@@ -54,9 +55,11 @@ export class Lanes {
   }
 
   points(g, { y, high, marks: all }) {
-    for (const { t, fill } of all) {
-      if (t < this.from || t > this.to) continue;
-      const x = this.x(t), middle = y + high / 2;
+    const seen = new Map(), middle = y + high / 2, weight = ({ fill }) => WEIGHTS.indexOf(fill);
+    const place = ({ t }) => Math.floor(this.x(t) / THIN), shows = all.filter(({ t }) => t >= this.from && t <= this.to);
+    for (const mark of shows.sort((a, b) => weight(a) - weight(b))) seen.set(place(mark), mark); // the last of a place is drawn
+    for (const { t, fill } of shows.filter((mark) => seen.get(place(mark)) === mark)) {
+      const x = this.x(t);
       g.fillStyle = color(fill);
       g.beginPath();
       for (const [dx, dy] of [[0, -6], [4, 0], [0, 6], [-4, 0]]) g.lineTo(x + dx, middle + dy);

@@ -79,9 +79,10 @@ export class Log extends Panel {
   part({ from, to, names, changes }) {
     const items = this.items.slice(from, to), key = this.times[from];
     if (!changes) return items;
+    const text = `${names.join(" and ")} alternate, each ×${Math.ceil((changes + 1) / 2)}, until ${seconds(this.times[to - 1])}`;
     const mark = el("span"), head = el(
       "li", { class: "turns", tabindex: 0, role: "button", onclick: () => { show(!this.open.delete(key)); } },
-      el("time", {}, key.toFixed(2)), el("span", {}, mark, `${names.join(" and ")} alternate ×${changes}, until ${seconds(this.times[to - 1])}`),
+      el("time", {}, key.toFixed(2)), el("span", {}, mark, text),
     );
     const show = (on) => {
       if (on) this.open.add(key);

@@ -168,13 +168,13 @@ export class Timeline extends Lanes {
     const rows = new Map(), { run } = this;
     for (const [who, into] of [[agent, "bars"], ...(run.other && !isSecond(agent) ? [[`${agent}′`, "second"]] : [])]) {
       for (const ticket of run.of(who, "ticket")) {
-        const last = ticket.v.at(-1), i = ticket.v.findIndex((v) => v.state === "RUNNING");
+        const last = ticket.v.at(-1), i = ticket.v.findIndex((v) => v.state === "RUNNING" || v.state === "FAILED"); // some fail at once
         const row = rows.get(last.action) ?? { address: `${agent}|action|${last.action}`, label: last.action, least: BAR, bars: [], second: [] };
         rows.set(last.action, row);
         if (i < 0) continue;
         const fill = last.state === "FAILED" ? "bad" : last.priority === "HIGH" ? "reactive" : "deliberative";
         const text = `${last.action} #${ticket.name}: ${last.state}`;
-        row[into].push({ from: ticket.t[i], to: ticket.t[i + 1] ?? run.end, fill, address: ticket.address, text });
+        row[into].push({ from: ticket.t[i], to: ticket.t[i + 1] ?? (last.state === "FAILED" ? ticket.t[i] : run.end), fill, address: ticket.address, text });
       }
     }
     for (const row of rows.values()) row.address = (row.bars[0] ?? row.second[0])?.address ?? row.address;

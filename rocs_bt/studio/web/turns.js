@@ -5,10 +5,10 @@ import { short } from "./dom.js";
 const LEAST = 6; // changes from one to the other from which on lines are folded
 
 /** What a line of the log is about: a rule, an action or a node; empty for others. */
-const subject = (run, [, , , , about]) => {
+const subject = (run, [, , , text, about]) => {
   const [agent, topic] = about.split("|", 2), name = about.slice(agent.length + topic?.length + 2);
-  if (topic === "ticket") return `action ${run.tracks.get(about)?.v[0].action ?? name}`;
-  return ["rule", "node"].includes(topic) ? `${topic} ${short(name)}` : "";
+  if (topic === "ticket") return `action ${run.tracks.get(about)?.v[0].action ?? name} failed`;
+  return ["rule", "node"].includes(topic) ? `${topic} ${short(name)}${text.includes(" fired again") ? " fired again" : ""}` : "";
 };
 
 /**

@@ -107,6 +107,8 @@ const answer = (run, agent, t) => {
     return `its mission had ended with ${status}${ago(mission.changed(root), t)}${about}`;
   };
 
+  const failures = (rule) => { const found = value("failures", rule); return found ? `, and ${found[2]}` : ""; };
+
   const reflex = () => {
     const rule = last(running.by), state = value("rule", running.by), action = running.action === rule ? "" : ` ${running.action}`;
     if (!state?.firing) return `the rule ${rule} runs${action || ` ${running.action}`}`;
@@ -120,8 +122,8 @@ const answer = (run, agent, t) => {
         ? `the rule ${rule} fired${action} again (${again} re-firing${again === 1 ? "" : "s"})${then}: its action had ended, and ${held}`
         : `the rule ${rule} resumed${action}${then}, after it waited for ${last(state.behind || "another rule")}: ${held}`;
     }
-    if (state.phase !== "released") return text;
-    return `${text}; its guard is clear since t = ${fixed(run.get(agent, "rule", running.by).since(now), 2)} s, and its action goes on`;
+    const clear = `; its guard is clear since t = ${fixed(run.get(agent, "rule", running.by).since(now), 2)} s, and its action goes on`;
+    return `${text}${state.phase === "released" ? clear : ""}${failures(running.by)}`;
   };
 
   const waits = () => `its mission ${mission.waiting().map((path) => {
@@ -141,6 +143,8 @@ const answer = (run, agent, t) => {
       const leaf = mission.status(running.by) ? `the leaf '${running.by}' of its mission` : `'${running.by}'`;
       return noted(`${leaf} runs ${running.action}(${parameters(running.parameters)})`, mission.above(running.by));
     }
+    const failing = run.of(agent, "rule").find((track) => track.at(now)?.active)?.name;
+    if (failing) return ended() || `the rule ${last(failing)} is active${failures(failing)}`;
     return ended() || (mission.root ? waits() : "no action was active");
   };
 
