@@ -74,13 +74,14 @@ def summary_of(recording: Recording) -> Summary:
     header, end = recording.header, recording.header.start
     metrics = Metrics(header)
     requirements = RequirementWatch(header.requirements, header.agents)
-    judged = False
+    undecided = {agent.name for agent in header.agents}
     for event in recording.events():
         metrics.emit(event)
         requirements.emit(event)
         if isinstance(event, OutcomeDecided):
-            end, judged = event.t, True
-        elif not judged:
+            end = event.t
+            undecided.discard(event.agent)
+        elif undecided:
             end = max(end, event.t)
     requirements.close()
     unrecorded, written = Unrecorded(), recording.summary

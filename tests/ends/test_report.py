@@ -16,7 +16,7 @@ import rocs_bt
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.errors import RecordingError
-from rocs_bt.event import BlockFailed, ContactBegan
+from rocs_bt.event import BlockFailed, ContactBegan, OutcomeDecided
 from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo
 from rocs_bt.running import summary_of
@@ -108,8 +108,9 @@ def test_a_recording_that_was_cut_off_anywhere_gives_a_summary_or_says_why_not(s
 
 
 def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_path: Path) -> None:
-    agents = tuple(AgentInfo(name=name, robot="r", mission="m") for name in ("R1", "R2", "R3"))
+    agents = tuple(AgentInfo(name=name, robot="r", mission="m") for name in ("R1", "R2", "R3", "R4"))
     recorder = Recorder(tmp_path / "run.mcap", RunHeader(scenario="one", seed=1, agents=agents))
+    recorder.emit(OutcomeDecided(t=0.5, agent="R4", outcome="success", reason="", time_to_goal=0.5))
     recorder.emit(ContactBegan(t=1.0, agent="R1", other="box", kind="struck"))
     recorder.emit(ContactBegan(t=1.0, agent="R2", other="box", kind="collision"))
     recorder.emit(BlockFailed(t=2.0, agent="R3", block="plan", kind="hung", detail="no end"))
@@ -119,6 +120,7 @@ def test_what_was_sure_when_a_recording_was_cut_off_outranks_interrupted(tmp_pat
         "R1": ("interrupted", "the recording ends at 2.00 s without an outcome"),
         "R2": ("collision", "it ran into box at 1.00 s"),
         "R3": ("error", "block 'R3/plan' hung: no end"),
+        "R4": ("success", ""),
     }
     assert all(agent.outcome in OUTCOMES for agent in agents_found.values())
 
