@@ -85,10 +85,12 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
 def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
     """The first failure of the action of the rule that is active at a time, if it fails again and again."""
     rules = (name for name, state in tracks.state(t, agent, "rule").items() if state.active)
-    found = ((rule, track.at(t)) for rule in rules if (track := tracks.get(agent, "failures", rule)) is not None)
-    return next(
-        (Decisive(f.first, Key(agent, "rule", rule), f.text) for rule, f in found if f and f.count >= AGAIN), None
-    )
+    for rule in rules:
+        track = tracks.get(agent, "failures", rule)
+        failures = track.at(t) if isinstance(track, Steps) else None
+        if failures is not None and failures.count >= AGAIN:
+            return Decisive(failures.first, Key(agent, "rule", rule), failures.text)
+    return None
 
 
 def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive | None:

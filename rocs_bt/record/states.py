@@ -103,7 +103,7 @@ class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
         )
 
 
-class Failures(NamedTuple):
+class Failures(msgspec.Struct, frozen=True):
     """Failures of a rule's action in one activation of the rule.
 
     Attributes:
