@@ -62,8 +62,9 @@ def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
     if lock := livelock(tracks.get(agent, "alternation"), judged, tracks.header.start):
         return Decisive(lock.begin, Key(agent, "alternation"), lock.text)
     for line in reversed(tracks.log):
-        if line.agent == agent and line.level >= Level.ERROR and line.t <= t and line.about is not None:
-            return Decisive(line.t, line.about)
+        about = line.about  # a sensor that failed need not be the cause
+        if line.agent == agent and line.level >= Level.ERROR and line.t <= t and about and about.topic != "sensor":
+            return Decisive(line.t, about)
     if judged.outcome in ("timeout", "failed", "stuck") and (failing := _failing(tracks, agent, t)):
         return failing
     mission = Mission(tracks, agent, t)

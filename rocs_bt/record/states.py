@@ -16,6 +16,7 @@ from ..event import (
     MotionReleased,
     OutcomeDecided,
     RuleChanged,
+    SensorFailed,
     TicketChanged,
 )
 from ..words import failed_again
@@ -178,6 +179,8 @@ def about(event: Event) -> Key | None:
         return Key(event.agent, "outcome")
     if isinstance(event, BlackboardChanged):
         return Key(event.agent, "board", f"{event.subtree}\n{event.key}")
+    if isinstance(event, SensorFailed):
+        return Key(event.agent, "sensor", event.sensor)
     if isinstance(event, MotionHeld | MotionReleased):
         return Key(event.agent, "hold", event.actuator)
     node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")

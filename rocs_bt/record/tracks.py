@@ -249,6 +249,16 @@ def _scan(tracks: Tracks, event: SensorRead) -> None:
         tracks.curve(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
 
 
+def _silent(tracks: Tracks, event: SensorFailed) -> None:
+    tracks.steps(event.agent, "sensor", event.sensor).put(event.t, event.detail)
+
+
+def _answers(tracks: Tracks, event: SensorRead) -> None:
+    """Only a sensor that has failed has a track; it is empty while the sensor gives values again."""
+    if tracks.get(event.agent, "sensor", event.sensor) is not None:
+        tracks.steps(event.agent, "sensor", event.sensor).put(event.t, "")
+
+
 def _motion(tracks: Tracks, event: SignalsWritten) -> None:
     """After the signals themselves."""
     if not MOTION.isdisjoint(event.signals):
@@ -442,6 +452,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "joints": {BodyMoved: _joints},
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},
+    "sensor": {SensorFailed: _silent, SensorRead: _answers},
     "motion": {SignalsWritten: _motion, BodyMoved: _tilt},
     "command": {ActuatorCommanded: _command},
     "stopped": {AgentStopped: _stop},

@@ -124,7 +124,7 @@ def test_the_log_has_the_sentences_and_what_they_are_about():
         ]
     )
     assert [(line.text, line.about) for line in tracks.log] == [
-        ("sensor sonar failed: no answer", None),
+        ("sensor sonar failed: no answer", Key("R2", "sensor", "sonar")),
         ("wheels held in neutral: emergency stop", Key("R2", "hold", "wheels")),
         ("wheels released by Ann", Key("R2", "hold", "wheels")),
         ("path = 3 poses in top/S", Key("R2", "board", "top/S\npath")),

@@ -5,6 +5,7 @@ import re
 import msgspec
 import pytest
 
+from rocs_bt import run
 from rocs_bt.event import BodyMoved, RuleChanged, TicketChanged
 from rocs_bt.record.header import BodyInfo, Outline
 from rocs_bt.record.recorder import Recorder
@@ -13,6 +14,7 @@ from rocs_bt.record.tracks import Tracks
 from rocs_bt.record.why import Why
 from rocs_bt.studio.page import WEB
 from rocs_bt.studio.report import write_report
+from rocs_bt.testing.faults import DeadSensor, break_sensor
 
 from .. import synthetic
 from .test_page import STYLE, faults, go, press, show, text
@@ -327,3 +329,31 @@ def test_of_many_marks_of_events_those_that_matter_most_are_drawn(browser, live)
       })""")
     assert 20 * 4 <= len(seen) <= 26 * 4
     assert len({tint for tint, _ in seen}) == 2
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_a_sensor_that_fails_says_since_when_and_its_last_values(browser, tmp_path):
+    run(
+        "exp1",
+        seed=1,
+        duration=4.0,
+        out=tmp_path,
+        prepare=lambda world: break_sensor(world, "sonar", DeadSensor, at=2.0),
+    )
+    show(browser, tmp_path / "report.html")
+    go(browser, 3.0)
+    line = "[...document.querySelectorAll('.log li')].find((each) => each.innerText.includes('sensor sonar failed'))"
+    browser.evaluate(f"{line}.click()")
+    assert text(browser, ".inspector h3") == "sensor sonar"
+    browser.evaluate("location.hash = new URLSearchParams({ t: 3, select: 'R2|sensor|sonar' })")
+    assert text(browser, ".inspector .cause").startswith(
+        "It has given no data for 1.00 s: sensor 'sonar' does not answer."
+    )
+    assert re.search(r"last min\(front\)\s+[\d.]+ m since 1\.95 s", text(browser, ".inspector"))
+    facts = browser.evaluate("[...document.querySelectorAll('.fact')].map((each) => each.textContent)")
+    assert "failuresensor 'sonar' does not answer." in facts
+    for address in ("R2|rule|avoid_collision/Blind", "R2|rule|avoid_collision/Flinch", "R2|outcome|", "R2|pose|"):
+        browser.evaluate(f"location.hash = new URLSearchParams({{ t: 3, select: '{address}' }})")
+        assert not re.search("undefined|NaN", browser.evaluate("document.body.textContent")), address
+    assert faults(browser) == []

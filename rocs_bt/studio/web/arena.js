@@ -47,7 +47,8 @@ export const names = (g, boxes, run, agent, t, at, size) => {
     const pose = run.pose(name, t), track = isDoor(run, name) && run.get(name, "actor"), state = track && track.at(t);
     g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
     face(g, 12, name === agent ? 600 : 400);
-    const high = pose.z > HIGH ? `${name}, ${pose.z.toFixed(2)} m high` : name;
+    const dead = run.of(name, "sensor").filter((sensor) => sensor.at(t)).map((sensor) => `, no data of ${sensor.name}`).join("");
+    const high = `${name}${pose.z > HIGH ? `, ${pose.z.toFixed(2)} m high` : ""}${dead}`;
     write(g, boxes, state ? `${name}: ${state} since ${seconds(track.since(t))}` : high, point, size);
   }
 };

@@ -103,7 +103,7 @@ export class Cursor extends EventTarget {
     this.say("move");
   }
 
-  /** First time after `from` and until `to` at which something with a stop happens; undefined if nothing does. Intervals that follow each other leave no gap. */
+  /** First time after `from` and until `to` at which something with a stop happens; undefined if nothing does. Intervals in a row leave no gap. */
   stopped(from, to) {
     const times = [...this.stops].flatMap((address) => this.run.tracks.get(address)?.hits.find((t) => t > from && t <= to) ?? []);
     return times.length ? Math.min(...times) : undefined;

@@ -38,8 +38,8 @@ export class Inspector {
   update() {
     const { cursor: { t, agent, selected }, run } = this, [of = "", topic = ""] = selected.split("|", 2);
     const track = run.tracks.get(selected), name = selected.slice(of.length + topic.length + 2), who = of || agent;
-    const robot = run.info(who) ? this.robot : this.actor, { node, rule, ticket, outcome, alternation, actor } = this;
-    const view = { node, rule, ticket, outcome, alternation, actor, pose: robot }[topic] ?? (track ? this.track : robot);
+    const robot = run.info(who) ? this.robot : this.actor, { node, rule, ticket, outcome, alternation, actor, sensor } = this;
+    const view = { node, rule, ticket, outcome, alternation, actor, sensor, pose: robot }[topic] ?? (track ? this.track : robot);
     const { title, cause, evidence = [], next = [], more = [] } = view.call(this, who, name, t, track);
     const rows = [...evidence, ...next, ...more], plain = ({ address, t: at }) => address === undefined && at === undefined;
     const shape = [cause === "", evidence.length, next.length, ...rows.map(plain)].join();
@@ -131,6 +131,19 @@ export class Inspector {
     }
     const cause = reason ? `${reason.includes(seconds(at)) ? "" : `At ${seconds(at)}: `}${reason}.` : `At ${seconds(at)}${after}.`;
     return { title: `${agent}: ${outcome}`, cause, evidence, more: (results.numbers ?? []).map(([name, value]) => row(name, value)) };
+  }
+
+  /** A sensor that has failed: since when, and the last values of its signals. @returns {View} */
+  sensor(agent, name, t, track) {
+    const { run } = this, about = run.info(agent)?.sensors?.find((each) => each.name === name), failed = track.at(t);
+    const signal = (each) => run.get(agent, "signal", each) ?? run.get(agent, "signal", `min(${each})`);
+    const evidence = (about?.signals ?? []).map(signal).filter(Boolean).map((each) => {
+      const last = Array.from(each.t.slice(0, upto(each.t, t))).findLast((at) => !Array.from(each.at(at)).every(Number.isNaN));
+      const text = last === undefined ? "no value yet" : `${shown(each.at(last))} ${run.unit(agent, each.name)} since ${seconds(last)}`;
+      return row(`last ${each.name}`, text, each.address, last);
+    });
+    const works = track.since(t) === undefined ? "It gives data; it fails later." : "It gives data again.";
+    return { title: `sensor ${name}`, cause: failed ? `It has given no data${lasts(track, t)}: ${failed}` : works, evidence, next: this.after(track, t) };
   }
 
   /** Two rules or actions that alternate. @returns {View} */

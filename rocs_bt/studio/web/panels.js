@@ -135,6 +135,7 @@ export class Knowledge extends Panel {
       if (name === undefined) things.get(node).kind = track;
       else things.get(node).facts.push({ track, name: target === undefined ? name : `${name} → ${target}`, edge: target !== undefined });
     }
+    for (const track of run.of(this.cursor.agent, "sensor")) things.get(track.name)?.facts.push({ track, name: "failure" });
     const changes = ({ facts, kind }) => [...facts.map((f) => f.track), kind].some((track) => track && (track.t.length > 1 || track.t[0] > run.start + 0.5));
     const named = ({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word);
     const wanted = [...things.values()].filter((thing) => named(thing) && (!this.all.checked || changes(thing)));

@@ -83,7 +83,8 @@ export const portsOf = ({ ports = "", keys = {} }) => {
 };
 
 /** Guard of a rule, with the names of the tracks of its comparisons. */
-const guardOf = (guard) => ({ ...guard, sides: (guard.comparisons ?? []).map((text, i) => ({ name: `${guard.rule}\n${i}`, text, unit: guard.units?.[i] ?? "" })) });
+const guardOf = ({ comparisons = [], units = [], ...guard }) => (
+  { ...guard, comparisons, sides: comparisons.map((text, i) => ({ name: `${guard.rule}\n${i}`, text, unit: units[i] ?? "" })) });
 
 export class Run {
   constructor({ header, end, log = [], tracks = [], texts = [], ...rest }, columns = (_) => []) {

@@ -107,7 +107,7 @@ const answer = (run, agent, t) => {
     return `its mission had ended with ${status}${ago(mission.changed(root), t)}${about}`;
   };
 
-  const failures = (rule) => { const found = value("failures", rule); return found ? `, and ${found[2]}` : ""; };
+  const failures = (rule) => { const found = value("failures", rule); return found ? `, and ${found.text}` : ""; };
 
   const reflex = () => {
     const rule = last(running.by), state = value("rule", running.by), action = running.action === rule ? "" : ` ${running.action}`;
