@@ -355,5 +355,5 @@ def test_a_sensor_that_fails_says_since_when_and_its_last_values(browser, tmp_pa
     assert "failuresensor 'sonar' does not answer." in facts
     for address in ("R2|rule|avoid_collision/Blind", "R2|rule|avoid_collision/Flinch", "R2|outcome|", "R2|pose|"):
         browser.evaluate(f"location.hash = new URLSearchParams({{ t: 3, select: '{address}' }})")
-        assert not re.search("undefined|NaN", browser.evaluate("document.body.textContent")), address
+        assert not re.search("undefined|NaN", browser.evaluate("document.getElementById('app').textContent")), address
     assert faults(browser) == []
