@@ -310,6 +310,7 @@ def test_an_action_of_a_reflex_that_fails_again_and_again_is_seen_as_such(browse
     assert "−0.25" in text(browser, ".inspector")
     browser.evaluate("location.hash = new URLSearchParams({ t: 2.4, select: 'R2|rule|a/Back' })")
     assert "12 times, 11 of them again while it was latched" in text(browser, ".inspector")
+    assert text(browser, ".inspector .cause") == answer
     assert "undefined" not in text(browser, "body")
     assert faults(browser) == []
 

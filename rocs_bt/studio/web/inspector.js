@@ -170,8 +170,9 @@ export class Inspector {
     for (const [key, value] of Object.entries({ ...about?.thresholds, ...state?.parameters })) more.push(row(key, shown(value)));
     if (about?.place) more.push(row("does", `${about.action}: ${about.doc}`), row("priority", about.priority), row("file", about.place));
     const active = run.of(agent, "ticket").map((ticket) => ticket.at(t)).find((ticket) => ticket?.state === "RUNNING" && ticket.by === name);
+    const told = active || (state?.active && run.get(agent, "failures", name)?.at(t)); // the robot does what the rule does
     const still = state?.waits ? because.slice(3) : `did not fire: ${because}`;
-    const cause = active ? why(run, agent, t) : state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} ${still}.`;
+    const cause = told ? why(run, agent, t) : state?.active ? `It fired, and its action is active${lasts(track, t)}.` : `${short(name)} ${still}.`;
     return { title: short(name), cause, evidence: this.guard(agent, name, t), next, more };
   }
 
