@@ -25,7 +25,8 @@ def failed_again(action: str, count: int, reason: str, since: str = "") -> str:
         reason: Reason of the last failure.
         since: Time of the first failure, such as ` since t = 1.30 s`.
     """
-    return f"its action {action} failed {counted(count, 'time')}{since}: {reason}"
+    often = f" {count} times{since}" if count > 1 else ""
+    return f"its action {action} failed{often}: {reason}"
 
 
 def inactive_rule(rule: str, robots: Sequence[str], missing: Sequence[str]) -> str:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from dataclasses import dataclass
-from itertools import pairwise
 
 import msgspec
 import numpy as np
@@ -59,6 +58,7 @@ class _Turn:
     begin: float  # [s]
     reflex: bool
     ticket: int
+    pause: float  # [s] longest between two changes so far
     succeeded: bool = False
 
 
@@ -67,6 +67,9 @@ class Turns:
 
     def __init__(self) -> None:
         self._turns: list[_Turn] = []
+        self._looked = 0  # number of poses whose distance from the begin is in `_far`
+        self._far = 0.0  # [m]
+        self._done: set[str] = set()  # actions of the plan that have succeeded in these turns
 
     def take(self, event: TicketChanged, pose: Curve | None) -> Alternation | None:
         """Take a change of a ticket; returns the alternation so far, if there is one.
@@ -78,13 +81,13 @@ class Turns:
         turns = self._turns
         if event.state == "RUNNING":
             self._begin(event)
-            while pose is not None and len(turns) > 1 and _moved(pose, turns[0].begin, event.t) > NEAR:
-                del turns[0]
+            while pose is not None and len(turns) > 1 and self._moved(pose, event.t) > NEAR:
+                self._drop(1)
         for turn in turns[-3:]:
-            turn.succeeded |= turn.ticket == event.ticket and event.state == "SUCCEEDED"
-        plan = {turn.name for turn in turns if not turn.reflex}
-        in_vain = not plan or plan != {turn.name for turn in turns if turn.succeeded and not turn.reflex}
-        return _alternation(turns, pose) if pose and in_vain and len(turns) > ALTERNATING else None
+            if turn.ticket == event.ticket and event.state == "SUCCEEDED" and not turn.reflex:
+                turn.succeeded = True
+                self._done.add(turn.name)
+        return self._alternation() if pose and len(turns) > ALTERNATING and self._in_vain() else None
 
     def _begin(self, event: TicketChanged) -> None:
         turns, reflex = self._turns, event.priority == "HIGH"
@@ -93,31 +96,47 @@ class Turns:
             turns[-1].ticket = event.ticket
             return
         if name not in [turn.name for turn in turns[-2:]]:
-            del turns[:-1]
-        turns.append(_Turn(name, event.t, reflex, event.ticket))
+            self._drop(len(turns) - 1)
+        pause = max(turns[-1].pause, event.t - turns[-1].begin) if turns else 0.0
+        turns.append(_Turn(name, event.t, reflex, event.ticket, pause))
 
+    def _drop(self, count: int) -> None:
+        """Forget the first turns."""
+        del self._turns[: max(count, 0)]
+        self._looked, self._far, before = 0, 0.0, None
+        self._done = {turn.name for turn in self._turns if turn.succeeded}
+        for turn in self._turns:
+            turn.pause = 0.0 if before is None else max(before.pause, turn.begin - before.begin)
+            before = turn
 
-def _alternation(turns: list[_Turn], pose: Curve) -> Alternation:
-    times = [turn.begin for turn in turns]
-    moved = _moved(pose, times[0], times[-1])
-    names = turns[0].name, turns[1].name
-    one, other = (name.rpartition("/")[2] for name in names)
-    text = (
-        f"{one} and {other} alternate {len(turns) - 1} times from {times[0]:.2f} s to {times[-1]:.2f} s, "
-        f"and the robot stays within {moved:.2f} m"
-    )
-    return Alternation(times[0], times[-1], max(b - a for a, b in pairwise(times)), len(turns) - 1, moved, text, names)
+    def _in_vain(self) -> bool:
+        """Whether no action of the plan succeeds, of those that take turns."""
+        plan = {turn.name for turn in self._turns[:2] if not turn.reflex}
+        return not plan or plan != self._done
 
+    def _alternation(self) -> Alternation:
+        first, second, *_, last = self._turns
+        changes, names = len(self._turns) - 1, (first.name, second.name)
+        one, other = (name.rpartition("/")[2] for name in names)
+        text = (
+            f"{one} and {other} alternate {changes} times from {first.begin:.2f} s to {last.begin:.2f} s, "
+            f"and the robot stays within {self._far:.2f} m"
+        )
+        return Alternation(first.begin, last.begin, last.pause, changes, self._far, text, names)
 
-def _moved(pose: Curve, begin: float, end: float) -> float:
-    """Maximum distance of the poses before a time from the one at another time [m]; infinite if it is not known."""
-    first, last = bisect_right(pose.t, begin + _SLACK), bisect_left(pose.t, end - _SLACK)
-    if not 0 < first <= last:
-        return math.inf
-    rows = pose.rows(first - 1)[: last - first + 1]
-    offsets = rows[:, [0, 1, 3] if pose.width > 3 else [0, 1]]
-    found = np.linalg.norm(offsets - offsets[0], axis=1)
-    return float(found.max()) if np.isfinite(found).all() else math.inf
+    def _moved(self, pose: Curve, end: float) -> float:
+        """Maximum distance of the poses before a time from the one at the begin [m]; infinite if it is not known."""
+        first = bisect_right(pose.t, self._turns[0].begin + _SLACK) - 1
+        last = bisect_left(pose.t, end - _SLACK)
+        if not 0 <= first < max(last, 1):
+            return math.inf
+        new = max(self._looked, first)
+        columns = [0, 1, 3] if pose.width > 3 else [0, 1]
+        begin = np.array(pose.data[first * pose.width : (first + 1) * pose.width])[columns]
+        offsets = pose.rows(new)[: max(last - new, 0), columns] - begin
+        far = np.linalg.norm(offsets, axis=1).max(initial=0.0)
+        self._looked, self._far = max(last, new), max(self._far, float(far) if np.isfinite(far) else math.inf)
+        return self._far
 
 
 def livelock(track: Curve | Steps | None, judged: OutcomeDecided, start: float) -> Alternation | None:

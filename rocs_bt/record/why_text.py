@@ -64,6 +64,7 @@ def _brief(why: Moment) -> list[str]:
     lines = [
         *_part("fired", active),
         *_part("planned", leaves[:2]),
+        *_part("failed", [f"{path}: {why.mission.note(path)}" for path in _failed(why)[:2]]),
         *_part("raised", [f"{e.sentence}{since(e.t, why.t)}" for e in raised[-1:]]),
         *_part("sent", [sent, *_commands(why)][:3]),
         *_part("just before", [_sentence(e) for e in before if _recent(why, e) and not isinstance(e, _MINOR)][-2:]),
@@ -71,6 +72,17 @@ def _brief(why: Moment) -> list[str]:
         *_part("known", ["; ".join(known)] if known else []),
     ]
     return lines[:_BRIEF]
+
+
+def _failed(why: Moment) -> list[str]:
+    """Leaves with a message that have failed just now."""
+    mission = why.mission
+    return [
+        path
+        for path, node in mission.nodes.items()
+        if not node.children and mission.status(path) == "FAILURE" and mission.note(path)
+        if why.t - mission.changed(path) < SLACK
+    ]
 
 
 def _all(why: Moment) -> Iterator[str]:

@@ -8,7 +8,7 @@ import msgspec
 
 from ..catalog import Catalog, copy_content
 from ..editing.worker import Worker
-from ..errors import InputError
+from ..errors import Fault, InputError
 from .authoring import edit_routes
 from .launch import Launcher, Play, Start, stored_episodes
 from .pack import Json
@@ -25,6 +25,14 @@ class _Copy(msgspec.Struct, forbid_unknown_fields=True):
 
 
 _KINDS = ("scenario", "mission", "rules", "robot")
+
+
+def _refuse_python(catalog: Catalog, wanted: _Copy) -> None:
+    """Refuse a copy that would write Python files."""
+    path = catalog.find(wanted.kind, wanted.name).path
+    if path.suffix == ".py" or (wanted.kind == "robot" and any(path.parent.rglob("*.py"))):
+        hint = f"Start it with --allow-code, or write: rocs-bt new {wanted.name} --kind {wanted.kind} --copy"
+        raise InputError(Fault(f"'{wanted.name}' has Python files, which this studio may not write.", hint=hint))
 
 
 def project_routes(
@@ -48,6 +56,8 @@ def project_routes(
 
     def copy(request: Request) -> Answer:
         wanted = request.read(_Copy)
+        if not allow_code:
+            _refuse_python(catalog.fresh(), wanted)
         return as_json({"file": _place(copy_content(catalog.fresh(), wanted.kind, wanted.name), catalog)})
 
     def stop(request: Request) -> Answer:

@@ -130,7 +130,9 @@ class TestProject:
         catalog = Catalog(tmp_path, code=False)
         with pytest.raises(InputError, match=r"greet\.py: this Python content may not run"):
             catalog.load_mission("meet")
-        assert not check_content([catalog.find("mission", "meet").path], code=False).faults
+        (note,) = check_content([catalog.find("mission", "meet").path], code=False).faults
+        assert note.note
+        assert "not judged" in note.message
 
     def test_a_file_whose_nodes_nobody_names_is_not_run(self, project, write):
         write("planners/nodes/broken.py", NODE.replace("Greet", "Other") + "\nraise RuntimeError\n")

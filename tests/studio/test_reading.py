@@ -8,7 +8,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt.errors import Fault
-from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, TreeNode
+from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
 from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -325,7 +325,21 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     )
     press(browser, "o")
     until(browser, "document.querySelector('select[aria-label=robot]')")
-    assert "same" in text(browser, ".differences")
+    assert "differs" in text(browser, ".differences li.empty")
+    assert faults(browser) == []
+
+
+def test_what_only_one_of_two_runs_has_is_a_difference_in_both_orders(browser, recording, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", recording.header)
+    for event in recording.events():
+        recorder.emit(event)
+    recorder.emit(RuleChanged(t=recording.header.start + 1e3, agent="R2", rule="new/Only", phase="fired", priority=1))
+    recorder.close()
+    other = Recording.open(recorder.path)
+    for first, second in ((recording, other), (other, recording)):
+        write_report(first, recording.summary, tmp_path / "both.html", second)
+        show(browser, tmp_path / "both.html")
+        assert "new/Only" in text(browser, ".differences")
     assert faults(browser) == []
 
 

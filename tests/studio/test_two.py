@@ -78,6 +78,8 @@ class TestRequests:
         for wrong in ({"kind": "scenario", "name": "mine"}, {"kind": "scenario", "name": str(project / "x.toml")},
                       {"kind": "secret", "name": "x"}, {"kind": "robot", "name": "../../etc"}):  # fmt: skip
             assert studio.post("copy", **wrong)["error"]
+        assert "--allow-code" in studio.post("copy", kind="robot", name="quadrotor")["error"]
+        assert not (project / "robots" / "quadrotor").exists()
 
     def test_content_that_is_new_is_listed_without_a_restart(self, studio, project):
         (project / "scenarios" / "later.toml").write_text(SCENARIO)

@@ -89,7 +89,7 @@ class IsolatedActuator(Actuator):
             self._number += 1
             self._channel.send(Neutral(self._number))
         if self._standby is not None:
-            self._standby.neutral(now=self.late)
+            self._standby.stop() if self.late else self._standby.neutral()
 
     @property
     def late(self) -> bool:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 
 from ...device import Actuator
 from ...raised import describe
@@ -32,7 +33,8 @@ class Standby:
         self._active = self._closed = False
         self._thread = threading.Thread(target=self._run, name="standby", daemon=True)
         self._problem = "the driver has not opened its device yet"
-        self._lock = threading.Lock()  # of opening and closing
+        self._lock = threading.Lock()  # of opening, closing, and `stop`
+        self._stopping = threading.Event()
 
     def take_over(self) -> str:
         """Open the device and send it to neutral several times, in a thread of its own.
@@ -45,18 +47,23 @@ class Standby:
         return self._problem
 
     def stop(self) -> None:
-        """Send the device to neutral once, if it is open, in a thread of its own: the caller does not wait."""
-        threading.Thread(target=self._try, args=(True,), name="standby/stop", daemon=True).start()
+        """Send the device to neutral once, if it is open, in a thread of its own: the caller does not wait for it."""
+        if not self._stopping.is_set():  # a neutral on its way is enough
+            self._stopping.set()
+            threading.Thread(target=self._stop, name="standby/stop", daemon=True).start()
 
-    def neutral(self, *, now: bool = False) -> None:
-        """Send the device to neutral, if it is open, and the standby has taken over or shall act now."""
-        if (self._active or now) and self._device is not None:
+    def neutral(self) -> None:
+        """Send the device to neutral, if it is open, and the standby has taken over."""
+        if self._active and self._device is not None:
             self._device.neutral()
 
     def close(self) -> None:
-        """Close the device if it was opened."""
-        with self._lock:
-            self._closed, device, self._device = True, self._device, None
+        """Close the device if it was opened; not while its driver hangs."""
+        self._closed = True
+        if not self._lock.acquire(timeout=SOON):
+            return
+        device, self._device = self._device, None
+        self._lock.release()
         if device is not None:
             device.close()
 
@@ -71,10 +78,18 @@ class Standby:
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a user's driver may raise anything
             self._problem = describe(error)
 
-    def _try(self, now: bool = False) -> None:
+    def _stop(self) -> None:
+        try:
+            with suppress(Exception, SystemExit), self._lock:  # a user's driver may raise anything
+                if self._device is not None:
+                    self._device.neutral()
+        finally:
+            self._stopping.clear()
+
+    def _try(self) -> None:
         """Send the device to neutral; the next attempt is made also if this one raises."""
         try:
-            self.neutral(now=now)
+            self.neutral()
             self._problem = ""
         except Exception as error:  # noqa: BLE001 - a user's driver may raise anything
             self._problem = describe(error)

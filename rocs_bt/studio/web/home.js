@@ -208,7 +208,8 @@ const show = (project) => {
   );
   let gone = false;
   const back = () => { if (gone) tell(""); gone = false; };
-  const lost = () => { gone = true; tell("The studio has ended. Start it again: rocs-bt studio"); };
+  const ended = "The studio has ended. Start it again: rocs-bt studio";
+  const lost = (error) => { gone = true; tell(error instanceof TypeError ? ended : error.message); }; // a TypeError is that of the network
   const look = () => runs.look().then(back, lost);
   addEventListener("keydown", (event) => {
     if (event.key !== "/" || /^(INPUT|SELECT)$/.test(/** @type {HTMLElement} */ (event.target).tagName)) return;

@@ -31,13 +31,13 @@ const join = (run, other) => {
 /** Track of the second run for one of the first. */
 export const twin = (run, address) => (run.other ? run.tracks.get(address.replace("|", `${MARK}|`)) : undefined);
 
-/** First difference of each kind, earliest first. */
+/** First difference of each kind, earliest first; a track that only one run has differs from its beginning. */
 const differences = (run) => {
-  const found = [];
+  const found = [], alone = ({ agent, address }) => !isSecond(agent) || !run.tracks.has(address.replace(`${MARK}|`, "|"));
   for (const [kind, topics] of Object.entries(KINDS)) {
     let first = null;
     for (const track of run.tracks.values()) {
-      if (isSecond(track.agent) || !topics.includes(track.topic)) continue;
+      if (!topics.includes(track.topic) || !alone(track)) continue;
       const t = differs(track, twin(run, track.address), first?.t ?? Infinity);
       if (t !== undefined) first = { kind, t, track };
     }
@@ -72,10 +72,10 @@ export const listed = (run, cursor) => ({ box: el(
       el("time", {}, seconds(t)),
       el(
         "span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: `,
-        `${worded(track.at(t))} / ${worded(twin(run, track.address)?.at(t))}`,
+        (isSecond(track.agent) ? [undefined, track] : [track, twin(run, track.address)]).map((each) => worded(each?.at(t))).join(" / "),
       ),
     ))),
-    run.differences.length ? null : el("li", { class: "empty" }, "The two runs are the same."),
+    run.differences.length ? null : el("li", { class: "empty" }, "No decision, knowledge, command or pose differs."),
   ),
 ) });
 
