@@ -50,7 +50,7 @@ export class Log extends Panel {
 
   build() {
     const word = this.find.value.toLowerCase(), least = Number(this.least.value), { agent } = this.cursor;
-    const mine = ["", agent, `${agent}′`], has = ([, who, level, text]) => level >= least && mine.includes(who) && text.toLowerCase().includes(word);
+    const mine = ["", agent, `${agent}′`], has = ([, of, level, text]) => level >= least && mine.includes(of) && text.toLowerCase().includes(word);
     const lines = this.run.log.filter(has);
     this.lines = lines.slice(-MOST);
     this.times = this.lines.map(([t]) => t);
