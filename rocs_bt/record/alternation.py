@@ -67,7 +67,7 @@ class Turns:
 
     def __init__(self) -> None:
         self._turns: list[_Turn] = []
-        self._looked = 0  # number of poses whose distance from the begin is in `_far`
+        self._looked = 0  # number of poses that `_far` includes
         self._far = 0.0  # [m]
         self._done: set[str] = set()  # actions of the plan that have succeeded in these turns
 

@@ -67,7 +67,7 @@ class Editor {
     put(this.state, text || this.given.reason || (changed ? "not saved" : "saved"));
   }
 
-  /** Answer about a place; null if there is none, since a person who types did not ask for an error. */
+  /** Answer about a place; null if there is none, since typing asks for no error. */
   async quiet(name, at) {
     try { return await ask(name, { text: this.code.text, at }); } catch { return null; }
   }
