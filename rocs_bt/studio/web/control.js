@@ -26,7 +26,8 @@ export class Control {
     const reload = () => this.send(...this.rules().map((rules) => ({ kind: "reload", agent: cursor.agent, rules })));
     this.reload = button("reload", "read the rule files of this robot again", reload);
     this.stop = button("■ stop", "end the run in order, with its report", () => this.try(post("stop")));
-    this.again = button("↻ again", "run the scenario again (a)", () => this.rerun());
+    const but = run.header.swaps?.length ? " without its swaps: the command of the run repeats them" : "";
+    this.again = button("↻ again", `run the scenario again${but} (a)`, () => this.rerun());
     this.notice = el("output", { class: "muted", role: "status" });
     const parts = [this.pause, this.step, this.swap, this.reload, this.stop, this.again, this.notice];
     this.box = el("div", { class: "control", role: "group", "aria-label": "control of the run" }, ...parts);
@@ -68,8 +69,8 @@ export class Control {
   }
 
   rerun() {
-    const { scenario, seed, mode } = this.run.header;
-    this.try(start({ scenario, seed, mode }));
+    const { scenario, seed, mode, command = "" } = this.run.header, limit = /--for ([\d.e+-]+)/.exec(command);
+    this.try(start(limit ? { scenario, seed, mode, duration: Number(limit[1]) } : { scenario, seed, mode }));
   }
 
   askSwap() {
