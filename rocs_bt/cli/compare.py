@@ -16,11 +16,10 @@ import click
 from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..files import check_writable, write_whole
-from ..units import POSITIVE
 from ..words import counted
 from .content import json_option, no_code_option
+from .episodes import jobs_option, store_option, wall_limit_option
 from .progress import Progress
-from .quantity import QuantityType
 from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
@@ -65,22 +64,10 @@ _WIDE = 1000  # characters, wider than any table
     is_flag=True,
     help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).",
 )
-@click.option(
-    "--store",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("runs/compare"),
-    show_default=True,
-    help="Folder of stored episodes, which are not played again.",
-)
-@click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
+@store_option
+@jobs_option
 @click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
-@click.option(
-    "--wall-limit",
-    type=QuantityType(bounds=POSITIVE),
-    default=300.0,
-    show_default=True,
-    help="Wall-clock limit of an episode.",
-)
+@wall_limit_option
 @click.option("--retry-errors", is_flag=True, help="Play episodes again that ended in an error or at the limit.")
 @click.option("--report", type=click.Path(path_type=Path, dir_okay=False), help="Write a report as one HTML page.")
 @click.option(

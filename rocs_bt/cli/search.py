@@ -13,11 +13,10 @@ import click
 
 from ..catalog import Catalog
 from ..errors import Fault, InputError
-from ..units import POSITIVE
 from ..words import counted
 from .content import json_option, no_code_option
+from .episodes import jobs_option, store_option, wall_limit_option
 from .progress import Progress
-from .quantity import QuantityType
 from .terminal import echo, show_warnings
 
 if TYPE_CHECKING:
@@ -52,21 +51,9 @@ _LISTED = 12  # maximum number of listed obstacles
     help="Project folder to write the scene and a test to.",
 )
 @click.option("--name", default="", help="Name of the scene there; by default PLANNER_in_FAMILY.")
-@click.option(
-    "--store",
-    type=click.Path(path_type=Path, file_okay=False),
-    default=Path("runs/compare"),
-    show_default=True,
-    help="Folder of stored episodes, which are not played again.",
-)
-@click.option("--jobs", "-j", type=click.IntRange(min=1), help="Number of worker processes; by default one per core.")
-@click.option(
-    "--wall-limit",
-    type=QuantityType(bounds=POSITIVE),
-    default=300.0,
-    show_default=True,
-    help="Wall-clock limit of an episode.",
-)
+@store_option
+@jobs_option
+@wall_limit_option
 @json_option("Print JSON, including scenario and world of the scene.")
 @no_code_option
 def command(

@@ -124,11 +124,16 @@ def test_what_takes_too_long_or_dies_is_an_answer_and_the_next_question_is_answe
         worker.close()
 
 
+def _hold(path):
+    while not path.exists():
+        time.sleep(0.01)
+
+
 def _raise(text):
     raise InputError(text)
 
 
-def test_of_questions_that_wait_only_the_newest_is_answered(worker):
+def test_of_questions_that_wait_only_the_newest_is_answered(worker, tmp_path):
     answers, started = {}, []
 
     def ask(name, key, *given):
@@ -145,10 +150,11 @@ def test_of_questions_that_wait_only_the_newest_is_answered(worker):
         until(lambda: worker._newest.get(key) is not before)
 
     worker.ask("first", abs, 1)
-    start("holds", "other", time.sleep, 1.0)
+    start("holds", "other", _hold, tmp_path / "go")
     for number in range(1, 5):
         start(number, "same", abs, -number)
     start("another", "different", abs, -9)
+    (tmp_path / "go").write_text("go")
     for thread in started:
         thread.join()
     assert answers.pop("holds") is None

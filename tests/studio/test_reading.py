@@ -298,14 +298,22 @@ def test_playing_pauses_when_a_node_with_a_stop_fails_whichever_frames_are_drawn
     assert faults(browser) == []
 
 
-def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser, recording, tmp_path):
-    recorder = Recorder(tmp_path / "run.mcap", recording.header)
+def copied(recording, folder, keep, *more):
+    """A recording with some events of another one, and more events at its end."""
+    recorder = Recorder(folder / "run.mcap", recording.header)
     for event in recording.events():
-        if not isinstance(event, NodeTicked) or event.t < 3.0:
+        if keep(event):
             recorder.emit(event)
-    recorder.emit(NodeTicked(t=19.9, agent="R2", node="go to", status="FAILURE"))
+    for event in more:
+        recorder.emit(event)
     recorder.close()
-    write_report(recording, recording.summary, tmp_path / "both.html", Recording.open(recorder.path))
+    return Recording.open(recorder.path)
+
+
+def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser, recording, tmp_path):
+    last = NodeTicked(t=19.9, agent="R2", node="go to", status="FAILURE")
+    other = copied(recording, tmp_path, lambda event: not isinstance(event, NodeTicked) or event.t < 3.0, last)
+    write_report(recording, recording.summary, tmp_path / "both.html", other)
     show(browser, tmp_path / "both.html")
     assert browser.evaluate("document.querySelector('dialog[open]')") is None
     assert "decisions" in text(browser, ".differences")
@@ -330,12 +338,8 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
 
 
 def test_what_only_one_of_two_runs_has_is_a_difference_in_both_orders(browser, recording, tmp_path):
-    recorder = Recorder(tmp_path / "run.mcap", recording.header)
-    for event in recording.events():
-        recorder.emit(event)
-    recorder.emit(RuleChanged(t=recording.header.start + 1e3, agent="R2", rule="new/Only", phase="fired", priority=1))
-    recorder.close()
-    other = Recording.open(recorder.path)
+    only = RuleChanged(t=recording.header.start + 1e3, agent="R2", rule="new/Only", phase="fired", priority=1)
+    other = copied(recording, tmp_path, lambda event: True, only)
     for first, second in ((recording, other), (other, recording)):
         write_report(first, recording.summary, tmp_path / "both.html", second)
         show(browser, tmp_path / "both.html")
@@ -344,13 +348,8 @@ def test_what_only_one_of_two_runs_has_is_a_difference_in_both_orders(browser, r
 
 
 def test_two_runs_open_at_the_failure_of_the_second_if_the_first_succeeded(browser, recording, tmp_path):
-    recorder = Recorder(tmp_path / "run.mcap", recording.header)
-    for event in recording.events():
-        if not isinstance(event, OutcomeDecided) and event.t < 5.0:
-            recorder.emit(event)
-    recorder.emit(OutcomeDecided(t=5.0, agent="R2", outcome="collision", reason="it ran into box"))
-    recorder.close()
-    second = Recording.open(recorder.path)
+    end = OutcomeDecided(t=5.0, agent="R2", outcome="collision", reason="it ran into box")
+    second = copied(recording, tmp_path, lambda event: not isinstance(event, OutcomeDecided) and event.t < 5.0, end)
     for one, other, title in ((recording, second, "R2′: collision"), (second, recording, "R2: collision")):
         write_report(one, one.summary, tmp_path / "both.html", other)
         show(browser, tmp_path / "both.html")
