@@ -209,60 +209,34 @@ def test_labels_of_the_arena_are_beside_each_other_and_inside(browser, live):
     assert seen["over"] < 12  # of 3,000 pairs: in a crowd there is not always room
 
 
-TURNS = """
-import("./turns.js").then(({ parts }) => {
-  const wrong = [];
-  let seed = 5, folded = 0;
-  const random = (n) => (seed = (seed * 16807) % 2147483647) % n;
-  const changes = (part) => part.filter((name, i) => i && name !== part[i - 1]).length;
-  const turns = (part) => !part.includes("") && new Set(part).size <= 2 && changes(part) >= 6;
-  for (let run = 0; run < 300; run++) {
-    let pair = ["a", "b"];
-    const names = Array.from({ length: 40 }, () => {
-      if (!random(9)) pair = [["a", "b"], ["b", "c"], ["a", "c"], ["a", ""]][random(4)];
-      return pair[random(2)];
-    });
-    const found = parts(names), taken = names.map(() => 0);
-    for (const part of found) {
-      for (let i = part.from; i < part.to; i++) taken[i] += part.changes ? 2 : 1;
-      if (!part.changes) continue;
-      const inside = names.slice(part.from, part.to);
-      folded++;
-      if (!turns(inside) || changes(inside) !== part.changes) wrong.push(["no turns", inside.join("")]);
-      if ([...new Set(inside)].join() !== part.names.join()) wrong.push(["names", part.names.join(), inside.join("")]);
-    }
-    if (taken.some((n) => n !== 1 && n !== 2)) wrong.push(["not each once", names.join("")]);
-    for (let i = 0; i < names.length; i++) for (let j = i + 7; j <= names.length; j++) {
-      if (turns(names.slice(i, j)) && taken.slice(i, j).every((n) => n === 1)) wrong.push(["missed", names.join("|")]);
-    }
-  }
-  return { wrong: wrong.slice(0, 3), folded };
-})
-"""
-
-
-@pytest.mark.browser
-def test_all_that_takes_turns_in_a_list_is_found_and_nothing_else(browser, live):
-    browser.open(live.url)
-    seen = browser.evaluate(TURNS)
-    assert seen["wrong"] == []
-    assert seen["folded"] > 100
+def alternating(path, step):
+    """A run in which two rules take turns 16 times, and the robot moves by a step each time [m]."""
+    recorder = Recorder(path / "run.mcap", synthetic.header())
+    place = {"agent": "R2", "body": "R2", "y": 0.0, "yaw": 0.0}
+    for i in range(20):
+        rule = ("a/Flinch", "a/Turn")[i % 2] if i < 16 else f"a/Other{i}"
+        ticket = {"agent": "R2", "ticket": i, "action": rule[2:], "priority": "HIGH", "by": rule}
+        recorder.emit(BodyMoved(t=float(i), x=step * i, **place))
+        recorder.emit(RuleChanged(t=float(i), agent="R2", rule=rule, phase="fired", priority=1))
+        recorder.emit(TicketChanged(t=float(i), state="RUNNING", **ticket))
+        recorder.emit(TicketChanged(t=i + 0.5, state="SUCCEEDED", **ticket))
+        recorder.emit(RuleChanged(t=i + 0.5, agent="R2", rule=rule, phase="ended", priority=1))
+    recorder.close(synthetic.summary())
+    recording = Recording.open(recorder.path)
+    write_report(recording, synthetic.summary(), path / "report.html")
+    return Tracks.of_recording(recording)
 
 
 @pytest.mark.browser
 @pytest.mark.usefixtures("screen")
-def test_two_rules_that_take_turns_are_one_line_of_the_log_which_opens(browser, tmp_path):
-    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
-    for i in range(20):
-        rule = ("a/Flinch", "a/Turn")[i % 2] if i < 16 else f"a/Other{i}"
-        recorder.emit(RuleChanged(t=float(i), agent="R2", rule=rule, phase="fired", priority=1))
-        recorder.emit(RuleChanged(t=i + 0.5, agent="R2", rule=rule, phase="ended", priority=1))
-    recorder.close(synthetic.summary())
-    write_report(Recording.open(recorder.path), synthetic.summary(), tmp_path / "report.html")
+def test_two_rules_that_take_turns_are_one_line_of_the_log_with_the_words_of_the_recording(browser, tmp_path):
+    tracks = alternating(tmp_path, 0.001)
     show(browser, tmp_path / "report.html")
     visible = ".log li:not([hidden])"
     assert len(each(browser, visible)) == 5
-    assert "rule Flinch and rule Turn alternate, each ×8, until 15.00 s" in text(browser, ".log .turns")
+    said = [each for each in tracks.get("R2", "alternation").v if each][-1].text
+    assert "alternate 15 times from 0.00 s to 15.00 s" in said
+    assert said in text(browser, ".log .turns")
     go(browser, 7.2)
     assert "here" in browser.evaluate("document.querySelector('.log .turns').className")
     browser.evaluate("document.querySelector('.log .turns').click()")
@@ -272,6 +246,15 @@ def test_two_rules_that_take_turns_are_one_line_of_the_log_which_opens(browser, 
     browser.evaluate("document.querySelector('.log .turns').click()")
     assert len(each(browser, visible)) == 5
     assert faults(browser) == []
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_turns_of_a_robot_that_makes_progress_are_not_folded(browser, tmp_path):
+    assert alternating(tmp_path, 0.6).get("R2", "alternation") is None
+    show(browser, tmp_path / "report.html")
+    assert len(each(browser, ".log li:not([hidden])")) == 20
+    assert each(browser, ".log .turns") == []
 
 
 LABEL = "[...document.querySelectorAll('.label')].find((each) => each.textContent.startsWith('Flinch')).click()"
@@ -299,9 +282,8 @@ def test_an_action_of_a_reflex_that_fails_again_and_again_is_seen_as_such(browse
     assert answer.endswith(phrase)
     browser.evaluate("location.hash = new URLSearchParams({ t: 2.4, select: 'R2|pose|' })")
     assert text(browser, ".inspector .cause") == answer
-    assert "action Flinch failed and rule Back fired again alternate, each ×12, until 3.85 s" in text(
-        browser, ".log .turns"
-    )
+    assert "Back: its action Flinch failed 12 times since t = 1.05 s: BLOCKED: a wall" in text(browser, ".log .turns")
+    assert len(each(browser, ".log .inner[hidden]")) == 23  # 12 failures, and the firings between them
     for t, number in ((2.2, 5), (2.4, 6), (3.9, 12)):  # the last one at the time, also one that did not run
         go(browser, t)
         browser.evaluate(LABEL)

@@ -1,16 +1,16 @@
 // @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
-import { afterwards, el, put, seconds, shown, upto } from "./dom.js";
+import { afterwards, el, put, short, shown, upto } from "./dom.js";
 import { Graph } from "./graph.js";
 import { tintOf } from "./legend.js";
 import { isSecond } from "./second.js";
 import { get, runName } from "./server.js";
 import { raw } from "./tools.js";
-import { turns } from "./turns.js";
 
 const MOST = 3000; // lines of the log on the page
 const ASK = 500; // [ms] between two questions for what the run has printed
 const FRESH = 1; // [s] for which a change is marked
+const AGAIN = 3; // failures of a rule's action from which on they are one line, as in record/decisive.py
 
 /** A panel that updates while it is visible. */
 class Panel {
@@ -40,7 +40,7 @@ export class Log extends Panel {
     this.list = list;
     this.find = find;
     this.least = least;
-    /** @type {Set<number>} times at which opened turns begin */
+    /** @type {Set<string>} what is repeated, and was opened */
     this.open = new Set();
     this.build();
     const { value } = least;
@@ -58,8 +58,8 @@ export class Log extends Panel {
     this.items = this.lines.map((line) => this.line(line));
     const more = lines.length > MOST ? `${lines.length - MOST} earlier lines are not shown; filter the log.` : "";
     const none = this.items.length ? more : word ? "No line has this text." : "Nothing was logged at this level.";
-    const rows = turns(this.run, this.lines).flatMap((part) => this.part(part));
-    this.list.replaceChildren(...(none ? [el("li", { class: "empty" }, none)] : []), ...rows);
+    this.list.replaceChildren(...(none ? [el("li", { class: "empty" }, none)] : []), ...this.items);
+    for (const each of this.repeated()) this.sum(each);
     this.here = -1;
     this.count = this.run.log.length;
     this.update();
@@ -75,24 +75,43 @@ export class Log extends Panel {
     );
   }
 
-  /** Lines of a part; what takes turns is one line, which opens. */
-  part({ from, to, names, changes }) {
-    const items = this.items.slice(from, to), key = this.times[from];
-    if (!changes) return items;
-    const text = `${names.join(" and ")} alternate, each ×${Math.ceil((changes + 1) / 2)}, until ${seconds(this.times[to - 1])}`;
+  /** What the run says in one sentence of many lines: two rules or actions that alternate, and an action of a rule that fails again and again. */
+  repeated() {
+    const found = new Map(), { run } = this;
+    for (const track of run.agents.flatMap((agent) => [...run.of(agent, "alternation"), ...run.of(agent, "failures")])) {
+      track.v.forEach((now, i) => { // the last value of each is that of all of it
+        if (!now || now.count < AGAIN) return;
+        const { begin = now.first, last = track.t[i], names = [track.name] } = now, text = now.names ? now.text : `${short(track.name)}: ${now.text}`;
+        found.set(`${track.address} ${begin}`, { agent: track.agent, begin, last, text, names });
+      });
+    }
+    return [...found.values()];
+  }
+
+  /** Folds the lines of what is repeated below one line, which opens. */
+  sum({ agent, begin, last, text, names }) {
+    const about = ([t, of, , , address]) => of === agent && t > begin - 1e-3 && t < last + 1e-3 && names.some((name) => this.named(address, name));
+    const items = this.items.filter((item, i) => !item.head && about(this.lines[i])), key = `${agent} ${begin}`;
+    if (items.length < 2) return;
     const mark = el("span"), head = el(
       "li", { class: "turns", tabindex: 0, role: "button", onclick: () => { show(!this.open.delete(key)); } },
-      el("time", {}, key.toFixed(2)), el("span", {}, mark, text),
+      el("time", {}, begin.toFixed(2)), el("span", {}, mark, text),
     );
     const show = (on) => {
       if (on) this.open.add(key);
       put(mark, on ? "▾ " : "▸ ");
       head.setAttribute("aria-expanded", String(on));
-      for (const item of items) Object.assign(item, { hidden: !on, head: on ? null : head });
+      for (const item of items) item.hidden = !on;
     };
-    for (const item of items) item.classList.add("inner");
+    for (const item of items) { item.classList.add("inner"); item.head = head; }
+    items[0].before(head);
     show(this.open.has(key));
-    return [head, ...items];
+  }
+
+  /** Whether a line's address is a rule, or an action of it or of this name. */
+  named(address, name) {
+    const ticket = this.run.tracks.get(address)?.v[0];
+    return address.endsWith(`|rule|${name}`) || ticket?.by === name || ticket?.action === name;
   }
 
   /** Takes new lines of a run that goes on. */
@@ -103,7 +122,7 @@ export class Log extends Panel {
   update() {
     const here = upto(this.times, this.cursor.t) - 1;
     if (here === this.here) return;
-    const item = this.items[here]?.head ?? this.items[here];
+    const item = this.items[here]?.hidden ? this.items[here].head : this.items[here];
     this.list.querySelector(".here")?.classList.remove("here");
     item?.classList.add("here");
     this.here = here;
