@@ -48,7 +48,7 @@ def run(
         RocsError: The engine failed.
         KeyboardInterrupt: A signal ended the run.
     """
-    return _conduct(scenario, catalog, msgspec.structs.replace(options, **changes))
+    return _conduct(scenario, catalog, options.changed(**changes))
 
 
 def drive(
@@ -78,7 +78,7 @@ def drive(
         DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values within the option `wait`.
         KeyboardInterrupt: A signal ended the run.
     """
-    return _conduct(scenario, catalog, msgspec.structs.replace(options, **changes), on_hardware=True)
+    return _conduct(scenario, catalog, options.changed(**changes), on_hardware=True)
 
 
 def report(recording: Recording | Path | str, out: Path | str | None = None) -> RunResult:

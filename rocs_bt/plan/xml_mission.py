@@ -266,6 +266,10 @@ def embedded(
     """
     document = document_of(mission, source)
     name = document.main(main).name
+    if ports := [port.name for port in input_ports(document, name)]:  # else any key may be given, as in a file
+        known = {*ports, *main_keys(document, name, shipped_nodes(mission.dialect))}
+        if wrong := [key for key in values if key not in known and key[0] != "_"]:
+            raise InputError(*(unknown(f"port of the tree '{name}'", key, ports) for key in wrong))
     given = {**defaults_of(document, name), **values}
     return SubTree(name, content_tree(document, mission, nodes, main), ID=name, **given)
 

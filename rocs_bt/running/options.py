@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal, Protocol, get_type_hints
 
 import msgspec
 
-from ..errors import InputError
+from ..errors import InputError, UnknownName, unknown
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
@@ -198,6 +198,20 @@ class RunOptions(msgspec.Struct, frozen=True, kw_only=True):
             value = getattr(self, name)
             if isinstance(value, (int, float)) and not each.bounds.admit(value):
                 raise InputError(f"the option {name} must be {each.bounds}, found {value:g}.")
+
+    def changed(self, **changes: Any) -> RunOptions:
+        """These options with other values.
+
+        Args:
+            changes: New values by attribute.
+
+        Raises:
+            UnknownName: There is no such option.
+            InputError: A value is invalid.
+        """
+        if wrong := [name for name in changes if name not in self.__struct_fields__]:
+            raise UnknownName(*(unknown("option of a run", name, self.__struct_fields__) for name in wrong))
+        return msgspec.structs.replace(self, **changes)
 
     def refuse_simulation(self) -> None:
         """Refuse the options that need a simulated world.

@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from ..agent import Agent, RuleWatch
 from ..catalog import Catalog, ScenarioSpec
-from ..errors import Fault, InputError, collected
+from ..errors import Fault, InputError, collected, unknown
 from ..expression import Environment
 from ..files import read_once
 from ..record import TRUTH, RunHeader, Summary, write_report
@@ -35,6 +35,7 @@ from .summary import Unrecorded
 from .swaps import SwapSchedule, rehearse_swaps, swapped_content
 
 _DEFAULTS = RunOptions()
+_LATER = ("out", "report", "btlog", "sinks", "progress", "view", "video", "follow", "live", "command", "signals")
 
 
 class Run:
@@ -73,7 +74,7 @@ class Run:
         self._take(options)
         self.agents: Sequence[Agent] = ()
         self.prepared = False
-        self._opened = False
+        self._opened = self._over = False
         self._on_hardware = on_hardware
         self._relay = Relay()
         self._stack = ExitStack()  # closes all that was opened, before the report is written
@@ -85,16 +86,23 @@ class Run:
         """Prepare the run unless it is prepared, play and finish it, and write its report.
 
         Args:
-            later: Options of the run that do not affect its preparation, such as `live`.
+            later: Options of the run that replace those of `options`; for a run that is prepared, only those that do
+                not affect its preparation, such as `live`.
 
         Raises:
-            InputError: The content is invalid; nothing was written.
+            InputError: The content is invalid, the run was conducted before, or an option is unknown or comes too late;
+                nothing was written.
             DeviceError: A driver cannot reach its device, or a needed sensor gave no fresh values in time.
             RocsError: The engine failed.
             EndedAtOnce: A second signal was received; its note names the missing files.
             KeyboardInterrupt: A signal ended the run.
         """
-        self._take(replace(self.options, **later))
+        self._refuse_again()
+        options = self.options.changed(**later)
+        if self.prepared and (late := [name for name in later if name not in _LATER]):
+            given = " and ".join(f"{name} = {getattr(self.options, name)!r}" for name in late)
+            raise InputError(f"the run is prepared with {given} already. Make a Run with other options.")
+        self._take(options)
         try:
             with ExitStack() as last:
                 last.callback(self._files.unlock)  # after the report
@@ -117,7 +125,13 @@ class Run:
             if text := self._files.unfinished:
                 error.add_note(text)
             raise
+        finally:
+            self._over = True
         return self._result()
+
+    def _refuse_again(self) -> None:
+        if self._over:
+            raise InputError("this run was conducted or closed before. Make another Run, of the same spec and options.")
 
     def _take(self, options: RunOptions) -> None:
         self.options = options
@@ -136,7 +150,10 @@ class Run:
             InputError: The content is invalid.
             DeviceError: A driver cannot reach its device.
         """
+        self._refuse_again()
         with read_once(), collected(faults):
+            for name in sorted((self.options.missions or {}).keys() - {agent.name for agent in self.spec.agents}):
+                raise InputError(unknown("agent of the option 'missions'", name, [a.name for a in self.spec.agents]))
             if faults is None or self._simulated():
                 self._set_up(faults)
         if faults is not None and not self.agents:
@@ -265,6 +282,7 @@ class Run:
 
     def close(self) -> None:
         """Close what `prepare` has opened, of a run that is not played."""
+        self._over = True
         self._stack.close()
 
     def _begin(self) -> None:
