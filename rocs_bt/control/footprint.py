@@ -53,9 +53,13 @@ class Footprint:
 
     def gaps(self, points: Array) -> Array:
         """Signed distances of points (..., 2), body frame, to the hull, shape (...,) [m]; negative inside."""
-        over = np.abs(points) - (0.5 * self.length, 0.5 * self.width)
-        outside = np.maximum(over, 0.0)
-        gaps: Array = np.hypot(outside[..., 0], outside[..., 1]) + np.minimum(over.max(axis=-1), 0.0)
+        return self.gap(points[..., 0], points[..., 1])
+
+    def gap(self, x: Array, y: Array) -> Array:
+        """As `gaps`, of points with body coordinates x and y [m], each of shape (...,)."""
+        ahead, aside = np.abs(x) - 0.5 * self.length, np.abs(y) - 0.5 * self.width
+        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
+        gaps: Array = outside + np.minimum(np.maximum(ahead, aside), 0.0)
         return gaps
 
     def clearance(self, poses: Array, points: Array) -> Array:
@@ -80,9 +84,7 @@ class Footprint:
         group, near = np.nonzero(away <= (reach * reach)[:, None])
         at, (x, y) = poses[groups[group]], points[near].T[:, :, None]
         c, s, dx, dy = np.cos(at[..., 2]), np.sin(at[..., 2]), x - at[..., 0], y - at[..., 1]
-        ahead, aside = np.abs(c * dx + s * dy) - 0.5 * self.length, np.abs(c * dy - s * dx) - 0.5 * self.width
-        outside = np.hypot(np.maximum(ahead, 0.0), np.maximum(aside, 0.0))
-        gaps = outside + np.minimum(np.maximum(ahead, aside), 0.0)
+        gaps = self.gap(c * dx + s * dy, c * dy - s * dx)
         least: Array = np.minimum.reduceat(gaps, np.searchsorted(group, np.arange(len(groups)))).reshape(-1)
         return least[: len(poses)]
 
@@ -101,21 +103,38 @@ class Footprint:
         Returns:
             Time of contact [s]; +inf without contact.
         """
-        turn = twist.turn * times
-        # sin(a)/a and (1 - cos(a))/a, with limits 1 and 0 at zero: see geometry.along_arc.
-        small = np.abs(turn) < 1e-6
-        safe = np.where(small, 1.0, turn)
-        along, across = np.where(small, 1.0, np.sin(safe) / safe), np.where(small, 0.0, (1.0 - np.cos(safe)) / safe)
-        forward, left = twist.forward * times, twist.left * times
-        poses = np.column_stack([along * forward - across * left, across * forward + along * left, turn])
+        poses = poses_ahead(twist, times)
         low, high = poses[:, :2].min(axis=0, initial=0.0), poses[:, :2].max(axis=0, initial=0.0)
         reach = self.outer + margin
         near = points[((points >= low - reach) & (points <= high + reach)).all(axis=1)]
         if len(near) == 0:
             return math.inf
-        now = self.gaps(near)
-        c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         dx, dy = near[:, 0] - poses[:, :1], near[:, 1] - poses[:, 1:2]
-        gaps = self.gaps(np.stack([c * dx + s * dy, c * dy - s * dx], axis=-1))
-        touched = (gaps < np.where(now > margin, margin, now - CLOSING)).any(axis=1)
-        return float(times[touched.argmax()]) if touched.any() else math.inf
+        return first_contact(times, self.gap(c * dx + s * dy, c * dy - s * dx), self.gaps(near), margin)
+
+
+def poses_ahead(twist: Twist2, times: Array) -> Array:
+    """Poses after times [s] of motion with a constant twist, in the body frame of now, shape (k, 3) [m, m, rad]."""
+    turn = twist.turn * times
+    # sin(a)/a and (1 - cos(a))/a, with limits 1 and 0 at zero: see geometry.along_arc.
+    small = np.abs(turn) < 1e-6
+    safe = np.where(small, 1.0, turn)
+    along, across = np.where(small, 1.0, np.sin(safe) / safe), np.where(small, 0.0, (1.0 - np.cos(safe)) / safe)
+    forward, left = twist.forward * times, twist.left * times
+    return np.column_stack([along * forward - across * left, across * forward + along * left, turn])
+
+
+def first_contact(times: Array, gaps: Array, now: Array, margin: float = 0.0) -> float:
+    """First of the times, shape (k,) [s], at which one of the gaps is within a margin; +inf if none is.
+
+    A gap that is already within the margin counts only once it has shrunk by `CLOSING`.
+
+    Args:
+        times: Times, ascending, shape (k,) [s].
+        gaps: Gap of each obstacle at each time, shape (k, m) [m].
+        now: Gap of each obstacle at present, shape (m,) [m].
+        margin: Gap that counts as contact [m].
+    """
+    touched = (gaps < np.where(now > margin, margin, now - CLOSING)).any(axis=1)
+    return float(times[touched.argmax()]) if touched.any() else math.inf

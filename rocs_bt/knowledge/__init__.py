@@ -8,6 +8,7 @@ from .declaration import Kind, Relation
 from .graph import KnowledgeGraph
 from .knowledge import Knowledge
 from .model import Model
+from .movers import HYPOTHESES, Movers
 from .occupancy import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View, Window
 from .query import Answers, Find, Query, QueryContext, compile_query, find
 from .readable import NoPast, Past, Readable, Stamp
@@ -21,6 +22,7 @@ from .world import WorldModel
 
 __all__ = [
     "FREE",
+    "HYPOTHESES",
     "OCCUPIED",
     "POSE",
     "SCHEMA",
@@ -35,6 +37,7 @@ __all__ = [
     "KnowledgeGraph",
     "Live",
     "Model",
+    "Movers",
     "NoPast",
     "OccupancyGrid",
     "Past",

@@ -8,6 +8,7 @@ from typing import Any
 from ..errors import KnowledgeError
 from ..geometry import Pose2, Pose3, Twist2, along_arc, twist2
 from .model import Model
+from .movers import Movers
 from .occupancy import OccupancyGrid
 
 
@@ -16,9 +17,11 @@ class WorldModel(Model):
 
     Attributes:
         occupancy: Occupancy grid that the robot builds; None if no block builds one.
+        movers: Estimates of what moves around the robot, as of the latest scan; None if no block tracks it.
     """
 
     occupancy: OccupancyGrid | None = None
+    movers: Movers | None = None
 
     def place(self, name: str, pose: Pose2 | Pose3, kind: str = "place", **attributes: Any) -> None:
         """Add a node with a pose, or move it.

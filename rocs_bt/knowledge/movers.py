@@ -1,0 +1,118 @@
+"""Movers: what moves around a robot, as estimated from its sensors, and the prediction of where it will be."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+import numpy.typing as npt
+
+from ..control.prediction import Prediction
+from .signals import Array
+
+HYPOTHESES = ("goes on", "turns", "stops")
+"""Hypotheses of how a mover goes on: constant velocity, constant turn rate, or a stop where it is."""
+
+PRIOR = (0.7, 0.15, 0.15)
+"""Probabilities of the hypotheses of a mover of which no motion has been observed yet."""
+
+LEAST = 0.02
+"""Probability below which a hypothesis is not predicted."""
+
+MAX_MARGIN = 0.4
+"""Maximum standard deviation of a predicted position [m]; beyond it a forecast excludes nothing and only blocks."""
+
+
+@dataclass(frozen=True, eq=False)
+class Movers:
+    """Estimates of n movers at one time; whoever tracks them replaces the whole value, and its arrays are read-only.
+
+    A mover is an object that has been seen to move; it may be standing at present.
+
+    Attributes:
+        t: Time of the estimates [s].
+        ids: Numbers of the movers, unique during a run, shape (n,).
+        mean: x, y [m] and their velocities [m/s], world frame, shape (n, 4).
+        covariance: Covariances of `mean`, shape (n, 4, 4).
+        radius: Radii [m], shape (n,).
+        seen: Times of the last detections [s], shape (n,).
+        moves: Whether each mover moves at present, shape (n,).
+        turn_rate: Rates at which the velocities turn, left positive, shape (n,) [rad/s].
+        belief: Probabilities of the `HYPOTHESES`, shape (n, 3).
+    """
+
+    t: float
+    ids: npt.NDArray[np.int64]
+    mean: Array
+    covariance: Array
+    radius: Array
+    seen: Array
+    moves: npt.NDArray[np.bool_]
+    turn_rate: Array
+    belief: Array
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            if isinstance(array := getattr(self, field.name), np.ndarray):
+                array.flags.writeable = False
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    @classmethod
+    def of(cls, t: float, mean: Array, radius: Array | float = 0.25) -> Movers:
+        """Movers that are known exactly, such as those of an oracle or of a test.
+
+        Args:
+            t: Time [s].
+            mean: x, y [m] and their velocities [m/s], world frame, shape (n, 4).
+            radius: Radius of each or of all [m].
+        """
+        n = len(mean)
+        moves = np.hypot(mean[:, 2], mean[:, 3]) > 0.0
+        radii, seen = np.full(n, 1.0) * radius, np.full(n, t)
+        belief = np.tile(np.eye(3)[0], (n, 1))
+        return cls(t, np.arange(1, n + 1), mean, np.zeros((n, 4, 4)), radii, seen, moves, np.zeros(n), belief)
+
+    def predict(self, times: Array | Sequence[float]) -> Prediction:
+        """Predict the motion of all movers, with a row for each plausible hypothesis of each mover.
+
+        Args:
+            times: Times on the agent's clock, ascending, shape (k,) [s]. A time before `t` counts as `t`.
+        """
+        times = np.array(times, float)
+        ahead = np.maximum(times - self.t, 0.0)
+        still = np.zeros_like(ahead)
+        moved = np.stack([self._displaced(0.0, ahead), self._displaced(1.0, ahead), self._displaced(0.0, still)])
+        moving, standing = self._spread(ahead), self._spread(still)
+        margin = np.minimum(np.stack([moving, moving, standing]), MAX_MARGIN)
+        weight = np.where(self.moves, self.belief.T, np.eye(3)[:, 2:])
+        kept = weight >= LEAST
+        share = np.where(kept, weight, 0.0) / np.where(kept, weight, 0.0).sum(axis=0)
+        hypothesis, mover = np.nonzero(kept)
+        return Prediction(
+            times=times,
+            positions=self.mean[mover, None, :2] + moved[kept],
+            radius=self.radius[mover],
+            margin=margin[kept],
+            weight=share[kept],
+            owner=self.ids[mover],
+            hypothesis=hypothesis,
+        )
+
+    def _displaced(self, turning: float, ahead: Array) -> Array:
+        """Displacements after times ahead [s] at a constant speed and a factor of the turn rate, (n, k, 2) [m]."""
+        half = 0.5 * turning * self.turn_rate[:, None] * ahead
+        chord, c, s = ahead * np.sinc(half / np.pi), np.cos(half), np.sin(half)
+        vx, vy = self.mean[:, 2:3], self.mean[:, 3:4]
+        return np.stack([chord * (c * vx - s * vy), chord * (s * vx + c * vy)], axis=-1)
+
+    def _spread(self, ahead: Array) -> Array:
+        """Standard deviation of a position in its least certain direction after times ahead [s], shape (n, k) [m]."""
+        c = self.covariance[:, None]
+        step = ahead[:, None, None]
+        spread = c[..., :2, :2] + step * (c[..., :2, 2:] + c[..., 2:, :2]) + step**2 * c[..., 2:, 2:]
+        half, along = 0.5 * (spread[..., 0, 0] + spread[..., 1, 1]), 0.5 * (spread[..., 0, 0] - spread[..., 1, 1])
+        largest: Array = np.sqrt(np.maximum(half + np.hypot(along, spread[..., 0, 1]), 0.0))
+        return largest
