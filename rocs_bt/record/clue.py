@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection, Iterator, Mapping
+from bisect import bisect_right
+from collections.abc import Callable, Collection, Iterator
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +20,7 @@ _SECTORS = {"front": 0.0, "left_gap": math.pi / 2.0, "rear": math.pi, "right_gap
 _HALF = math.radians(65.0)  # half of a sector: neighbours overlap
 _FINE = 0.02  # [m] between the points of an outline
 _FAR = 2.0  # [m] distance up to which an object is looked for
+_AGAIN = 1.0  # [s] between the clues to an event that is repeated: they cost more than the event
 SAME = 5e-4
 """Difference from a limit up to which a value is that limit [m]; values of the page are rounded."""
 
@@ -28,20 +30,23 @@ class Clues:
 
     Args:
         header: Header of the run.
-        track: Function that finds a track by agent, topic and name.
-        failed: Function that gives the time of the last failure of each sensor of an agent that has failed [s].
+        track: Function that finds a track by agent, topic and name: of bodies, signals and sensors.
     """
 
-    def __init__(
-        self,
-        header: RunHeader,
-        track: Callable[[str, str, str], Steps | Curve | None],
-        failed: Callable[[str], Mapping[str, float]],
-    ) -> None:
-        self._header, self._track, self._failed = header, track, failed
+    def __init__(self, header: RunHeader, track: Callable[[str, str, str], Steps | Curve | None]) -> None:
+        self._header, self._track = header, track
+        self._told: dict[tuple[str, str], float] = {}
+        self._valid: dict[tuple[str, str], tuple[int, int]] = {}
         self._agents = {agent.name: agent for agent in header.agents}
         self._bodies = {body.name: body for body in header.bodies}
         self._guards = {(a.name, guard.rule): (guard, _read(guard, a)) for a in header.agents for guard in a.guards}
+
+    def due(self, agent: str, source: str, t: float) -> bool:
+        """Whether a clue to a repeated event of a rule or leaf is due: the last one is a second old."""
+        if t < self._told.get((agent, source), -math.inf) + _AGAIN:
+            return False
+        self._told[agent, source] = t
+        return True
 
     def of(self, agent: str, rule: str, t: float) -> str:
         """Clues to the guard of a rule at a time, in words; empty if there are none."""
@@ -66,24 +71,33 @@ class Clues:
 
     def _silent(self, agent: AgentInfo, invalid: list[str], t: float) -> Iterator[str]:
         """Sensors without which signals are invalid, and since when; those that have failed if that is known."""
-        named, failed = set[str](), self._failed(agent.name)
+        named = set[str]()
         for name in invalid:
             sensors = {s.name for s in agent.sensors if name in s.signals or name in s.derived}
-            broken = [sensor for sensor in failed if sensor in sensors]
+            broken = [(each, at) for each in sorted(sensors) if (at := self._failed(agent.name, each)) is not None]
             if named.isdisjoint(sensors):
                 what = " or ".join(f"'{each}'" for each in sorted(sensors))
                 other = (
                     f"no valid value of {what and 'the sensor '}{what or repr(name)}{self._since(agent.name, name, t)}"
                 )
-                yield from (failed_text(sensor, failed[sensor]) for sensor in broken) if broken else (other,)
+                yield from (failed_text(*each) for each in broken) if broken else (other,)
             named |= sensors or {name}
 
+    def _failed(self, agent: str, sensor: str) -> float | None:
+        """Time of the last failure of a sensor [s]; None if it has not failed."""
+        track = self._track(agent, "sensor", sensor)
+        ends = zip(reversed(track.t), reversed(track.v), strict=True) if isinstance(track, Steps) else ()
+        return next((t for t, detail in ends if detail), None)
+
     def _since(self, agent: str, name: str, t: float) -> str:
+        """Time of the last valid value, in words; a sample that was found invalid is not looked at again."""
         curve = self._track(agent, "signal", name)
         assert isinstance(curve, Curve)
-        good = (i for i in reversed(range(len(curve.t))) if curve.t[i] <= t and not _nan(curve, i))
-        last = next(good, None)
-        return " so far" if last is None else f" since t = {curve.t[last]:.2f} s"
+        seen, last = self._valid.get((agent, name), (0, -1))
+        end = bisect_right(curve.t, t)
+        last = next((i for i in reversed(range(seen, end)) if not _nan(curve, i)), last)
+        self._valid[agent, name] = (end, last)
+        return " so far" if last < 0 else f" since t = {curve.t[last]:.2f} s"
 
     def nearest(self, agent: str, t: float, sectors: Collection[float] = tuple(_SECTORS.values())) -> str:
         """Nearest object in the recorded world at a time, in words; empty if none is near or the world is not known.

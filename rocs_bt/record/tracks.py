@@ -64,6 +64,7 @@ class Tracks:
     Attributes:
         header: Header of the run.
         events: Events that are not emitted in every period, in order.
+        facts: Names of the facts about each node, by agent and node.
         end: Time of the last event [s].
     """
 
@@ -79,7 +80,8 @@ class Tracks:
         self._movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
         self._turns: dict[str, Turns] = {}
-        self.clues = Clues(header, self.get, self._failed)
+        self.clues = Clues(header, self.get)
+        self.facts: dict[tuple[str, str], set[str]] = {}
         self._bodies = {body.name: body for body in header.bodies}
         self._actors: dict[str, ActorMotion] = {}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
@@ -197,10 +199,6 @@ class Tracks:
             return None
         made = self._actors.get(event.body) or ActorMotion(body, self.header.outlines, self.header.start)
         return self._actors.setdefault(event.body, made).take(event)
-
-    def _failed(self, agent: str) -> dict[str, float]:
-        """Time of the last failure of each sensor of an agent that has failed [s]."""
-        return {e.sensor: e.t for e in self.events if isinstance(e, SensorFailed) and e.agent == agent}
 
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
@@ -368,24 +366,29 @@ def _board(tracks: Tracks, event: BlackboardChanged) -> None:
 
 
 def _rule(tracks: Tracks, event: RuleChanged) -> None:
-    track = tracks.steps(event.agent, "rule", event.rule)
-    rules = {
-        name: rule.v[-1] for name, rule in tracks.of(event.agent, "rule").items() if isinstance(rule, Steps) and rule.t
-    }
-    before = rules.pop(event.rule, RuleState())
-    track.put(event.t, before.after(event, rules))
+    track, others = tracks.steps(event.agent, "rule", event.rule), dict[str, RuleState]()
+    if event.phase == "waits":  # only then the state depends on the other rules
+        others = {name: rule.v[-1] for name, rule in tracks.of(event.agent, "rule").items() if rule is not track}
+    track.put(event.t, (track.v[-1] if track.v else RuleState()).after(event, others))
 
 
 def _clue(tracks: Tracks, event: RuleChanged) -> None:
-    if event.phase in ("latched", "fired", "fired again", "stopped"):
-        tracks.steps(event.agent, "clue", event.rule).put(event.t, tracks.clues.of(event.agent, event.rule, event.t))
+    """A rule that latches and fires at once has one clue; one that fires again and again has one a second."""
+    agent, rule, t = event.agent, event.rule, event.t
+    track = tracks.steps(agent, "clue", rule)
+    if event.phase in ("latched", "fired", "stopped") and (not track.t or track.t[-1] < t):
+        track.put(t, tracks.clues.of(agent, rule, t))
+    elif event.phase == "fired again":
+        track.put(t, tracks.clues.of(agent, rule, t) if tracks.clues.due(agent, rule, t) else "")
 
 
 def _failure(tracks: Tracks, event: TicketChanged | OutcomeDecided) -> None:
-    """What is near when an action fails, or a robot is stuck."""
-    name = str(event.ticket) if isinstance(event, TicketChanged) else "outcome"
-    failed = event.state == "FAILED" if isinstance(event, TicketChanged) else event.outcome == "stuck"
-    if failed and (found := tracks.clues.nearest(event.agent, event.t)):
+    """What is near when an action fails, or a robot is stuck; once a second for what fails again and again."""
+    if isinstance(event, TicketChanged):
+        name, wanted = str(event.ticket), event.state == "FAILED" and tracks.clues.due(event.agent, event.by, event.t)
+    else:
+        name, wanted = "outcome", event.outcome == "stuck"
+    if wanted and (found := tracks.clues.nearest(event.agent, event.t)):
         tracks.steps(event.agent, "clue", name).put(event.t, found)
 
 
@@ -416,17 +419,21 @@ def _alternation(tracks: Tracks, event: TicketChanged) -> None:
 
 def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
     r"""Facts are named `node`, `node\nattribute` and `node\nrelation\ntarget`; names contain no line breaks."""
-    if event.what == "node added":
-        tracks.steps(event.agent, "fact", event.subject).put(event.t, event.name)
-    elif event.what == "node removed":
-        gone = {event.subject, *(n for n in tracks.of(event.agent, "fact") if n.startswith(event.subject + "\n"))}
-        for name in sorted(gone):
+    node = (event.agent, event.subject)
+    if event.what == "node removed":
+        for name in sorted(tracks.facts.pop(node, ())):
             tracks.steps(event.agent, "fact", name).put(event.t, None)
+        return
+    value: object
+    if event.what == "node added":
+        name, value = event.subject, event.name
     elif event.what == "attribute":
-        tracks.steps(event.agent, "fact", f"{event.subject}\n{event.name}").put(event.t, event.value)
+        name, value = f"{event.subject}\n{event.name}", event.value
     else:
+        name = f"{event.subject}\n{event.name}\n{event.value}"
         value = None if event.what == "edge removed" else dict(event.attributes)
-        tracks.steps(event.agent, "fact", f"{event.subject}\n{event.name}\n{event.value}").put(event.t, value)
+    tracks.facts.setdefault(node, set()).add(name)
+    tracks.steps(event.agent, "fact", name).put(event.t, value)
 
 
 def _event(tracks: Tracks, event: Event) -> None:

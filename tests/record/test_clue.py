@@ -45,7 +45,7 @@ def clue(signals=(), outlines=(), others=(), pose=(0.0, 0.0, 0.0), failed=(), si
         tracks.emit(
             SignalsWritten(t=t, agent="R", monitor="m", signals=names, sizes=tuple(map(len, values)), data=data)
         )
-    tracks.take([SensorFailed(t=0.5, agent="R", sensor=sensor, detail="") for sensor in failed])
+    tracks.take([SensorFailed(t=0.5, agent="R", sensor=sensor, detail="silent") for sensor in failed])
     tracks.emit(RuleChanged(t=1.0, agent="R", rule="f/A", phase="fired", priority=1))
     return tracks.get("R", "clue", "f/A").v[-1]
 
