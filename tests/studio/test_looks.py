@@ -303,7 +303,7 @@ def test_of_many_marks_of_events_those_that_matter_most_are_drawn(browser, live)
     seen = browser.evaluate("""
       import("./lanes.js").then(({ Lanes }) => {
         const drawn = [], g = { beginPath() {}, fill() {}, lineTo(x) { drawn.push([this.fillStyle, x]); } };
-        const lanes = new Lanes({ start: 0, end: 100 }, {});
+        const lanes = new Lanes({ start: 0, end: 100 }, new EventTarget());
         lanes.wide = 100;
         const tint = (i) => (i === 503 ? "bad" : i % 2 ? "ink" : "reactive");
         const marks = Array.from({ length: 1000 }, (_, i) => ({ t: i / 10, fill: tint(i) }));

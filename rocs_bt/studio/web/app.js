@@ -41,7 +41,7 @@ const staged = (run, arena, space) => {
       show(true);
       button.disabled = true;
       button.title = space.broken;
-    } else if (flat) arena.fit(); else space.draw();
+    } else if (flat) arena.fit(); else space.update();
   };
   const act = () => show(arena.canvas.hidden);
   const climbs = run.header.bodies.some(({ name }) => run.get(name, "pose")?.width > 3);
@@ -104,7 +104,7 @@ const open = (run) => {
   const commands = [run.header.command, run.other && `${run.other.header.command} (′)`].filter(Boolean).join("\n");
   const what = el("span", { class: "muted time", title: commands }, duration(run));
   const cut = missing(run, cursor), control = new Control(run, cursor);
-  const space = new Space(run, cursor, arena.box, layers), flip = staged(run, arena, space);
+  const space = new Space(run, cursor, arena.area, layers), flip = staged(run, arena, space);
   const table = keys(run, cursor, { tabs, panels, flip: flip.act, layers, timeline, tree, mission, inspector, control });
   const header = el(
     "header", {}, el("h1", {}, scenario), what, verdict(run, cursor), cut, run.agents.length > 1 ? picker : null,
@@ -123,8 +123,8 @@ const open = (run) => {
   timeline.onwindow = (from, to) => transport.frame(from, to);
   timeline.onwindow(timeline.from, timeline.to);
   timeline.onlegend = () => table.find(({ key }) => key === "?").act(false);
-  const fit = () => { arena.fit(); timeline.fit(); transport.fit(); tree.update(); };
-  const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.draw(); })];
+  const fit = () => { arena.fit(); timeline.fit(); transport.build(); tree.update(); };
+  const watch = [new ResizeObserver(fit), new ResizeObserver(() => { arena.fit(); space.update(); })];
   watch[0].observe(app);
   watch[1].observe(stage);
   dark.addEventListener("change", () => setTimeout(fit));
@@ -136,12 +136,12 @@ const open = (run) => {
   picker.value = cursor.agent;
   cursor.say("select");
   cursor.move(cursor.t);
-  if (run.going) return live(run, cursor, { arena, tree, timeline, transport, header, panels, control });
+  if (run.going) return live(run, cursor, { transport, header, control });
   return () => {};
 };
 
 /** Button at the head of a run that goes on; returns what takes its changes. */
-const live = (run, cursor, { arena, tree, timeline, transport, header, panels, control }) => {
+const live = (run, cursor, { transport, header, control }) => {
   const head = el("button", { class: "head", title: "stay at the newest time", onclick: () => cursor.follow() }, "live");
   const show = () => {
     head.classList.toggle("on", cursor.follows);
@@ -151,12 +151,8 @@ const live = (run, cursor, { arena, tree, timeline, transport, header, panels, c
   cursor.addEventListener("follow", show);
   show();
   return (fresh) => {
-    arena.grow();
-    if (fresh) { tree.build(); panels.knowledge.build(); panels.signals.build(); }
-    panels.log.grow();
+    cursor.say("grow", fresh);
     if (cursor.follows) cursor.lead();
-    timeline.grow(fresh);
-    transport.fit();
     put(header.querySelector(".time"), duration(run));
     header.querySelector(".badge").replaceWith(verdict(run, cursor));
     cursor.say("lost");

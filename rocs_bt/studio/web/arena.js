@@ -1,9 +1,9 @@
 // @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
+import { View } from "./cursor.js";
 import { color, el, face, prepare, seconds, upto } from "./dom.js";
-import { OwnMap, believed, rays } from "./scene.js";
+import { OwnMap, believed, rays, ways } from "./scene.js";
 
-const WINDOW = 20; // [s] of the way behind a robot that is drawn boldly
 const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
@@ -53,18 +53,17 @@ export const names = (g, boxes, run, agent, t, at, size) => {
   }
 };
 
-export class Arena {
+export class Arena extends View {
   constructor(run, cursor, layers) {
-    this.run = run;
-    this.cursor = cursor;
+    super(run, cursor, el("canvas", { "aria-label": "arena from above" }));
     this.layers = layers;
     this.zoom = 1;
     this.shift = [0, 0];
     this.scale = 1;
     this.map = new OwnMap(run);
-    this.canvas = el("canvas", { "aria-label": "arena from above" });
+    this.canvas = this.box;
     this.still = el("canvas");
-    this.box = this.bounds();
+    this.area = this.bounds();
     this.canvas.addEventListener("click", (event) => this.pick(event));
     this.canvas.addEventListener("dblclick", () => { this.zoom = 1; this.shift = [0, 0]; this.fit(); });
     this.canvas.addEventListener("wheel", (event) => { event.preventDefault(); this.magnify(event); }, { passive: false });
@@ -73,8 +72,6 @@ export class Arena {
       this.shift = [this.shift[0] + event.movementX, this.shift[1] + event.movementY];
       this.fit();
     });
-    cursor.addEventListener("move", () => this.draw());
-    cursor.addEventListener("agent", () => this.draw());
     layers.addEventListener("change", () => {
       if (layers.follow && this.zoom === 1) this.zoom = NEAR;
       if (!layers.follow && this.zoom === NEAR) this.zoom = 1;
@@ -84,8 +81,8 @@ export class Arena {
 
   /** Takes what is new in a run that goes on: a robot may leave the bounds of an unknown world. */
   grow() {
-    const box = this.bounds();
-    if (box.some((edge, i) => Math.abs(edge - this.box[i]) > 0.5)) { this.box = box; this.fit(); }
+    const area = this.bounds();
+    if (area.some((edge, i) => Math.abs(edge - this.area[i]) > 0.5)) { this.area = area; this.fit(); }
   }
 
   /** Bounds of everything that is drawn [m]: left, bottom, right, top. */
@@ -110,13 +107,13 @@ export class Arena {
     if (!wide || !high) return;
     this.wide = wide;
     this.high = high;
-    const [x0, y0, x1, y1] = this.box, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - TOP - PAD) / (y1 - y0));
+    const [x0, y0, x1, y1] = this.area, fits = Math.min((wide - 2 * PAD) / (x1 - x0), (high - TOP - PAD) / (y1 - y0));
     this.scale = Math.max(1e-3, fits) * this.zoom;
     this.left = wide / 2 - (this.scale * (x0 + x1)) / 2 + this.shift[0];
     this.top = (high + TOP - PAD) / 2 + (this.scale * (y0 + y1)) / 2 + this.shift[1];
     this.g = prepare(this.canvas, wide, high);
     this.world(prepare(this.still, wide, high));
-    this.draw();
+    this.update();
   }
 
   x(x) { return this.left + x * this.scale; }
@@ -190,7 +187,7 @@ export class Arena {
     g.stroke();
   }
 
-  draw() {
+  update() {
     const { g, run, cursor: { t, agent } } = this;
     if (!g) return;
     const { layers } = this, eye = layers.follow && run.pose(agent, t);
@@ -205,11 +202,9 @@ export class Arena {
     g.lineJoin = "round";
     g.lineWidth = 2;
     for (const { name } of layers.way ? run.header.bodies : []) {
-      const parts = run.get(name, "route")?.spans(run.end) ?? [{ from: -Infinity, to: Infinity, value: "actor" }];
-      for (const { from, to, value } of parts) {
-        if (to < t - WINDOW || from > t) continue;
-        g.strokeStyle = color(value);
-        this.way(g, name, Math.max(from, t - WINDOW), Math.min(to, t));
+      for (const { from, to, tint } of ways(run, name, t)) {
+        g.strokeStyle = color(tint);
+        this.way(g, name, from, to);
       }
     }
     if (layers.plan) this.planned(g, run.get(agent, "path")?.at(t));
@@ -276,7 +271,6 @@ export class Arena {
     for (const { end: [x, y], heard } of scan) if (heard) g.fillRect(this.x(x) - 1.2, this.y(y) - 1.2, 2.4, 2.4);
   }
 
-
   body(g, { name, hull = [] }, pose) {
     const { run, cursor: { t, agent } } = this, shown = name === agent, door = isDoor(run, name);
     const tint = color(run.agents.includes(name) ? run.get(name, "route")?.at(t) ?? "idle" : "actor");
@@ -294,7 +288,6 @@ export class Arena {
     g.fillStyle = tint;
     g.fill();
   }
-
 
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
   believed(g, boxes, t) {

@@ -4,6 +4,27 @@
 
 const given = () => new URLSearchParams(location.hash.slice(1));
 
+/**
+ * A part of the page. `update` shows what holds at the cursor, while the part is visible; `build` makes what belongs to
+ * the shown robot; `grow` takes what is new in a run that goes on, and is told whether new tracks began.
+ */
+export class View {
+  constructor(run, cursor, /** @type {any} */ box = null) {
+    this.run = run;
+    this.cursor = cursor;
+    this.box = box;
+    for (const name of ["move", "shown"]) cursor.addEventListener(name, () => { if (!this.box?.hidden) this.update(); });
+    cursor.addEventListener("agent", () => this.build());
+    cursor.addEventListener("grow", ({ detail }) => this.grow(detail));
+  }
+
+  update() { /* nothing depends on the time */ }
+
+  build() { this.update(); }
+
+  grow(fresh) { if (fresh) this.build(); }
+}
+
 export class Cursor extends EventTarget {
   constructor(run) {
     super();
@@ -68,7 +89,7 @@ export class Cursor extends EventTarget {
 
   limited(t) { return Number.isFinite(t) ? Math.min(this.run.end, Math.max(this.run.start, t)) : this.run.start; }
 
-  say(name) { this.dispatchEvent(new Event(name)); }
+  say(name, detail = null) { this.dispatchEvent(new CustomEvent(name, { detail })); }
 
   /** Stays at the head of a run that goes on, until the cursor is moved. */
   follow(on = true) {

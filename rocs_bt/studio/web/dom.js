@@ -22,6 +22,9 @@ export const el = (tag, properties = {}, ...children) => {
 /** Button with a text, and a title for the pointer and for readers of the screen. */
 export const button = (text, title, act) => el("button", { title, "aria-label": title, onclick: act }, text);
 
+/** Field to search by, of which each change asks for `act`. */
+export const search = (label, act) => el("input", { type: "search", placeholder: label, "aria-label": label.replace(/ \(.*/, ""), oninput: act });
+
 /** Steps by the arrows up and down, without scrolling. @param {KeyboardEvent} event @param {(step: number) => void} act */
 export const arrows = (event, act) => {
   const step = { ArrowDown: 1, ArrowUp: -1 }[event.key];
@@ -40,11 +43,18 @@ export const afterwards = (owner, act) => {
   later.set(owner, act);
 };
 
-/** Sets a text only if it differs: most rows stay as they are when the cursor moves. */
-export const put = (element, text) => {
+/** Sets a text, and a title if one is given, only if the text differs: most rows stay as they are when the cursor moves. */
+export const put = (element, text, title = "") => {
   if (element.shown === text) return;
   element.shown = text; // faster to read than the text of an element
   element.textContent = text;
+  if (title) element.title = title;
+};
+
+/** Sets a class of those names that are not empty, only if it differs. */
+export const styled = (element, ...names) => {
+  const name = names.filter(Boolean).join(" ");
+  if (element.className !== name) element.className = name;
 };
 
 /** Scrolls a list, and not the page around it, so that an item is in view. */

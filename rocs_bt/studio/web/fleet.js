@@ -1,24 +1,23 @@
 // @ts-check
 // All robots as a table at the cursor: outcome, what each does, its progress and its clearance.
-import { arrows, el, put, short, shown } from "./dom.js";
+import { View } from "./cursor.js";
+import { arrows, el, put, short, shown, styled } from "./dom.js";
 
 const COLUMNS = ["robot", "outcome", "does", "to go", "clearance"];
 
-const styled = (element, name) => { if (element.className !== name) element.className = name; };
-
-export class Fleet {
+export class Fleet extends View {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
+    super(run, cursor);
     this.body = el("tbody");
     const head = el("tr", {}, ...COLUMNS.map((name) => el("th", { scope: "col" }, name)));
     this.box = el("div", { class: "fleet", tabindex: 0, "aria-label": "robots" }, el("table", {}, el("thead", {}, head), this.body));
     this.box.addEventListener("keydown", (event) => arrows(event, (step) => this.step(step)));
-    for (const name of ["move", "shown", "select"]) cursor.addEventListener(name, () => this.update());
-    this.build();
+    this.fill();
   }
 
-  build() {
+  grow(fresh) { if (fresh) this.fill(); }
+
+  fill() {
     const { run } = this, order = { bad: 0, muted: 1, good: 2 };
     const tone = (agent) => run.tone(run.outcome(agent)?.outcome);
     const agents = [...run.agents].sort((a, b) => order[tone(a)] - order[tone(b)] || a.localeCompare(b, "en", { numeric: true }));
@@ -45,7 +44,6 @@ export class Fleet {
   }
 
   update() {
-    if (this.box.hidden) return;
     const { t } = this.cursor;
     for (const each of this.rows) {
       const { agent, row, cells, dot, name, bar, part, goal, most, clearance } = each;
@@ -54,7 +52,7 @@ export class Fleet {
       put(name, outcome ? outcome.outcome : "–");
       styled(name, outcome ? this.run.tone(outcome.outcome) : "muted");
       put(cells[2], over ? "ended" : text);
-      styled(dot, `dot ${over ? this.run.tone(outcome.outcome) : route}`);
+      styled(dot, "dot", over ? this.run.tone(outcome.outcome) : route);
       const wide = `${(100 * done).toFixed(0)}%`;
       if (bar.style.width !== wide) bar.style.width = wide;
       put(part, goal ? `${shown(left)} m` : "–");

@@ -3,7 +3,6 @@
 import { color, el, face, prepare, shown, upto } from "./dom.js";
 
 const DOT = 6, CROWD = 60; // [px]; number of nodes above which only names near the pointer or selected are written
-const FRESH = 1; // [s] for which a change is marked
 
 export class Graph {
   constructor(run, cursor) {
@@ -50,7 +49,7 @@ export class Graph {
     const { clientWidth: wide, clientHeight: high } = this.canvas, { cursor: { t, selected, agent } } = this;
     if (!wide || !high) return;
     const g = prepare(this.canvas, wide, high), crowd = this.nodes.size > CROWD, [, , ...path] = selected.split("|"), chosen = path.join("|").split("\n")[0];
-    const known = (track) => (track.at(t) ?? null) !== null, fresh = (track) => t - track.since(t) < FRESH && track.since(t) > this.run.start + 0.1;
+    const known = (track) => (track.at(t) ?? null) !== null, fresh = (track) => this.run.change(track, t);
     this.at = ({ x, y }) => [wide / 2 + x * (wide / 2 - 90), high / 2 + y * (high / 2 - 34)];
     face(g, 11);
     g.lineWidth = 1.2;

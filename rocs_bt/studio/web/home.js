@@ -1,6 +1,6 @@
 // @ts-check
 // First view of the studio: the runs of a project, episodes of its comparisons, and its content.
-import { el, put } from "./dom.js";
+import { el, put, search } from "./dom.js";
 import { copy, edit, get, post, start } from "./server.js";
 
 const EVERY = 1500; // [ms] between two looks at the runs
@@ -32,14 +32,12 @@ const outcome = ({ state, outcomes = {} }) => {
 
 const pageOf = (run, second) => `run?${new URLSearchParams({ run, ...(second && { second }) })}`;
 
-const searched = (label, show) => el("input", { type: "search", placeholder: label, "aria-label": label, oninput: show });
-
 const matches = (thing, { value }) => JSON.stringify(thing).toLowerCase().includes(value.toLowerCase());
 
 class Runs {
   constructor() {
     const show = () => this.show();
-    this.find = searched("search runs (/)", show);
+    this.find = search("search runs (/)", show);
     this.order = el("select", { "aria-label": "order of the runs", onchange: show }, ...Object.keys(ORDERS).map((name) => el("option", {}, name)));
     this.count = el("small", { class: "muted" });
     this.list = el("div", { class: "runs" });
@@ -94,7 +92,7 @@ class Runs {
 class Episodes {
   constructor(tell) {
     this.tell = tell;
-    this.find = searched("search scenes and planners", () => this.show());
+    this.find = search("search scenes and planners", () => this.show());
     this.list = el("div", { class: "scenes" });
     this.box = el("section", { hidden: true }, el("h2", {}, "Episodes of comparisons"), el("div", { class: "tools" }, this.find), this.list);
     get("episodes").then((all) => { this.all = all; this.box.hidden = !all.length; this.show(); }, (error) => tell(error.message));
@@ -168,7 +166,7 @@ const entry = (kind, { name, doc, own, file }, project, tell) => {
 
 /** The content, a kind at a time. */
 const content = (project, tell) => {
-  const find = searched("search the content", () => show()), list = el("ul"), tabs = el("nav", { class: "tabs", role: "tablist" });
+  const find = search("search the content", () => show()), list = el("ul"), tabs = el("nav", { class: "tabs", role: "tablist" });
   let kind = "scenario";
   const show = () => {
     const found = project.content[kind].filter((each) => matches(each, find));

@@ -1,5 +1,6 @@
 // @ts-check
 // The selected thing in words: one sentence with its cause, the evidence, what came next, and numbers that are folded.
+import { View } from "./cursor.js";
 import { el, put, seconds, short, shown, upto } from "./dom.js";
 import { portsOf } from "./run.js";
 import { Mission, three, why, whyNot } from "./why.js";
@@ -12,7 +13,7 @@ const MARKS = { SUCCESS: "✓", FAILURE: "✗", RUNNING: "▶" };
 const MANY = 24; // values of a signal that are listed
 
 /** @typedef {{label: string, text: string, address?: string, t?: number}} Row */
-/** @typedef {{title: string, cause: string, evidence?: Row[], next?: Row[], more?: Row[]}} View */
+/** @typedef {{title: string, cause: string, evidence?: Row[], next?: Row[], more?: Row[]}} Said */
 /** @returns {Row} */
 const row = (label, text, address, t) => ({ label, text, address, t });
 const lasts = (track, t) => (t - track?.since(t) >= 0.01 ? ` for ${seconds(t - track.since(t))}` : "");
@@ -25,14 +26,11 @@ const stress = (element, text) => {
   element.replaceChildren(...parts.map((part, i) => (i % 2 ? el("span", {}, part) : part)));
 };
 
-export class Inspector {
+export class Inspector extends View {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
+    super(run, cursor, el("aside", { class: "inspector", "aria-live": "off" }));
     this.shape = "";
     this.open = false; // whether a reader has unfolded the numbers
-    this.box = el("aside", { class: "inspector", "aria-live": "off" });
-    for (const name of ["select", "agent", "move"]) cursor.addEventListener(name, () => this.update());
   }
 
   update() {
@@ -43,14 +41,14 @@ export class Inspector {
     const { title, cause, evidence = [], next = [], more = [] } = view.call(this, who, name, t, track);
     const rows = [...evidence, ...next, ...more], plain = ({ address, t: at }) => address === undefined && at === undefined;
     const shape = [cause === "", evidence.length, next.length, ...rows.map(plain)].join();
-    if (shape !== this.shape) this.build(shape, cause, evidence.length, next.length, rows.map(plain));
+    if (shape !== this.shape) this.make(shape, cause, evidence.length, next.length, rows.map(plain));
     put(this.title, title);
     stress(this.cause, cause);
     this.lines.forEach((line, i) => { line.row = rows[i]; put(line.firstChild, rows[i].label); put(line.lastChild, rows[i].text); });
   }
 
   /** Makes the elements of a view; while the cursor moves, mostly their texts change only. */
-  build(shape, cause, evidence, next, plain) {
+  make(shape, cause, evidence, next, plain) {
     this.shape = shape;
     this.title = el("h3");
     this.cause = el("p", { class: "cause", hidden: !cause });
@@ -67,7 +65,7 @@ export class Inspector {
     return el("div", plain ? { class: "row" } : acts, el("span"), el("b"));
   }
 
-  /** @returns {View} */
+  /** @returns {Said} */
   robot(agent, _, t) {
     const { run } = this, about = run.info(agent), evidence = [], pose = run.pose(agent, t), mission = new Mission(run, agent, t);
     if (!run.header.bodies?.length) return { title: agent, cause: about?.mission ?? "", evidence: run.header.command ? [row("of", run.header.command)] : [] };
@@ -98,7 +96,7 @@ export class Inspector {
 
   place({ x, y, yaw }) { return `${x.toFixed(2)}, ${y.toFixed(2)} m, ${((yaw * 180) / Math.PI).toFixed(0)}°`; }
 
-  /** A body without an agent. @returns {View} */
+  /** A body without an agent. @returns {Said} */
   actor(name, _, t) {
     const { run } = this, track = run.get(name, "actor"), pose = run.pose(name, t), state = track?.at(t) ?? "at rest";
     if (!pose) return { title: name, cause: "It is not in the recorded world." };
@@ -108,7 +106,7 @@ export class Inspector {
     return { title: name, cause, evidence: near, next: this.after(track, t), more: [row("pose", this.place(pose))] };
   }
 
-  /** @returns {View} */
+  /** @returns {Said} */
   outcome(agent) {
     const { run } = this, found = run.outcome(agent), results = run.results?.[agent] ?? {}, evidence = [];
     if (!found) return { title: agent, cause: "It has no outcome yet." };
@@ -133,7 +131,7 @@ export class Inspector {
     return { title: `${agent}: ${outcome}`, cause, evidence, more: (results.numbers ?? []).map(([name, value]) => row(name, value)) };
   }
 
-  /** A sensor that has failed: since when, and the last values of its signals. @returns {View} */
+  /** A sensor that has failed: since when, and the last values of its signals. @returns {Said} */
   sensor(agent, name, t, track) {
     const { run } = this, about = run.info(agent)?.sensors?.find((each) => each.name === name), failed = track.at(t);
     const signal = (each) => run.get(agent, "signal", each) ?? run.get(agent, "signal", `min(${each})`);
@@ -146,7 +144,7 @@ export class Inspector {
     return { title: `sensor ${name}`, cause: failed ? `It has given no data${lasts(track, t)}: ${failed}` : works, evidence, next: this.after(track, t) };
   }
 
-  /** Two rules or actions that alternate. @returns {View} */
+  /** Two rules or actions that alternate. @returns {Said} */
   alternation(agent, _, t, track) {
     const { run } = this, found = track?.v.filter((each) => each && each.begin <= t + 1e-3 && t <= each.last + each.pause).at(-1);
     if (!found) return { title: "alternation", cause: "No rules or actions alternate now." };
@@ -159,7 +157,7 @@ export class Inspector {
     return { title: "alternation", cause: `${text}.`, evidence, next, more: [row("changes", shown(changes)), row("moved", `${shown(moved)} m`)] };
   }
 
-  /** @returns {View} */
+  /** @returns {Said} */
   rule(agent, name, t, track) {
     const { run } = this, state = track?.at(t), address = `${agent}|rule|${name}`, about = run.guards[agent]?.[name];
     const fired = track?.hits ?? [], again = fired.length - (track?.v.at(-1)?.fired ?? 0), times = (n) => (n === 1 ? "once" : `${n} times`);
@@ -189,7 +187,7 @@ export class Inspector {
     return [...sides, ...lasting];
   }
 
-  /** @returns {View} */
+  /** @returns {Said} */
   node(agent, path, t, track) {
     const { run } = this, mission = new Mission(run, agent, t), about = mission.nodes.get(path), evidence = [], at = (child) => `${agent}|node|${child}`;
     for (const child of about?.children ?? []) {
@@ -223,7 +221,7 @@ export class Inspector {
     return `It has not been ticked${before ? `: '${short(before)}' before it is ${mission.status(before)}` : ""}.`;
   }
 
-  /** @returns {View} */
+  /** @returns {Said} */
   ticket(agent, number, t, track) {
     const { run } = this, [first] = track.v, now = track.at(t), evidence = [], next = [];
     const rule = run.get(agent, "rule", first.by), from = (name) => run.get(agent, "node", name) ?? run.get(agent, "rule", name);
@@ -241,7 +239,7 @@ export class Inspector {
   /** What was near when an action failed. */
   near(agent, { name }, t) { return [this.run.get(agent, "clue", name)?.at(t)].filter(Boolean).map((text) => row("where", text)); }
 
-  /** A signal, a fact, or another thing that changes. @returns {View} */
+  /** A signal, a fact, or another thing that changes. @returns {Said} */
   track(agent, name, t, track) {
     const unit = track.topic === "signal" ? this.run.unit(agent, name) : "", value = (v) => `${shown(v)} ${unit}`.trim(), more = [], since = track.since(t);
     const title = name.replaceAll("\n", " ").trim() || track.topic, evidence = since === undefined ? [] : [row("since", seconds(since), track.address, since)];

@@ -1,5 +1,6 @@
 // @ts-check
 // Pictures of the rows over an axis of time: marks, bars, how near a guard is, and curves.
+import { View } from "./cursor.js";
 import { color, face, put, shown, upto } from "./dom.js";
 import { tintOf } from "./legend.js";
 
@@ -19,10 +20,9 @@ export const marks = (run, agent) => {
   return found;
 };
 
-export class Lanes {
+export class Lanes extends View {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
+    super(run, cursor);
     this.from = run.start;
     this.to = run.end;
     this.wide = 0;

@@ -1,6 +1,6 @@
 // @ts-check
 // The tree of a mission, its palette and the form of a node: views of the text that ask for edits of it.
-import { el } from "./dom.js";
+import { el, search } from "./dom.js";
 
 const WRAPPERS = new Set(["root", "BehaviorTree"]);
 const KINDS = ["Control", "Decorator", "Action", "Condition", "SubTree"];
@@ -18,7 +18,7 @@ export class Nodes {
     this.held = null;
     this.kinds = new Map();
     this.whole = true;
-    this.find = el("input", { type: "search", placeholder: "search nodes", "aria-label": "search nodes", oninput: () => this.offer() });
+    this.find = search("search nodes", () => this.offer());
     this.offers = el("div");
     this.palette = el("section", { class: "palette", "aria-label": "palette" }, this.find, this.offers);
     this.tree = el("ol", { class: "nodes", tabindex: "0", role: "tree", "aria-label": "mission tree", onkeydown: (event) => this.key(event) });

@@ -1,6 +1,7 @@
 // @ts-check
 // The tabs: log, knowledge at the cursor, the list of signals, and how the run was made.
-import { afterwards, el, put, short, shown, upto } from "./dom.js";
+import { View } from "./cursor.js";
+import { afterwards, el, put, search, short, shown, styled, upto } from "./dom.js";
 import { Graph } from "./graph.js";
 import { tintOf } from "./legend.js";
 import { isSecond } from "./second.js";
@@ -9,41 +10,48 @@ import { raw } from "./tools.js";
 
 const MOST = 3000; // lines of the log on the page
 const ASK = 500; // [ms] between two questions for what the run has printed
-const FRESH = 1; // [s] for which a change is marked
 const AGAIN = 3; // failures of a rule's action from which on they are one line, as in record/decisive.py
 
-/** A panel that updates while it is visible. */
-class Panel {
-  constructor(run, cursor, ...children) {
-    this.run = run;
-    this.cursor = cursor;
-    this.box = el("div", { class: "panel", role: "tabpanel" }, ...children);
-    for (const name of ["move", "shown"]) cursor.addEventListener(name, () => { if (!this.box.hidden) this.update(); });
-    cursor.addEventListener("agent", () => this.build());
+/** A list below a field to search it by and other tools; `label` is that of the field, empty for none. */
+class Panel extends View {
+  constructor(run, cursor, list, label = "", ...tools) {
+    super(run, cursor);
+    this.list = list;
+    this.find = search(label, () => { this.build(); cursor.write(); });
+    this.box = el("div", { class: "panel", role: "tabpanel" }, label ? el("div", { class: "tools" }, this.find, ...tools) : null, list);
+  }
+}
+
+/** Row of a track: a name, and its value at the cursor; it is marked if it has just changed, and a click selects it. */
+export class Fact {
+  constructor(cursor, track, ...name) {
+    this.track = track;
+    this.value = el("span");
+    const about = { class: "fact", title: track.name.replaceAll("\n", " "), tabindex: 0, role: "button" };
+    this.row = el("div", { ...about, onclick: () => cursor.select(track.address) }, el("span", {}, ...name), this.value);
   }
 
-  build() { /* rows of the shown robot */ }
-
-  update() { /* values at the cursor */ }
+  /** Shows the value in words; returns it, null if there is none. */
+  show(run, { t, selected }, words, none) {
+    const now = this.track.at(t) ?? null, text = now === null ? none : words(now);
+    styled(this.row, "fact", run.change(this.track, t), selected === this.track.address && "selected");
+    put(this.value, text, text);
+    return now;
+  }
 }
 
 export class Log extends Panel {
   constructor(run, cursor) {
-    const list = el("ol", { class: "log" });
-    const again = () => { this.build(); cursor.write(); };
-    const find = el("input", { type: "search", placeholder: "filter the log", "aria-label": "filter the log", oninput: again });
     const least = el(
-      "select", { "aria-label": "least level", onchange: again },
+      "select", { "aria-label": "least level", onchange: () => { this.build(); cursor.write(); } },
       ...[["all", 1], ["info", 2], ["warnings", 3], ["errors", 4]].map(([name, level]) => el("option", { value: level, selected: level === 2 }, String(name))),
     );
-    super(run, cursor, el("div", { class: "tools" }, find, least), list);
-    this.list = list;
-    this.find = find;
+    super(run, cursor, el("ol", { class: "log" }), "filter the log", least);
     this.least = least;
     /** @type {Set<string>} what is repeated, and was opened */
     this.open = new Set();
     this.build();
-    const { value } = least;
+    const { find } = this, { value } = least;
     const filter = () => (find.value || least.value !== value ? [find.value, least.value] : []);
     cursor.keep("log", filter, ([word = "", level = value]) => { find.value = word; least.value = level; this.build(); });
   }
@@ -132,40 +140,32 @@ export class Log extends Panel {
 
 export class Knowledge extends Panel {
   constructor(run, cursor) {
-    const list = el("div", { class: "knowledge" });
-    const find = el("input", { type: "search", placeholder: "search the knowledge", "aria-label": "search the knowledge", oninput: () => this.build() });
-    const all = el("input", { type: "checkbox", onchange: () => this.build() });
-    const graph = new Graph(run, cursor), drawn = el("input", { type: "checkbox", onchange: () => this.show(drawn.checked) });
+    const all = el("input", { type: "checkbox", onchange: () => this.build() }), graph = new Graph(run, cursor);
+    const drawn = el("input", { type: "checkbox", onchange: () => this.show(drawn.checked) }), box = (input, text) => el("label", {}, input, text);
+    super(run, cursor, el("div", { class: "knowledge" }), "search the knowledge", box(all, "only what changes"), box(drawn, "graph"));
     graph.canvas.hidden = true;
-    super(run, cursor, el("div", { class: "tools" }, find, el("label", {}, all, "only what changes"), el("label", {}, drawn, "graph")), graph.canvas, list);
+    this.list.before(graph.canvas);
     this.graph = graph;
     this.drawn = drawn;
-    this.list = list;
-    this.find = find;
     this.all = all;
     this.build();
   }
 
   build() {
-    const things = new Map(), word = this.find.value.toLowerCase(), { run } = this;
-    for (const track of run.of(this.cursor.agent, "fact")) {
+    const things = new Map(), word = this.find.value.toLowerCase(), { run, cursor } = this;
+    for (const track of run.of(cursor.agent, "fact")) {
       const [node, name, target] = track.name.split("\n");
       if (!things.has(node)) things.set(node, { node, kind: null, facts: [] });
       if (name === undefined) things.get(node).kind = track;
       else things.get(node).facts.push({ track, name: target === undefined ? name : `${name} → ${target}`, edge: target !== undefined });
     }
-    for (const track of run.of(this.cursor.agent, "sensor")) things.get(track.name)?.facts.push({ track, name: "failure" });
+    for (const track of run.of(cursor.agent, "sensor")) things.get(track.name)?.facts.push({ track, name: "failure", edge: false });
     const changes = ({ facts, kind }) => [...facts.map((f) => f.track), kind].some((track) => track && (track.t.length > 1 || track.t[0] > run.start + 0.5));
     const named = ({ node, facts }) => [node, ...facts.map((f) => f.name)].join(" ").toLowerCase().includes(word);
     const wanted = [...things.values()].filter((thing) => named(thing) && (!this.all.checked || changes(thing)));
-    this.things = wanted.sort((a, b) => Number(changes(b)) - Number(changes(a))).map((thing) => {
-      const facts = thing.facts.map((fact) => {
-        const value = el("span");
-        const row = el("div", { class: "fact", tabindex: 0, onclick: () => this.cursor.select(fact.track.address) }, el("span", {}, fact.name), value);
-        return { ...fact, value, row };
-      });
-      const tag = el("small");
-      return { ...thing, facts, tag, card: el("section", { class: "thing" }, el("h4", {}, thing.node, tag), ...facts.map((f) => f.row)) };
+    this.things = wanted.sort((a, b) => Number(changes(b)) - Number(changes(a))).map(({ node, kind, facts: all }) => {
+      const tag = el("small"), facts = all.map(({ track, name, edge }) => Object.assign(new Fact(cursor, track, name), { edge }));
+      return { kind, facts, tag, card: el("section", { class: "thing" }, el("h4", {}, node, tag), ...facts.map((fact) => fact.row)) };
     });
     this.graph.build();
     const none = el("p", { class: "empty" }, word ? "Nothing has this name." : this.all.checked ? "Nothing changes in this run." : "This robot knows nothing.");
@@ -174,18 +174,15 @@ export class Knowledge extends Panel {
   }
 
   update() {
-    const { t, selected } = this.cursor;
+    const { run, cursor } = this, { t } = cursor;
     if (!this.graph.canvas.hidden) this.graph.draw();
     for (const { kind, tag, card, facts } of this.things) {
       const now = kind?.at(t), gone = Boolean(kind) && (now ?? null) === null;
-      const name = ["thing", gone && "gone", this.change(kind, t)].filter(Boolean).join(" ");
-      if (card.className !== name) card.className = name;
+      styled(card, "thing", gone && "gone", run.change(kind, t));
       put(tag, gone ? "not known at this time" : now ?? "");
-      for (const { track, value, row, edge } of facts) {
-        const fact = track.at(t) ?? null, change = this.change(track, t);
-        row.hidden = change !== "removed" && (fact === null || gone);
-        row.className = ["fact", change, selected === track.address && "selected"].filter(Boolean).join(" ");
-        put(value, fact === null ? "removed" : edge && !Object.keys(fact).length ? "" : shown(fact));
+      for (const fact of facts) {
+        const value = fact.show(run, cursor, (v) => (fact.edge && !Object.keys(v).length ? "" : shown(v)), "removed");
+        fact.row.hidden = run.change(fact.track, t) !== "removed" && (value === null || gone);
       }
     }
   }
@@ -196,23 +193,11 @@ export class Knowledge extends Panel {
     this.graph.canvas.hidden = !on;
     this.update();
   }
-
-  /** How a fact has just changed: new, changed or removed; nothing if it has not. */
-  change(track, t) {
-    const i = track ? upto(track.t, t) - 1 : -1;
-    if (i < 0 || t - track.t[i] >= FRESH || track.t[i] <= this.run.start + 0.1) return "";
-    if ((track.v[i] ?? null) === null) return "removed";
-    return (track.v[i - 1] ?? null) === null ? "new" : "changed";
-  }
 }
 
 export class Signals extends Panel {
   constructor(run, cursor, timeline) {
-    const list = el("div", { class: "signals" });
-    const find = el("input", { type: "search", placeholder: "search signals and commands (/)", "aria-label": "search signals", oninput: () => this.build() });
-    super(run, cursor, el("div", { class: "tools" }, find), list);
-    this.list = list;
-    this.find = find;
+    super(run, cursor, el("div", { class: "signals" }), "search signals and commands (/)");
     this.timeline = timeline;
     cursor.addEventListener("pins", () => this.build());
     this.build();
@@ -240,12 +225,10 @@ export class Signals extends Panel {
 /** How the run was made, and what of its content was not active. */
 export class About extends Panel {
   constructor(run, cursor) {
-    const list = el("dl", { class: "about" }), text = el("pre", { tabindex: 0, "aria-label": "what the run has printed" });
-    const output = el("details", { class: "output", hidden: !runName, ontoggle: () => this.update() }, el("summary", {}, "output of the run"), text);
-    super(run, cursor, list, output);
-    this.list = list;
-    this.output = output;
-    this.text = text;
+    super(run, cursor, el("dl", { class: "about" }));
+    this.text = el("pre", { tabindex: 0, "aria-label": "what the run has printed" });
+    this.output = el("details", { class: "output", hidden: !runName, ontoggle: () => this.update() }, el("summary", {}, "output of the run"), this.text);
+    this.box.append(this.output);
     this.build();
   }
 

@@ -3,6 +3,7 @@
 import { upto } from "./dom.js";
 
 const OTHERS = [Infinity, NaN, -Infinity]; // what the whole numbers above the greatest of a column are, as in pack.py
+const FRESH = 1; // [s] for which a change is marked
 
 /** Step function: rows of `width` numbers, or values of any kind, each from a time on. */
 export class Track {
@@ -201,6 +202,14 @@ export class Run {
   of(agent, topic) { return this.topics.get(`${agent}|${topic}`) ?? []; }
 
   info(agent) { return this.header.agents.find((a) => a.name === agent); }
+
+  /** How a track has just changed: new, changed or removed; nothing if it has not. */
+  change(track, t) {
+    const i = track ? upto(track.t, t) - 1 : -1;
+    if (i < 0 || t - track.t[i] >= FRESH || track.t[i] <= this.start + 0.1) return "";
+    if ((track.v[i] ?? null) === null) return "removed";
+    return (track.v[i - 1] ?? null) === null ? "new" : "changed";
+  }
 
   /** Unit of a signal; empty for a plain number. */
   unit(agent, signal) {

@@ -37,6 +37,19 @@ export class Layers extends EventTarget {
   }
 }
 
+const WINDOW = 20; // [s] of the way behind a body
+
+/** Intervals of the last seconds before a time, each with the colour of what moved the body. */
+export const ways = (run, name, t) => {
+  const track = run.get(name, "route"), from = t - WINDOW;
+  if (!track) return [{ from, to: t, tint: "actor" }];
+  const found = [];
+  for (let i = Math.max(0, upto(track.t, from) - 1); i < track.t.length && track.t[i] <= t; i++) {
+    if (track.v[i]) found.push({ from: Math.max(track.t[i], from), to: Math.min(track.t[i + 1] ?? t, t), tint: track.v[i] });
+  }
+  return found;
+};
+
 /** Objects with a position in the knowledge of a robot: name and position. */
 export const believed = (run, agent, t) => {
   const places = new Set((run.header.places ?? []).map((p) => p.name)), found = [];

@@ -1,11 +1,11 @@
 // @ts-check
 // The arena in space: the same world, bodies and cursor, with the shapes of the bodies.
 import { names, write } from "./arena.js";
+import { View } from "./cursor.js";
 import { color, dark, el, face, prepare, upto } from "./dom.js";
-import { OwnMap, believed, rays } from "./scene.js";
+import { OwnMap, believed, rays, ways } from "./scene.js";
 import { View3d, placed, times } from "./view3d.js";
 
-const WINDOW = 20; // [s] of the way behind a robot
 const LIFT = 0.02, CLOSE = 3; // [m] height of lines over the ground; distance from which a robot is followed
 const LOW = 0.3; // [m] height of what has none in the header
 
@@ -42,19 +42,16 @@ const tip = (eye, end) => {
 
 const circle = ([x, y], r) => Array.from({ length: 24 }, (_, i) => [x + r * Math.cos((i * Math.PI) / 12), y + r * Math.sin((i * Math.PI) / 12)]);
 
-export class Space {
-  constructor(run, cursor, box, layers) {
-    this.run = run;
-    this.cursor = cursor;
-    this.box = box;
+export class Space extends View {
+  constructor(run, cursor, area, layers) {
+    super(run, cursor, el("canvas", { hidden: true, "aria-label": "arena in space" }));
+    this.area = area;
     this.layers = layers;
     this.map = new OwnMap(run);
-    this.canvas = el("canvas", { hidden: true, "aria-label": "arena in space" });
+    this.canvas = this.box;
     this.names = el("canvas", { class: "names", hidden: true });
-    cursor.addEventListener("move", () => this.draw());
-    cursor.addEventListener("agent", () => this.draw());
     layers.addEventListener("change", () => this.aim());
-    dark.addEventListener("change", () => setTimeout(() => { this.view = null; this.draw(); }));
+    dark.addEventListener("change", () => setTimeout(() => { this.view = null; this.update(); }));
   }
 
   /** Shapes of the world, which is body 0, and of all bodies. */
@@ -89,7 +86,7 @@ export class Space {
   /** The view, made when it is first shown; null without WebGL. */
   get made() {
     if (!this.view && !this.broken) {
-      const [x0, y0, x1, y1] = this.box;
+      const [x0, y0, x1, y1] = this.area;
       this.far = 0.95 * Math.hypot(x1 - x0, y1 - y0) * Math.max(1, (1.5 * this.canvas.clientHeight) / (this.canvas.clientWidth || 1));
       try {
         this.view = new View3d(this.canvas, this.shapes(), [(x0 + x1) / 2, (y0 + y1) / 2, LOW], this.far);
@@ -101,7 +98,7 @@ export class Space {
     return this.view;
   }
 
-  draw() {
+  update() {
     if (this.canvas.hidden || !this.made) return;
     const { run, cursor: { t, agent }, view } = this;
     view.sky = rgb("raised");
@@ -125,21 +122,22 @@ export class Space {
   /** Points the camera at the robot that it follows, or at the world. */
   aim() {
     if (!this.view) return;
-    const [x0, y0, x1, y1] = this.box, { follow } = this.layers;
+    const [x0, y0, x1, y1] = this.area, { follow } = this.layers;
     if (follow !== this.follows) Object.assign(this.view, { target: [(x0 + x1) / 2, (y0 + y1) / 2, LOW], distance: follow ? CLOSE : this.far });
     this.follows = follow;
-    this.draw();
+    this.update();
   }
 
   /** Lines of the layers: the way driven, the planned path, places, rays, the robot's own map and what it believes. */
   lines(agent, t) {
     const { run, layers } = this, found = [], add = (name, points, pairs = false) => found.push({ points, pairs, tint: [...rgb(name), 1] });
-    const track = layers.way && run.get(agent, "pose"), way = [];
-    for (let i = track ? upto(track.t, t - WINDOW) : 0; track && i < upto(track.t, t); i++) {
-      const [x, y, , z = 0] = track.row(i);
-      way.push([x, y, z + LIFT]);
+    for (const { name } of layers.way ? run.header.bodies : []) {
+      const track = run.get(name, "pose"), point = ([x, y, , z = 0]) => [x, y, z + LIFT];
+      for (const { from, to, tint } of track ? ways(run, name, t) : []) {
+        const first = Math.max(0, upto(track.t, from) - 1);
+        add(tint, Array.from({ length: upto(track.t, to) - first }, (_, i) => point(track.row(first + i))));
+      }
     }
-    add("deliberative", way);
     const plan = layers.plan && run.get(agent, "path")?.at(t), info = run.header.bodies.find(({ name }) => name === agent);
     if (plan) add("deliberative", plan.flatMap(([x, y], i) => (i ? [[plan[i - 1][0], plan[i - 1][1], LIFT], [x, y, LIFT]] : [])), true);
     for (const { x, y, radius = 0 } of run.header.places ?? []) {

@@ -38,8 +38,6 @@ export class Timeline extends Lanes {
     this.plot.addEventListener("dblclick", () => this.window(run.start, run.end));
     this.plot.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
     this.box.addEventListener("keydown", (event) => arrows(event, (step) => this.step(step)));
-    cursor.addEventListener("move", () => this.place());
-    cursor.addEventListener("agent", () => this.build());
     cursor.addEventListener("select", () => this.pick());
     const long = run.end - run.start > LONG && !run.going;
     if (long) this.recent();
@@ -203,7 +201,7 @@ export class Timeline extends Lanes {
   redraw() {
     if (!this.wide) return;
     this.draw(prepare(this.canvas, this.wide, this.high));
-    this.place();
+    this.update();
   }
 
   /** Shows an interval. */
@@ -282,7 +280,7 @@ export class Timeline extends Lanes {
     return `${shown(left)} | ${shown(right)} ${unit}`;
   }
 
-  place() {
+  update() {
     const { t } = this.cursor, span = this.to - this.from;
     if (t < this.from - 1e-6 || t > this.to + 1e-6) {
       const from = t - span * (t < this.from ? 0.2 : 0.8);

@@ -5,11 +5,9 @@ import { Lanes, marks } from "./lanes.js";
 
 const HIGH = 28, PACES = [0.1, 0.25, 0.5, 1, 2, 5, 10];
 
-export class Transport {
+export class Transport extends Lanes {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
-    this.lanes = new Lanes(run, cursor);
+    super(run, cursor);
     this.clock = el("output", { class: "clock" });
     this.play = button("▶", "play or pause (space)", () => cursor.play());
     this.pace = el(
@@ -25,7 +23,7 @@ export class Transport {
       this.canvas, this.line, this.part,
     );
     const seek = (event) => {
-      cursor.move(this.lanes.time(event.clientX - this.bar.getBoundingClientRect().left));
+      cursor.move(this.time(event.clientX - this.bar.getBoundingClientRect().left));
     };
     this.bar.addEventListener("pointerdown", (event) => { this.bar.setPointerCapture(event.pointerId); seek(event); });
     this.bar.addEventListener("pointermove", (event) => { if (event.buttons === 1) seek(event); });
@@ -39,8 +37,6 @@ export class Transport {
       button("⚑", "the decisive moment (f)", () => { const { t, address } = run.moment; cursor.select(address, t); }),
       this.pace, this.clock, this.bar,
     );
-    cursor.addEventListener("move", () => this.place());
-    cursor.addEventListener("agent", () => this.fit());
     cursor.addEventListener("play", () => put(this.play, cursor.playing ? "❚❚" : "▶"));
   }
 
@@ -52,23 +48,25 @@ export class Transport {
     part.style.width = `${(100 * (to - from)) / span}%`;
   }
 
+  grow() { this.build(); }
+
   /** Draws the bar. */
-  fit() {
+  build() {
     const { run, cursor } = this, wide = this.bar.clientWidth, span = Math.max(run.end - run.start, 1e-9);
     if (!wide) return;
-    const g = prepare(this.canvas, wide, HIGH), { lanes } = this;
-    Object.assign(lanes, { wide, from: run.start, to: run.start + span });
+    const g = prepare(this.canvas, wide, HIGH);
+    Object.assign(this, { wide, from: run.start, to: run.start + span });
     const bars = run.get(cursor.agent, "route")?.spans(run.end).map(({ from, to, value }) => ({ from, to, fill: value })) ?? [];
-    lanes.bars(g, { y: 10, high: 16, bars });
-    lanes.points(g, { y: 0, high: 10, marks: marks(run, cursor.agent) });
+    this.bars(g, { y: 10, high: 16, bars });
+    this.points(g, { y: 0, high: 10, marks: marks(run, cursor.agent) });
     this.bar.setAttribute("aria-valuemax", run.end.toFixed(2));
-    this.place();
+    this.update();
   }
 
-  place() {
+  update() {
     const { t } = this.cursor;
     put(this.clock, seconds(t));
     this.bar.setAttribute("aria-valuenow", t.toFixed(2));
-    this.line.style.transform = `translateX(${this.lanes.wide ? this.lanes.x(t) : 0}px)`;
+    this.line.style.transform = `translateX(${this.wide ? this.x(t) : 0}px)`;
   }
 }

@@ -1,31 +1,29 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
-import { afterwards, color, el, prepare, put, reveal, short, shown } from "./dom.js";
+import { View } from "./cursor.js";
+import { afterwards, color, el, prepare, put, reveal, search, short, shown, styled } from "./dom.js";
+import { Fact } from "./panels.js";
 import { portsOf } from "./run.js";
 
 const SIGNS = { RUNNING: "▶", SUCCESS: "✓", FAILURE: "✗" };
 const TINTS = { RUNNING: "deliberative", SUCCESS: "good", FAILURE: "bad" };
 const LARGE = 40, MAPPED = 24; // nodes from which on only what runs is unfolded, and a map is shown
-const FRESH = 0.5; // [s] for which a change is marked
 
-export class MissionTree {
+export class MissionTree extends View {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
+    super(run, cursor);
     this.rows = [];
     /** @type {Map<string, boolean>} branches that a reader has opened or folded */
     this.chosen = new Map();
     this.open = new Set();
     this.map = el("canvas", { class: "map", title: "All nodes, a row for each level: click to go to one." });
-    this.find = el("input", { type: "search", placeholder: "search nodes (n)", "aria-label": "search nodes", oninput: () => this.fold() });
+    this.find = search("search nodes (n)", () => this.fold());
     this.tools = el("div", { class: "tools" }, this.find);
     this.list = el("ol", { class: "tree", role: "tree", tabindex: 0, "aria-label": "mission tree" });
     this.board = new Blackboard(run, cursor);
     this.box = el("div", { class: "treebox" }, this.tools, this.map, this.list, this.board.box);
     this.list.addEventListener("keydown", (event) => this.key(event));
     this.map.addEventListener("click", (event) => this.hit(event));
-    cursor.addEventListener("move", () => this.update());
-    cursor.addEventListener("agent", () => this.build());
     cursor.addEventListener("select", () => this.mark());
     this.build();
   }
@@ -49,7 +47,6 @@ export class MissionTree {
     this.size = "";
     this.chosen.clear();
     this.spread();
-    this.board.build();
     this.update();
     this.fold();
   }
@@ -135,24 +132,19 @@ export class MissionTree {
     const path = new Set(this.run.failing(agent, t)), large = this.rows.length > LARGE, open = playing ? new Set(this.open) : new Set();
     for (const row of this.rows) {
       row.status = row.track?.at(t) ?? "";
-      const since = row.track?.since(t), fresh = t - since < FRESH && since > this.run.start + 0.1, here = selected === this.address(row.path);
+      const here = selected === this.address(row.path);
       if (large && (here || (row.status === "RUNNING" && row.track) || path.has(row.path))) {
         for (let above = row.parent; above && !open.has(above); above = this.at.get(above)?.parent) open.add(above);
       }
-      const names = [
-        row.status.toLowerCase() || "unticked", path.has(row.path) && "path", fresh && "fresh", here && "selected",
+      styled(
+        row.item, row.status.toLowerCase() || "unticked", path.has(row.path) && "path", this.run.change(row.track, t) && "fresh", here && "selected",
         row.item.classList.contains("found") && "found", this.cursor.stops.has(this.address(row.path)) && "stop",
-      ].filter(Boolean).join(" ");
-      if (row.item.className !== names) {
-        row.item.className = names;
-        put(row.sign, SIGNS[row.status] ?? "·");
-        row.sign.title = row.status || "not ticked";
-      }
+      );
+      put(row.sign, SIGNS[row.status] ?? "·", row.status || "not ticked");
       const note = row.notes?.at(t) ?? "";
-      if (row.note.textContent !== note) { put(row.note, note); row.note.title = note; }
+      put(row.note, note, note);
     }
     if (large && (open.size !== this.open.size || [...open].some((each) => !this.open.has(each)))) { this.open = open; this.fold(); } else this.values();
-    this.board.update();
     this.draw();
     const runs = this.rows.findLast((row) => row.status === "RUNNING" && !row.item.hidden)?.item;
     if (runs && runs !== this.runs) afterwards(this, () => reveal(this.list, runs));
@@ -207,35 +199,24 @@ export class MissionTree {
 }
 
 /** Keys of all blackboards of a mission with their values at the cursor. */
-class Blackboard {
+class Blackboard extends View {
   constructor(run, cursor) {
-    this.run = run;
-    this.cursor = cursor;
-    this.list = el("dl", { class: "keys" });
+    super(run, cursor);
+    this.list = el("div", { class: "keys" });
     this.box = el("details", { class: "board", open: true }, el("summary", {}, "blackboard"), this.list);
+    this.build();
   }
 
   build() {
     const { run, cursor } = this;
-    this.rows = run.of(cursor.agent, "board").map((track) => {
-      const [subtree, key] = track.name.split("\n"), value = el("dd"), go = () => cursor.select(track.address);
-      const about = { title: track.name.replace("\n", " "), tabindex: 0, role: "button", onclick: go };
-      const label = el("dt", about, subtree ? el("small", {}, `${short(subtree)} `) : null, key);
-      value.addEventListener("click", go);
-      return { track, value, label };
+    this.facts = run.of(cursor.agent, "board").map((track) => {
+      const [subtree, key] = track.name.split("\n");
+      return new Fact(cursor, track, subtree ? el("small", {}, `${short(subtree)} `) : null, key);
     });
-    this.box.hidden = !this.rows.length;
-    this.list.replaceChildren(...this.rows.flatMap(({ label, value }) => [label, value]));
+    this.box.hidden = !this.facts.length;
+    this.list.replaceChildren(...this.facts.map(({ row }) => row));
+    this.update();
   }
 
-  update() {
-    const { t, selected } = this.cursor;
-    for (const { track, value, label } of this.rows) {
-      const now = track.at(t) ?? null, since = track.since(t);
-      put(value, now === null ? "–" : shown(now));
-      value.title = value.textContent;
-      value.classList.toggle("fresh", since !== undefined && t - since < FRESH && since > this.run.start + 0.1);
-      label.classList.toggle("selected", selected === track.address);
-    }
-  }
+  update() { for (const fact of this.facts) fact.show(this.run, this.cursor, shown, "–"); }
 }
