@@ -84,7 +84,7 @@ def show_sensors(sensors: tuple[SensorState, ...]) -> None:
 
 
 def _prompt(reason: str) -> str:
-    return f"{reason}; press Enter to go" if reason.endswith(WAITING) else reason
+    return f"{reason}; press Enter to go" if WAITING in reason else reason
 
 
 def _row(state: SensorState, several: bool) -> tuple[str, ...]:

@@ -7,7 +7,8 @@ import re
 
 import pytest
 
-from rocs_bt.event import ActuatorCommanded, SensorRead
+from rocs_bt.cli.drive_output import HoldOutput
+from rocs_bt.event import ActuatorCommanded, MotionHeld, MotionReleased, SensorRead
 from rocs_bt.record import Recording
 
 from ..pages import data_of
@@ -131,6 +132,19 @@ def test_a_dry_run_opens_no_actuator_and_records_what_would_be_sent(rocs_bt, tmp
     recording = Recording.open(tmp_path / "runs/real-1")
     assert recording.header.command == "rocs-bt drive real --seed 1 --for 2.5 --dry-run"
     assert any(any(e.values) for e in recording.events() if isinstance(e, ActuatorCommanded))
+
+
+@pytest.mark.parametrize("late", ["", "the process of actuator wheels is late"])
+@pytest.mark.parametrize("wait", ["paused by the page, waiting for go", "emergency stop released, waiting for go"])
+def test_whatever_else_holds_a_robot_a_person_reads_that_enter_is_missing(capsys, wait, late):
+    output, robot = HoldOutput(), {"agent": "R2", "actuator": "wheels"}
+    reasons = [wait, *([f"{wait}; {late}", f"{late}; {wait}", late] if late else [])]
+    for t, reason in enumerate(reasons):
+        output.emit(MotionHeld(t=t, reason=reason, **robot))
+    output.emit(MotionReleased(t=9.0, by="the terminal", **robot))
+    *held, free = capsys.readouterr().err.splitlines()
+    assert ["press Enter" in line for line in held] == [wait in reason for reason in reasons]
+    assert free == "9.00 s: R2 goes on"
 
 
 def test_each_of_run_and_drive_names_the_other(rocs_bt, tmp_path, robot):

@@ -1,19 +1,18 @@
-"""Control of a run from its page, in a browser: pause on hardware, swap of a subtree, reload of a rule file."""
+"""Control of a run from its page, in a browser: swap of a subtree, reload of a rule file."""
 
 import json
 import shutil
 
-import msgspec
 import pytest
 
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import MotionHeld, MotionReleased, NodeTicked
+from rocs_bt.event import NodeTicked
 from rocs_bt.studio.live import LivePage
 
 from .. import synthetic
 from ..waiting import until
 from .test_door import Studio, arrives
-from .test_page import click, faults, press, text
+from .test_page import click, faults, press
 from .test_page import until as shown
 
 pytestmark = pytest.mark.browser
@@ -25,34 +24,6 @@ name = "R2"
 mission = "first"
 parameters = {}
 """
-
-
-def buttons(browser):
-    """Texts of the buttons that control the run."""
-    script = "JSON.stringify([...document.querySelectorAll('.control button')].filter((b) => !b.hidden)"
-    return json.loads(browser.evaluate(f"{script}.map((b) => b.textContent))"))
-
-
-@pytest.mark.parametrize(("taken", "offered"), [(["pause"], []), (["pause", "swap", "reload"], ["swap …", "reload"])])
-def test_a_pause_on_hardware_lasts_until_the_robots_are_released_at_their_terminal(browser, taken, offered):
-    header = msgspec.structs.replace(synthetic.header(), simulated=False, commands=tuple(taken))
-    with LivePage() as page:
-        page.begin(header)
-        browser.open(page.url)
-        arrives(browser, "document.querySelector('.control') && !document.querySelector('.control').hidden")
-        assert buttons(browser) == ["❚❚ pause", *offered]
-        press(browser, "p")
-        assert [command.kind for command in until(page.take)] == ["pause"]
-        page.emit(MotionHeld(t=1.0, agent="R2", actuator="wheels", reason="paused by the page, waiting for go"))
-        shown(browser, "document.querySelector('.control button').disabled")
-        assert text(browser, ".control output") == "press Enter at the robot's terminal"
-        press(browser, "p")  # does nothing more
-        page.emit(MotionReleased(t=2.0, agent="R2", actuator="wheels", by="the terminal"))
-        shown(browser, "!document.querySelector('.control button').disabled")
-        assert text(browser, ".control output") == ""
-        assert page.take() == []
-        browser.open("about:blank")
-    assert faults(browser) == []
 
 
 def test_following_pauses_at_a_failure_that_comes_behind_the_head(browser):
