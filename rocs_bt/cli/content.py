@@ -1,17 +1,18 @@
-"""Content of a command line: the catalog of a file or name, and the option --no-code."""
+"""Inputs of a command line: the catalog of a file or name, the recording of a run, and the option --no-code."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
 
-from .terminal import own_stdout
+from .terminal import echo, own_stdout
 
 if TYPE_CHECKING:
     from ..catalog import Catalog
+    from ..record import Recording
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -26,6 +27,17 @@ def json_option(text: str) -> Callable[[F], F]:
         text: Help of the option.
     """
     return click.option("--json", "as_json", is_flag=True, help=text, callback=_reserve)
+
+
+def open_recording(run: Path) -> Recording:
+    """Recording of a run; at the end of the command stderr says what is missing of it, if it is cut off or damaged."""
+    from ..record import Recording
+
+    opened = click.get_current_context().meta.setdefault("rocs_bt.recordings", {})  # a command may open it twice
+    if run not in opened:
+        opened[run] = recording = Recording.open(run)
+        click.get_current_context().call_on_close(lambda: recording.missing and echo(recording.missing, err=True))
+    return cast("Recording", opened[run])
 
 
 def _reserve(context: click.Context, _: click.Parameter, wanted: bool) -> bool:

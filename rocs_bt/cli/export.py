@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from .content import open_recording
 from .terminal import echo
 
 
@@ -32,20 +33,17 @@ from .terminal import echo
 def command(run: Path, out: Path, storage: str, start: str) -> None:
     """Write RUN, a run's folder or its run.mcap, as a rosbag2 folder for rviz, PlotJuggler, Foxglove and `ros2 bag`.
 
-    A recording that was cut off is exported up to its end. Several agents have a namespace each.
+    A recording that was cut off or damaged is exported up to there. Several agents have a namespace each.
     """
-    from ..record import Recording
     from ..simulation.rosbag_export import export_rosbag, start_time
 
-    recording = Recording.open(run)
+    recording = open_recording(run)
     bag = export_rosbag(recording, out, storage=storage, start=start_time(start))
     width = max(map(len, bag.topics))
     for topic, (kind, count) in bag.topics.items():
         echo(f"  {topic:<{width}}  {count:>7}  {kind}")
     for robot in bag.unknown_robots:
         echo(f"Without cmd_vel and the topics of drivers: this project has no robot '{robot}'.", err=True)
-    if not recording.complete:
-        echo("The recording was cut off; the bag ends with it.", err=True)
     count = sum(count for _, count in bag.topics.values())
     echo(f"{bag.folder}: {count} messages on {len(bag.topics)} topics, {bag.duration:.1f} s.")
     echo(f"Try next: ros2 bag play {shlex.quote(str(bag.folder))}   (nodes with use_sim_time:=true)")

@@ -14,7 +14,7 @@ from ..errors import Fault, InputError, KnowledgeError
 from ..files import read_text, write_whole
 from ..geometry import Pose2
 from ..units import NOT_NEGATIVE
-from .content import json_option
+from .content import json_option, open_recording
 from .quantity import QuantityType
 from .terminal import echo
 
@@ -117,14 +117,13 @@ def take(file: Path, knowledge: Path, agent: str | None) -> None:
 def open_log(run: Path, agent: str | None, number: int | None) -> ChangeLog:
     """Change log of an agent from a recording, a knowledge file, or an export."""
     from ..knowledge.history import History, log_of
-    from ..record import Recording
     from ..record.knowledge import recorded_log
 
     schema, file = Catalog.here(code=False).load_schema(), _knowledge_file(run)
     if file.suffix == ".json":
         return log_of(_exported(file, schema), file.name)
     if file.suffix == ".mcap":
-        return recorded_log(Recording.open(file), agent, schema)
+        return recorded_log(open_recording(file), agent, schema)
     with History(file, agent, number, schema) as history:
         return history
 
@@ -196,14 +195,13 @@ def query(run: Path, text: str, agent: str | None, run_number: int | None, t: fl
     Exits with 0 if there is an answer, with 1 if there is none.
     """
     from ..knowledge import QueryContext, compile_query
-    from ..record import Recording
     from ..record.knowledge import recorded_context
 
     log = open_log(run, agent, run_number)
     t = log.end if t is None else t
     context, signals = QueryContext(log.agent, None, t, past=log), None
     if (recorded := run / "run.mcap" if run.is_dir() else run).suffix == ".mcap" and recorded.exists():
-        context, signals = recorded_context(Recording.open(recorded), log, t)
+        context, signals = recorded_context(open_recording(recorded), log, t)
     state = state_of(log, t)
     try:
         answers = compile_query(text, state.schema, signals).ask(state, context)

@@ -79,7 +79,7 @@ def _moment(summary: Summary, folder: Path) -> str:
         tracks = Tracks.of_recording(recording, ("rule", "outcome") if succeeded else TOPICS)
         for found in decisive(tracks, outcomes)[:1]:
             t, name = found.t, found.about.agent
-    except RecordingError:  # the run has no recording, or it is cut off
+    except RecordingError:  # the run has no recording
         pass
     seconds = f"{t:.3f}".rstrip("0")
     other = f" --agent {shlex.quote(name)}" if name not in ("", next(iter(outcomes), "")) else ""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from .content import open_recording
 from .terminal import echo
 
 
@@ -18,10 +19,10 @@ def command(run: Path, other: Path | None, out: Path | None) -> None:
 
     With OTHER, both runs are drawn over each other, and both.html is the page of both with their first differences.
     """
-    from ..record import Recording, Tracks, first_difference, write_figures
+    from ..record import Tracks, first_difference, write_figures
     from ..record.pages import write_report
 
-    recordings = [Recording.open(path) for path in (run, other) if path is not None]
+    recordings = [open_recording(path) for path in (run, other) if path is not None]
     folder = out or (run if run.is_dir() else run.parent) / ("figures" if other is None else "overlay")
     for path in write_figures(recordings, folder):
         echo(str(path))

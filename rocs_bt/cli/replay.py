@@ -10,7 +10,7 @@ import click
 from ..catalog import Catalog
 from ..units import FREQUENCY, NOT_NEGATIVE, POSITIVE
 from ..words import counted
-from .content import catalog_for, no_code_option
+from .content import catalog_for, no_code_option, open_recording
 from .quantity import QuantityType
 from .terminal import echo
 
@@ -77,9 +77,7 @@ def command(
 def _replay_run(
     run: Path, why: float | None, agent: str | None, everything: bool, changed_content: bool, no_code: bool
 ) -> int:
-    from ..record import Recording
-
-    recording = Recording.open(run)
+    recording = open_recording(run)
     if why is not None:
         from ..record import explain
 
@@ -89,8 +87,7 @@ def _replay_run(
 
     difference = replay(recording, Catalog.here(code=not no_code), agent=agent, changed_content=changed_content)
     if difference is None:
-        cut = "" if recording.complete else ", up to the end of the recording, which was cut off"
-        echo(f"All events are equal{cut}.")
+        echo("All events are equal.")
         return 0
     echo(difference.text(everything=everything))
     return 1

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import msgspec
 
-from .content import json_option
+from .content import json_option, open_recording
 from .terminal import echo, styled
 
 if TYPE_CHECKING:
@@ -31,10 +31,10 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
     Exits with 0 if all are satisfied, with 1 if one is violated or unknown.
     """
     from ..errors import InputError, unknown
-    from ..record import Recording, RequirementInfo
+    from ..record import RequirementInfo
     from ..running import check_recorded
 
-    recording = Recording.open(run)
+    recording = open_recording(run)
     names = [a.name for a in recording.header.agents]
     if agent is not None and agent not in names:
         raise InputError(unknown("agent", agent, names, "The run"))

@@ -12,7 +12,7 @@ import click
 from ..catalog import Catalog, Entry
 from ..errors import InputError, unknown
 from ..words import counted, inactive_rule
-from .content import catalog_for, no_code_option
+from .content import catalog_for, no_code_option, open_recording
 from .terminal import echo, styled
 
 if TYPE_CHECKING:
@@ -81,9 +81,7 @@ def replay(file: str, run: Path, agent: str | None, wanted: tuple[str, ...], out
 
     RUN is a run's folder or its run.mcap. Nothing is simulated: the actions of the rules have no effect.
     """
-    from ..record import Recording
-
-    catalog, recording = catalog_for(file, no_code=no_code), Recording.open(run)
+    catalog, recording = catalog_for(file, no_code=no_code), open_recording(run)
     folder = out or (run if run.is_dir() else run.parent) / "rules"
     replay_rules_on(recording, catalog.find("rules", file).path, catalog, folder, agent=agent, wanted=wanted)
 
@@ -154,14 +152,13 @@ def tune(
     """Count the firings of a rule of FILE in each RUN for a range of values of a threshold."""
     import numpy as np
 
-    from ..record import Recording
     from ..record.figures.rules import draw_sweep, write_picture
     from ..running.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
     from ..units import read_quantity
 
     catalog = catalog_for(file, no_code=no_code)
     path = catalog.find("rules", file).path
-    recordings = [Recording.open(run) for run in runs]
+    recordings = [open_recording(run) for run in runs]
     fitting = [_fitting(path, _agents(recording, path, agent), catalog) for recording in recordings]
     pairs = [(r, info, own) for r, found in zip(recordings, fitting, strict=True) for info, own in found]
     active = [pair for pair in pairs if rule.rpartition("/")[2] not in _inactive(pair[2])] or pairs

@@ -144,8 +144,7 @@ class History:
     """
 
     def __init__(self, recording: Recording) -> None:
-        tracks = Tracks(recording.header, _TOPICS)
-        tracks.take(recording.events())
+        tracks = Tracks.of_recording(recording, _TOPICS)
         results = {} if recording.summary is None else recording.summary.agents
         self.header, self.label, self.end = recording.header, recording.header.label, tracks.end
         names = [b.name for b in self.header.bodies]

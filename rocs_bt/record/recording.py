@@ -6,7 +6,7 @@ import os
 import struct
 import weakref
 import zlib
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Generator, Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
@@ -54,6 +54,7 @@ class _Contents:
     complete: bool = False
     summary: Summary | None = None
     damage: str = ""
+    end: float = 0.0
     read: int = len(MCAP0_MAGIC)  # number of bytes that were read
 
 
@@ -63,15 +64,12 @@ def _near(path: Path) -> set[str]:
 
 
 class Recording:
-    """Recording of a run.
+    """Recording of a run. A file that is cut off or damaged is read up to there.
 
     Attributes:
         path: Recording file.
         header: Header, written before the run started.
         summary: Summary of the run; None if the run did not complete.
-        complete: Whether the file is complete. The file of a killed run is not; the events before its end can still be
-            read.
-        damage: Fault of the file behind its readable part, if it was opened in spite of it; else empty.
     """
 
     def __init__(self, path: Path, file: BinaryIO, header: RunHeader, contents: _Contents) -> None:
@@ -79,23 +77,20 @@ class Recording:
         self._file = file  # open, because another run may replace the file
         weakref.finalize(self, file.close)
         self.header = header
-        self.complete = contents.complete
         self.summary = contents.summary
-        self.damage = contents.damage
         self._contents = contents
         self._fresh = _Decoder(path, codec.KINDS)
         self._taken = 0  # chunks that `fresh` has read
 
     @classmethod
-    def open(cls, path: str | Path, *, damaged: bool = False) -> Recording:
+    def open(cls, path: str | Path) -> Recording:
         """Open a recording.
 
         Args:
             path: Recording file, or a folder that contains `run.mcap`.
-            damaged: Whether a file that is damaged behind its header is opened too, up to the damage.
 
         Raises:
-            RecordingError: The file does not exist, was not written by rocs_bt, or is damaged other than cut off.
+            RecordingError: The file does not exist, was not written by rocs_bt, or is damaged in its header.
         """
         path = Path(path)
         file = path / "run.mcap" if path.is_dir() else path
@@ -106,44 +101,65 @@ class Recording:
         except OSError as error:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
         try:
-            header, contents = _opened(opened, file, damaged)
+            header, contents = _opened(opened, file)
         except BaseException:
             opened.close()
             raise
         return cls(file, opened, header, contents)
 
+    @property
+    def complete(self) -> bool:
+        """Whether the file is complete and, as far as it was read, not damaged; that of a killed run is not."""
+        return self._contents.complete and not self.damage
+
+    @property
+    def damage(self) -> str:
+        """Fault of the file behind its readable part, as far as it was read; empty if there is none."""
+        return self._contents.damage
+
+    @property
+    def missing(self) -> str:
+        """Sentence about what a file that is not complete lacks; empty for a complete one."""
+        if self.complete:
+            return ""
+        fault = self.damage.rstrip(".") or f"the recording '{self.path}' was cut off"
+        return f"{fault}; it is read up to t = {max(self._contents.end, self.header.start):.2f} s."
+
     def events(self, only: Collection[type[Event]] = ()) -> Iterator[Event]:
-        """All events, in the order of emission.
+        """Events in the order of emission, up to the end or the damage.
 
         Args:
             only: Kinds of events to read; all kinds by default.
-
-        Raises:
-            RecordingError: A message is damaged.
         """
         decoder = _Decoder(self.path, only or codec.KINDS)
         for span in self._contents.chunks:
-            yield from decoder.events(self._chunk(span))
+            if not (yield from self._of_chunk(span, decoder)):
+                return
 
     def fresh(self) -> list[Event]:
-        """Events since the last call, with those that the process of the run has written meanwhile.
-
-        Raises:
-            RecordingError: The file is damaged, or cannot be read any more.
-        """
+        """Events since the last call, with those that the process of the run has written meanwhile."""
         contents = self._contents
-        if self._taken == len(contents.chunks) and not self.complete:
+        if self._taken == len(contents.chunks) and not contents.complete and not self.damage:
             _walk(self._file, self.path, contents)
-            self.complete = contents.complete
         spans, self._taken = contents.chunks[self._taken :], len(contents.chunks)
-        return [event for span in spans for event in self._fresh.events(self._chunk(span))]
+        return [event for span in spans for event in self._of_chunk(span, self._fresh)]
 
-    def _chunk(self, span: _Span) -> bytes:
-        return _chunk(_read(self._file, span, self.path), self.path, span.at)
+    def _of_chunk(self, span: _Span, decoder: _Decoder) -> Generator[Event, None, bool]:
+        """Events of a chunk up to its end or damage; returns whether it is not damaged."""
+        try:
+            yield from decoder.events(_chunk(_read(self._file, span, self.path), self.path, span.at)[1])
+        except RecordingError as error:
+            self._contents.damage, self._contents.end = str(error), decoder.time / 1e9
+            return False
+        return True
 
 
 class _Decoder:
-    """Decodes the events of chunks, in their order."""
+    """Decodes the events of chunks, in their order.
+
+    Attributes:
+        time: Time of the last message [ns].
+    """
 
     def __init__(self, path: Path, only: Collection[type[Event]]) -> None:
         self._path = path
@@ -154,14 +170,23 @@ class _Decoder:
         self._schemas: dict[int, str] = {}
         self._wanted = set[int]()
         self._incoming = Incoming()
+        self.time = 0
 
     def events(self, chunk: bytes) -> Iterator[Event]:
-        """Events of the next chunk."""
+        """Events of the next chunk.
+
+        Raises:
+            RecordingError: A message is damaged.
+        """
         for opcode, body in _records(chunk):
             if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
+                channel_id, _, self.time, _ = _MESSAGE.unpack_from(body)
                 # Others are messages for viewers, and events of kinds that a user added.
-                if _MESSAGE.unpack_from(body)[0] in self._wanted:
-                    event = self._incoming.event(codec.decode(body[_MESSAGE.size :]))
+                if channel_id in self._wanted:
+                    try:
+                        event = self._incoming.event(codec.decode(body[_MESSAGE.size :]))
+                    except RecordingError as error:
+                        raise RecordingError(f"'{self._path}' is damaged: {error}") from error
                     if type(event) in self._kinds:
                         yield event
             elif opcode == Opcode.SCHEMA:
@@ -178,40 +203,42 @@ def _kind(schema: str) -> str:
     return ".".join(schema.split(".")[:2])
 
 
-def _opened(opened: BinaryIO, file: Path, damaged: bool) -> tuple[RunHeader, _Contents]:
+def _opened(opened: BinaryIO, file: Path) -> tuple[RunHeader, _Contents]:
     """Header and records of a file.
 
     Raises:
-        RecordingError: The file was not written by rocs_bt, or is damaged other than cut off.
+        RecordingError: The file was not written by rocs_bt, or is damaged in its header.
     """
     begin = _read(opened, _Span(0, len(MCAP0_MAGIC)), file)
     if begin != MCAP0_MAGIC:
         found = "it is empty" if not begin else f"it begins with {begin!r}"
         raise RecordingError(f"'{file}' is not an MCAP recording: {found}. Give the run.mcap of a run.")
     contents = _Contents()
-    try:
-        _walk(opened, file, contents)
-    except RecordingError as error:
-        if not damaged:
-            raise
-        contents.damage = str(error)
+    _walk(opened, file, contents)
     version = contents.metadata.get("rocs_bt", {}).get("format")
     if version is not None and version != FORMAT:
         raise RecordingError(f"'{file}' has format {version}; this version of rocs_bt reads format {FORMAT}.")
     if version is None or HEADER not in contents.attachments:
+        if contents.damage:
+            raise RecordingError(contents.damage)
         cut = "is cut off within its header" if not contents.complete else "was not written by rocs_bt"
         raise RecordingError(f"'{file}' {cut} and cannot be read. Run the scenario again.")
     try:
-        for attachment in contents.attachments.values():
-            check_nesting(attachment)
-        header = msgspec.json.decode(contents.attachments[HEADER], type=RunHeader)
+        header = _decoded(contents.attachments[HEADER], RunHeader)
         header.check()
-        if SUMMARY in contents.attachments:
-            contents.summary = msgspec.json.decode(contents.attachments[SUMMARY], type=Summary)
     except (msgspec.MsgspecError, ValueError, InputError, KnowledgeError) as error:
-        why = str(error).rstrip(".")
-        raise RecordingError(f"the header or summary of '{file}' cannot be read: {why}.") from error
+        raise RecordingError(f"the header of '{file}' cannot be read: {str(error).rstrip('.')}.") from error
+    try:
+        if SUMMARY in contents.attachments:
+            contents.summary = _decoded(contents.attachments[SUMMARY], Summary)
+    except (msgspec.MsgspecError, ValueError, InputError) as error:
+        contents.damage = f"the summary in '{file}' cannot be read: {str(error).rstrip('.')}."
     return header, contents
+
+
+def _decoded(attachment: bytes, kind: type[R]) -> R:
+    check_nesting(attachment)
+    return msgspec.json.decode(attachment, type=kind)
 
 
 def _read(opened: BinaryIO, span: _Span, file: Path) -> bytes:
@@ -229,37 +256,52 @@ def _read(opened: BinaryIO, span: _Span, file: Path) -> bytes:
 
 
 def _walk(opened: BinaryIO, file: Path, contents: _Contents) -> None:
-    """Read the next records of a file; of chunks only their places, because a long run does not fit into memory."""
-    size = os.fstat(opened.fileno()).st_size
-    while (at := contents.read) + _RECORD.size <= size:
-        opcode, length = _RECORD.unpack(_read(opened, _Span(at, _RECORD.size), file))
-        span = _Span(at + _RECORD.size, length)
-        if opcode == 0:
-            break  # zeros at the end, left by a power failure
-        if opcode > max(Opcode):
-            raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
-        if span.at + length > size:
-            break  # cut off, or not yet written
-        if opcode == Opcode.CHUNK:
-            _chunk(_read(opened, span, file), file, at)
-            contents.chunks.append(span)
-        elif opcode == Opcode.ATTACHMENT:
-            body = _read(opened, span, file)
-            attachment = _parsed(Attachment, body, file)
-            if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
-                raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
-            contents.attachments[attachment.name] = attachment.data
-        elif opcode == Opcode.METADATA:
-            metadata = _parsed(Metadata, _read(opened, span, file), file)
-            contents.metadata[metadata.name] = metadata.metadata
-        elif opcode == Opcode.FOOTER:
-            contents.complete = _read(opened, _Span(span.at + length, len(MCAP0_MAGIC) + 1), file) == MCAP0_MAGIC
-            break
-        contents.read = span.at + length
+    """Read the next records of a file, up to the damage if there is any."""
+    try:
+        while not contents.complete and _record(opened, file, contents):
+            pass
+    except RecordingError as error:
+        contents.damage = str(error)
 
 
-def _chunk(body: bytes, file: Path, at: int) -> bytes:
-    """Records of a chunk, verified.
+def _record(opened: BinaryIO, file: Path, contents: _Contents) -> bool:
+    """Read the next record of a file; returns whether there was one.
+
+    Of chunks it notes only the places, because a long run does not fit into memory.
+
+    Raises:
+        RecordingError: The record is damaged.
+    """
+    size, at = os.fstat(opened.fileno()).st_size, contents.read
+    if at + _RECORD.size > size:
+        return False
+    opcode, length = _RECORD.unpack(_read(opened, _Span(at, _RECORD.size), file))
+    span = _Span(at + _RECORD.size, length)
+    if opcode > max(Opcode):
+        raise RecordingError(f"'{file}' is damaged: byte {at} is {opcode}, which is no MCAP opcode.")
+    if opcode == 0 or span.at + length > size:
+        return False  # zeros, left by a power failure; or cut off, or not yet written
+    if opcode == Opcode.CHUNK:
+        contents.end = _chunk(_read(opened, span, file), file, at)[0]
+        contents.chunks.append(span)
+    elif opcode == Opcode.ATTACHMENT:
+        body = _read(opened, span, file)
+        attachment = _parsed(Attachment, body, file)
+        if zlib.crc32(body[:-4]) != struct.unpack("<I", body[-4:])[0]:
+            raise RecordingError(f"'{file}' is damaged: the attachment at byte {at} has a wrong checksum.")
+        contents.attachments[attachment.name] = attachment.data
+    elif opcode == Opcode.METADATA:
+        metadata = _parsed(Metadata, _read(opened, span, file), file)
+        contents.metadata[metadata.name] = metadata.metadata
+    elif opcode == Opcode.FOOTER:
+        contents.complete = _read(opened, _Span(span.at + length, len(MCAP0_MAGIC) + 1), file) == MCAP0_MAGIC
+        return contents.complete
+    contents.read = span.at + length
+    return True
+
+
+def _chunk(body: bytes, file: Path, at: int) -> tuple[float, bytes]:
+    """Time of the last event of a chunk [s], and its records, verified.
 
     Raises:
         RecordingError: The chunk is damaged.
@@ -273,7 +315,7 @@ def _chunk(body: bytes, file: Path, at: int) -> bytes:
         raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} cannot be decompressed.") from error
     if len(content) != chunk.uncompressed_size or zlib.crc32(content) != chunk.uncompressed_crc:
         raise RecordingError(f"'{file}' is damaged: the chunk at byte {at} has a wrong size or checksum.")
-    return content
+    return chunk.message_end_time / 1e9, content
 
 
 def _content(chunk: Chunk) -> bytes:

@@ -96,11 +96,7 @@ class Tracks:
 
     @staticmethod
     def of_recording(recording: Recording, topics: Collection[str] = ()) -> Tracks:
-        """Tracks of a recording; only the events of the topics are decoded.
-
-        Raises:
-            RecordingError: The recording is damaged.
-        """
+        """Tracks of a recording; only the events of the topics are decoded."""
         tracks = Tracks(recording.header, topics)
         events = recording.events(tracks.kinds)
         # Threads emit events in nearly the order of their times.
@@ -368,7 +364,8 @@ def _board(tracks: Tracks, event: BlackboardChanged) -> None:
 def _rule(tracks: Tracks, event: RuleChanged) -> None:
     track, others = tracks.steps(event.agent, "rule", event.rule), dict[str, RuleState]()
     if event.phase == "waits":  # only then the state depends on the other rules
-        others = {name: rule.v[-1] for name, rule in tracks.of(event.agent, "rule").items() if rule is not track}
+        states = tracks.of(event.agent, "rule").items()
+        others = {name: rule.v[-1] for name, rule in states if rule is not track and isinstance(rule, Steps)}
     track.put(event.t, (track.v[-1] if track.v else RuleState()).after(event, others))
 
 

@@ -234,7 +234,7 @@ class Incoming:
             part = reading[8 * value.first : 8 * (value.first + value.count)]
             if len(part) != 8 * value.count or value.first < 0:
                 raise RecordingError(
-                    f"the recording is damaged: '{message.monitor}' repeats a reading of '{value.sensor}' at "
+                    f"the signals of '{message.monitor}' repeat a reading of '{value.sensor}' at "
                     f"t = {message.t:g} s that was not recorded."
                 )
             return part

@@ -69,7 +69,7 @@ def summary_of(recording: Recording) -> Summary:
     None.
 
     Raises:
-        RecordingError: The recording is damaged, or lacks an agent's signals.
+        RecordingError: The recording lacks an agent's signals.
     """
     header, end = recording.header, recording.header.start
     metrics = Metrics(header)

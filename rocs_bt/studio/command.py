@@ -50,7 +50,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
 
     run = _run_of(path)
     if run is not None:
-        Recording.open(run, damaged=True)  # says what is wrong before a browser opens
+        Recording.open(run)  # says what is wrong before a browser opens
     place = Path.cwd() if path is None else run.parent if run is not None else path
     catalog = Catalog(find_project(place) or place, code=not no_code)
     runs = Runs((catalog.project or place).absolute() / "runs", run)

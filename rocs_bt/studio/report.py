@@ -30,7 +30,7 @@ def write_report(recording: Recording, summary: Summary | None, path: Path, seco
         second: Recording of another run, which is shown over the first.
 
     Raises:
-        RecordingError: The file cannot be written, or the recording cannot be read.
+        RecordingError: The file cannot be written.
     """
     text = render_report(recording, summary, second)
     try:
@@ -68,32 +68,27 @@ def render_tree(title: str, doc: str, nodes: Sequence[TreeNode], faults: Iterabl
     return render_page(title, pack(tracks, {}))
 
 
-def packed_run(recording: Recording, summary: Summary | None, *, damaged: bool = False, end: str = KILLED) -> bytes:
+def packed_run(recording: Recording, summary: Summary | None, *, end: str = KILLED) -> bytes:
     """A recorded run, packed for the page.
 
     Args:
         recording: Recording of the run.
         summary: Summary of the run; None if there is none.
-        damaged: Whether the events before a damaged one are enough.
-        end: Reason for the end of a recording that is not complete.
-
-    Raises:
-        RecordingError: The recording cannot be read.
+        end: Reason for the end of a recording that is not complete, if it is not damaged.
     """
-    tracks, damage = Tracks(recording.header), recording.damage
-    try:
-        tracks.take(recording.events())
-    except RecordingError as error:
-        if not damaged:
-            raise
-        damage = str(error)
+    tracks = Tracks.of_recording(recording)
     Comparisons(tracks).update(over=True)
     about = {
-        "missing": damage or ("" if recording.complete else end),
+        "missing": missing_of(recording, end),
         "decisive": opens_at(tracks, {} if summary is None else {n: a.outcome for n, a in summary.agents.items()}),
         "results": {} if summary is None else about_end(summary),
     }
     return pack(tracks, about)
+
+
+def missing_of(recording: Recording, end: str) -> str:
+    """Why a recording ends early: its damage, or the given reason; empty for a complete one."""
+    return "" if recording.complete else recording.missing if recording.damage else end
 
 
 def about_end(summary: Summary) -> Json:

@@ -14,7 +14,7 @@ from ..record import Recording, Summary
 from ..record.folder_lock import writer_of
 from .feed import Feed
 from .pack import Json
-from .report import KILLED, about_end, packed_run
+from .report import KILLED, about_end, missing_of, packed_run
 from .requests import Answer
 from .site import PACKED
 
@@ -147,7 +147,7 @@ class Runs:
         key = name, stat.st_mtime_ns, stat.st_size
         if key not in self._packed:
             end = _GOES_ON if _grows(file) else KILLED
-            packed = packed_run(Recording.open(file, damaged=True), _summary(file.parent), damaged=True, end=end)
+            packed = packed_run(Recording.open(file), _summary(file.parent), end=end)
             with self._lock:
                 self._packed[key] = packed
                 while len(self._packed) > _KEPT:
@@ -172,19 +172,15 @@ def _grow(file: Path, feed: Feed) -> None:
                 feed.close({"missing": "The run ended before its recording had a header."})
                 return
             time.sleep(_POLL)
-    try:
-        feed.begin(recording.header, recording.fresh())
-        going = True
-        while going:
-            going = _grows(file) and not recording.complete
-            if events := recording.fresh():
-                feed.take(events)
-            elif going:
-                time.sleep(_POLL)
-        missing = "" if recording.complete else KILLED
-        feed.close({"missing": missing, **(end_of(file.parent) or {})})
-    except RecordingError as error:
-        feed.close({"missing": str(error)})
+    feed.begin(recording.header, recording.fresh())
+    going = True
+    while going:
+        going = _grows(file) and not recording.complete and not recording.damage
+        if events := recording.fresh():
+            feed.take(events)
+        elif going:
+            time.sleep(_POLL)
+    feed.close({"missing": missing_of(recording, KILLED), **(end_of(file.parent) or {})})
 
 
 def _grows(file: Path) -> bool:

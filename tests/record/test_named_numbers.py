@@ -108,7 +108,7 @@ def test_each_number_is_a_named_field_and_a_scan_is_written_once(tmp_path):
 
 
 def test_a_repeated_reading_that_is_missing_is_damage():
-    with pytest.raises(RecordingError, match="'m' repeats a reading of 'lidar'"):
+    with pytest.raises(RecordingError, match="the signals of 'm' repeat a reading of 'lidar'"):
         Incoming().event(Signals(t=0.0, agent="R2", monitor="m", values={"front": Repeat("lidar", 0, 60)}))
 
 

@@ -1,6 +1,7 @@
 """What is written is read back: exactly, after any cut, and never silently wrong."""
 
 import math
+import re
 import struct
 import subprocess
 import sys
@@ -231,13 +232,29 @@ def test_a_later_format_is_refused(run, tmp_path):
         Recording.open(path)
 
 
-def test_damage_is_told_not_read(run, tmp_path):
-    data = bytearray(run.read_bytes())
-    data[len(data) // 2] ^= 0x01
-    path = tmp_path / "damaged.mcap"
-    path.write_bytes(data)
-    with pytest.raises(RecordingError, match="damaged"):
-        Recording.open(path)
+def test_damaged_anywhere_it_is_read_up_to_the_damage_or_refused(run, tmp_path):
+    data, events = run.read_bytes(), synthetic.events(6.0)
+    begin = data.index(b"/world/scene")  # behind the header
+    path, rng, read = tmp_path / "damaged.mcap", np.random.default_rng(2), []
+    for at in sorted(rng.integers(8, len(data), 150).tolist()):
+        broken = bytearray(data)
+        broken[at] ^= 1 << int(rng.integers(8))
+        path.write_bytes(broken)
+        try:
+            recording = Recording.open(path)
+        except RecordingError as error:
+            assert at < begin, error
+            assert str(path) in str(error)
+            continue
+        found = list(recording.events())
+        assert found == events[: len(found)]
+        if len(found) < len(events):
+            assert not recording.complete
+            assert re.fullmatch(rf".*'{path}' .*; it is read up to t = \d\.\d\d s\.", recording.missing)
+            assert float(recording.missing.split()[-2]) == pytest.approx(found[-1].t if found else 0.0, abs=0.01)
+            read.append(len(found))
+    assert read == sorted(read)
+    assert len(set(read)) > 5
 
 
 def test_a_writer_killed_at_any_moment_leaves_all_but_the_last_half_second(tmp_path):

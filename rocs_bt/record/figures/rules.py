@@ -78,7 +78,7 @@ def draw_rules(t: Series, traces: Sequence[RuleTrace], shown: Sequence[str], tit
         _latches(grid[-1, 0], t, traces)
         grid[-1, 0].set_xlabel("t [s]")
         if len(t):
-            grid[-1, 0].set_xlim(t[0], t[-1])
+            grid[-1, 0].set_xlim(t[0], max(t[-1], t[0] + 0.1))
 
     return make_canvas((7.6, 0.9 + 1.35 * sum(heights)), draw)
 

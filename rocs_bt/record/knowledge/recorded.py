@@ -27,7 +27,7 @@ def recorded_log(recording: Recording, agent: str | None = None, schema: Schema 
 
     Raises:
         InputError: Unknown agent, or an agent is required; lists all agents.
-        RecordingError: The recording is damaged, or has no changes of the agent's knowledge.
+        RecordingError: The recording has no changes of the agent's knowledge.
     """
     tracks = Tracks.of_recording(recording, ("pose", "event"))
     found, end = [event for event in tracks.events if isinstance(event, KnowledgeChanged)], tracks.end
