@@ -109,17 +109,17 @@ class Recording:
 
     @property
     def complete(self) -> bool:
-        """Whether the file is complete and, as far as it was read, not damaged; that of a killed run is not."""
+        """Whether the file is complete, and no damage has been found in it; that of a killed run is not complete."""
         return self._contents.complete and not self.damage
 
     @property
     def damage(self) -> str:
-        """Fault of the file behind its readable part, as far as it was read; empty if there is none."""
+        """Fault of the file behind its readable part; empty if none has been found so far."""
         return self._contents.damage
 
     @property
     def missing(self) -> str:
-        """Sentence about what a file that is not complete lacks; empty for a complete one."""
+        """Sentence about the end of a file that is not complete; empty for a complete one."""
         if self.complete:
             return ""
         fault = self.damage.rstrip(".") or f"the recording '{self.path}' was cut off"
