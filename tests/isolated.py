@@ -74,6 +74,11 @@ class Wheels(Actuator):
             last = now
 
     def command(self, values):
+        if self.plan == "is stopped" and self.count == 19:
+            begun = time.monotonic()
+            os.kill(os.getpid(), signal.SIGSTOP)
+            while time.monotonic() - begun < 0.1:  # this thread may run on for a moment
+                time.sleep(0.01)
         self.tell("command", *values)
         self.count += 1
         if self.plan == "waits" and self.count == 1:
@@ -377,18 +382,19 @@ def driven(
     hold: str = "1000000 s",
     real_time: bool = False,
     isolated: bool = True,
+    two_owners: bool = False,
     out: str | None = None,
     first: str = "",
 ) -> Iterator[Robot]:
     """A robot that drives; afterwards no process of it is left.
 
-    With `isolated` false its wheels live in the main process. Files of the run go to the folder `out` of the project.
-    The main process runs the code `first` at its start.
+    With `isolated` false its wheels live in the main process; with `two_owners` they can be open there too. Files of
+    the run go to the folder `out` of the project. The main process runs the code `first` at its start.
 
     Its main process runs on the time of tests/awake.py, so that a machine which is held up is no hanging block; its
     wheels always run on real time.
     """
-    write_project(project, plan, hold, isolated=isolated, out=out)
+    write_project(project, plan, hold, isolated=isolated, two_owners=two_owners, out=out)
     (project / "main.py").write_text(first + (project / "main.py").read_text())
     log = Log(project / "log")
     command = [sys.executable, *([] if real_time else [AWAKE]), "main.py"]
@@ -427,12 +433,12 @@ class Robot:
         return [json.loads(line) for line in out.splitlines()]
 
 
-def write_project(project: Path, plan: str, hold: str, *, isolated: bool = True, out: str | None = None) -> None:
+def write_project(project: Path, plan: str, hold: str, *, isolated: bool, two_owners: bool, out: str | None) -> None:
     """A project with the scenario `real`."""
     names = ("sonar", "position", "orientation", "encoders")
     sensors = [f'[[sensor]]\nname = "{name}"\ndriver = "sensors.py:Sense"\n' for name in names]
     files = {
-        "robots/own/wheels.py": WHEELS,
+        "robots/own/wheels.py": f"{WHEELS}\n    two_owners = {two_owners}\n",
         "robots/own/sensors.py": SENSORS,
         "robots/own/robot.toml": "".join(
             [ROBOT.format(plan=plan, log=project / "log", isolated=str(isolated).lower()), *sensors]

@@ -39,7 +39,8 @@ class Why(Moment):
         if isinstance(push, RobotPushed) and push.t - SLACK <= self.t <= push.t + push.duration + _PUSHED:
             return f"{self.agent} {motion} and was {push.sentence}{since(push.t, self.t)}, while {cause}"
         if held := self._held():
-            return f"{self.agent} {motion} because {held}, while {cause}"
+            link = "because" if motion in ("was stationary", "acted") else "although"
+            return f"{self.agent} {motion} {link} {held}, while {cause}"
         return f"{self.agent} {self._linked(motion, cause)}"
 
     def text(self, *, everything: bool = False) -> str:

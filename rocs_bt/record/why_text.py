@@ -68,7 +68,7 @@ def _brief(why: Moment) -> list[str]:
         *_part("raised", [f"{e.sentence}{since(e.t, why.t)}" for e in raised[-1:]]),
         *_part("sent", [sent, *_commands(why)][:3]),
         *_part("just before", [_sentence(e) for e in before if _recent(why, e) and not isinstance(e, _MINOR)][-2:]),
-        *_part("true pose", _poses(why, why.agent)),
+        *_part(_pose_of(why), _poses(why, why.agent)),
         *_part("known", ["; ".join(known)] if known else []),
     ]
     return lines[:_BRIEF]
@@ -104,7 +104,7 @@ def _all(why: Moment) -> Iterator[str]:
         yield f"             started {atomic.action}({values_text(atomic.parameters)}){since(atomic.t, why.t)}"
     yield from _part("", [*_commands(why), *_follower(why)])
     yield from _part("just before", [describe(e, digits=3) for e in before if _recent(why, e)][-10:])
-    yield from _part("true pose", _poses(why))
+    yield from _part(_pose_of(why), _poses(why))
     signals = sorted(why.tracks.of(why.agent, "signal"))
     yield from _part("known", [line for name in signals for line in _signal(why, name)])
     changes = {e.kind: e for e in before if isinstance(e, Change)}
@@ -154,8 +154,13 @@ def _sentence(event: Event) -> str:
     return describe(event, digits=3)
 
 
+def _pose_of(why: Moment) -> str:
+    """Name of what is recorded as poses: on hardware the robots' own estimates."""
+    return "true pose" if why.tracks.header.simulated else "own pose"
+
+
 def _poses(why: Moment, only: str = "") -> list[str]:
-    """Last ground-truth poses of all bodies, or of one."""
+    """Last poses of all bodies, or of one."""
     lines = []
     for key, track in why.tracks.items():
         if key.topic == "pose" and key.agent in (only or key.agent,) and (found := _last(why, track)) is not None:

@@ -183,7 +183,7 @@ class HardwareStage:
         key, source = (agent.name, link.name), f"late process of {link.name}"
         if link.late and key not in self._late:
             self._late.add(key)
-            why = "the machine is busy, or the driver waits"
+            why = "the machine is busy, its driver waits, or it was stopped"
             agent.hold(f"the process of actuator {link.name} is late: {why}{load()}", source)
         elif not link.late and key in self._late:
             self._late.remove(key)

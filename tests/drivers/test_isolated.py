@@ -10,7 +10,7 @@ import time
 import psutil
 import pytest
 
-from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator
+from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator, silence
 from rocs_bt.errors import ActuatorError, DeviceError, InputError
 
 from ..isolated import WHEELS, linked
@@ -161,6 +161,26 @@ def test_a_silent_process_is_late_while_the_standby_stops_the_device_and_then_go
         until(lambda: not link.late)
         link.command([0.2, 0.2])
         assert until_commanded(log).values == (0.2, 0.2)  # the command that waited is too old
+        assert link.check() is None
+
+
+@pytest.mark.parametrize("two_owners", [True, False])
+def test_a_command_in_which_the_process_was_stopped_is_followed_by_neutral_at_once(tmp_path, monkeypatch, two_owners):
+    """Nothing can take back the command that the system was about to send; it must not last."""
+    monkeypatch.setattr(silence, "HUNG", 600.0)  # it is not killed, however late this test continues it
+    monkeypatch.setattr(silence, "GRACE", 0.0 if two_owners else 600.0)
+    with linked(tmp_path, "is stopped", max_age=MAX_AGE, two_owners=two_owners) as (link, log):
+        for _ in range(19):
+            link.command([0.1, 0.1])
+            until_commanded(log)
+        link.command([0.2, 0.2])
+        until(lambda: psutil.Process(log.process).status() == psutil.STATUS_STOPPED)
+        time.sleep(1.1 * MAX_AGE)
+        os.kill(log.process, signal.SIGCONT)
+        assert until_commanded(log).values == (0.2, 0.2)
+        assert log.stop()[1] < 0.5 * MAX_AGE
+        link.command([0.3, 0.3])
+        assert until_commanded(log).values == (0.3, 0.3)
         assert link.check() is None
 
 

@@ -26,6 +26,7 @@ def waited(monkeypatch):
     """Time for which the process has waited for a processor [s], as a list of one value."""
     waited = [0.0]
     monkeypatch.setattr(silence, "waited_for_processor", lambda process: waited[0])
+    monkeypatch.setattr(silence, "ready_threads", lambda process: {})
     return waited
 
 

@@ -166,6 +166,8 @@ def test_what_holds_pushes_or_tilts_the_robot_is_told(answer):
     assert (
         "because a safety gate holds 'wheels' in neutral, 1.00 s ago (emergency stop), while its mission waits" in text
     )
+    text = answer(1.0, [*start, hold], [speed(0.2)])
+    assert "moved ahead although a safety gate holds 'wheels' in neutral" in text
     text = answer(1.0, [*start, hold], [(MotionReleased, {"actuator": "wheels"}), speed(0.0)])
     assert "holds" not in text
     push = (RobotPushed, {"body": "R", "force": (0.0, 40.0, 0.0), "duration": 0.2})

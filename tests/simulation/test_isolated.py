@@ -18,8 +18,11 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
+from rocs_bt.record import Recording
+from rocs_bt.record.why import explain
 
 from ..isolated import HOLD, MAX_AGE, Robot, driven
+from ..pages import log_of
 
 SOON = MAX_AGE + 0.05  # [s] from the last command to neutral
 END = ["neutral", "neutral", "neutral", "closed"]
@@ -95,25 +98,47 @@ def test_the_death_of_the_wheels_process_ends_the_run(robots, tmp_path):
     assert "actuator 'R2/wheels' ended: its process was ended by SIGKILL" in end[1]
 
 
-# For the link all time is time in which the process waits for a processor.
-STARVED = """
-import time
+LATE = "the process of actuator wheels is late: the machine is busy, its driver waits, or it was stopped (load "
+PATIENT = """
 from rocs_bt.drivers.isolated import silence
-silence.waited_for_processor = lambda process: time.monotonic()
 silence.HUNG = 1e9
+"""
+# For the link all time is time in which the process waits for a processor.
+STARVED = f"""
+import time
+{PATIENT}
+silence.waited_for_processor = lambda process: time.monotonic()
 """
 
 
-def test_a_process_that_waits_for_a_processor_holds_the_robot_until_it_answers(robots, tmp_path):
-    with robots(tmp_path, first=STARVED) as robot:
+@pytest.mark.parametrize(("two_owners", "first"), [(True, PATIENT), (False, STARVED)], ids=["two_owners", "starved"])
+def test_a_process_that_is_silent_holds_the_robot_until_it_answers(robots, tmp_path, two_owners, first):
+    with robots(tmp_path, two_owners=two_owners, first=first) as robot:
         robot.wheels.drive()
         os.kill(robot.wheels.process, signal.SIGSTOP)
-        held = robot.tells("MotionHeld")
+        assert robot.tells("MotionHeld")[-1].startswith(LATE)
+        if two_owners:
+            robot.wheels.until(lambda line: line.what == "neutral")  # sent by the main process
         os.kill(robot.wheels.process, signal.SIGCONT)
         robot.tells("MotionReleased")
         robot.wheels.until(lambda line: line.what == "neutral")
         robot.wheels.drive()
-    assert "the process of actuator wheels is late: the machine is busy, or the driver waits (load " in held[-1]
+
+
+def test_a_process_that_is_silent_for_long_ends_the_run(robots, tmp_path):
+    with robots(tmp_path, two_owners=True, out="out") as robot, robot.wheels.kept_open():
+        robot.wheels.drive()
+        os.kill(robot.wheels.process, signal.SIGSTOP)
+        *_, t, _ = robot.tells("MotionHeld")
+        *_, (outcome, reason) = robot.told()
+    hung = "hung: its process has not answered for 1 s: the driver hangs, or the process was stopped"
+    assert (outcome, reason) == ("error", f"actuator 'R2/wheels' {hung}")
+    held, *log = log_of(tmp_path / "out/report.html")
+    assert held.startswith(f"wheels held in neutral: {LATE}")
+    assert log == [f"actuator wheels {hung}", f"outcome: error, {reason}"]
+    lines = explain(Recording.open(tmp_path / "out"), t).text().splitlines()
+    assert f"although a safety gate holds 'wheels' in neutral ({LATE}" in lines[0]  # this robot never rests
+    assert any(line.startswith("own pose     R2 at (") for line in lines)
 
 
 def test_a_driver_that_raises_ends_the_run_in_neutral(robots, tmp_path):

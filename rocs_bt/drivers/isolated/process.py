@@ -181,10 +181,12 @@ class DeviceProcess:
         if now - command.stamp < self._max_age:  # a delayed command must not move the robot
             self._fed = now if self._fed is None else self._fed
             device.command(command.values)
-            if self._stops == stops:
-                self._fed = time.monotonic()
-            else:  # stopped during the command: neutral has precedence
+            done = time.monotonic()
+            if self._stops == stops and done < now + self._max_age:
+                self._fed = done
+            else:  # stopped during the command, or the whole process was: what was sent late must not last
                 self._neutral()
+                self._fed = None
         self._channel.send(Done(command.number))
 
     def _neutral(self) -> None:

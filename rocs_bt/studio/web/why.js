@@ -173,7 +173,8 @@ const answer = (run, agent, t) => {
     return `${agent} ${motion} and was ${push.agent ? "" : `${push.body} was `}pushed by ${force}${ago(push.t, t)}, while ${because}`;
   }
   const [held] = run.of(agent, "hold").filter((track) => track.at(now)).sort((a, b) => a.since(now) - b.since(now));
-  if (held) return `${agent} ${motion} because a safety gate holds '${held.name}' in neutral${ago(held.since(now), t)} (${held.at(now)}), while ${because}`;
+  const link = ["was stationary", "acted"].includes(motion) ? "because" : "although";
+  if (held) return `${agent} ${motion} ${link} a safety gate holds '${held.name}' in neutral${ago(held.since(now), t)} (${held.at(now)}), while ${because}`;
   return `${agent} ${linked(motion, because)}`;
 };
 
