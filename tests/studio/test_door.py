@@ -351,6 +351,8 @@ def test_a_project_in_a_browser_from_its_list_to_a_run_that_is_controlled(browse
     shown(browser, "document.querySelector('.run')")
     assert "old" in text(browser, ".runs")
     assert text(browser, ".kind li").split("\n")[0].strip().startswith("▶")
+    assert browser.evaluate("[...document.querySelectorAll('.kind > ul > li')].every((row) => row.className === 'own')")
+    assert browser.evaluate("document.querySelector('.kind details').open") is False  # what is shipped is folded
     browser.evaluate("document.querySelector('[aria-label=\"run mine\"]').click()")
     arrives(browser, "location.pathname.endsWith('/run') && document.querySelector('.clock')")
     shown(browser, "parseFloat(document.querySelector('.clock').textContent) > 0.2")

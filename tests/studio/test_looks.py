@@ -6,7 +6,7 @@ import msgspec
 import pytest
 
 from rocs_bt import run
-from rocs_bt.event import BodyMoved, RuleChanged, TicketChanged
+from rocs_bt.event import BodyMoved, NodeTicked, RuleChanged, TicketChanged
 from rocs_bt.record.header import BodyInfo, Outline
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -182,21 +182,22 @@ def test_each_movement_of_a_door_is_in_the_log_and_on_the_axis(browser, gated):
 
 BESIDE = """
 import("./arena.js").then(({ beside }) => {
-  let over = 0, outside = 0;
+  let over = 0, outside = 0, none = 0;
   let seed = 7;
   const random = () => (seed = (seed * 16807) % 2147483647) / 2147483647;
   for (let run = 0; run < 200; run++) {
     const boxes = [];
     const placed = Array.from({ length: 6 }, () => {
-      const wide = 30 + 60 * random(), [left, base] = beside(boxes, [400 * random(), 300 * random()], wide, [400, 300]);
-      return [left, base - 12, left + wide, base];
-    });
+      const wide = 30 + 60 * random(), place = beside(boxes, [400 * random(), 300 * random()], wide, [400, 300]);
+      if (!place) none++;
+      return place && [place[0], place[1] - 12, place[0] + wide, place[1]];
+    }).filter(Boolean);
     placed.forEach(([left, top, right, bottom], i) => {
       if (left < 0 || top < 0 || right > 400 || bottom > 300) outside++;
       over += placed.slice(i + 1).filter((b) => left < b[2] && b[0] < right && top < b[3] && b[1] < bottom).length;
     });
   }
-  return { over, outside };
+  return { over, outside, none };
 })
 """
 
@@ -206,7 +207,8 @@ def test_labels_of_the_arena_are_beside_each_other_and_inside(browser, live):
     browser.open(live.url)
     seen = browser.evaluate(BESIDE)
     assert seen["outside"] == 0
-    assert seen["over"] < 12  # of 3,000 pairs: in a crowd there is not always room
+    assert seen["over"] == 0
+    assert seen["none"] < 12  # of 1,200: in a crowd there is not always room
 
 
 def alternating(path, step):
@@ -339,4 +341,30 @@ def test_a_sensor_that_fails_says_since_when_and_its_last_values(browser, tmp_pa
     for address in ("R2|rule|avoid_collision/Blind", "R2|rule|avoid_collision/Flinch", "R2|outcome|", "R2|pose|"):
         browser.evaluate(f"location.hash = new URLSearchParams({{ t: 3, select: '{address}' }})")
         assert not re.search("undefined|NaN", browser.evaluate("document.getElementById('app').textContent")), address
+    assert faults(browser) == []
+
+
+@pytest.mark.browser
+@pytest.mark.usefixtures("screen")
+def test_each_attempt_of_a_node_can_be_gone_to(browser, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    ticks = [(1.0, "RUNNING"), (2.0, "FAILURE"), (4.0, "RUNNING"), (5.0, "INVALID"), (6.0, "RUNNING")]
+    for t, status in [*ticks, (7.5, "SUCCESS")]:
+        said = "no way" if status == "FAILURE" else ""
+        recorder.emit(NodeTicked(t=t, agent="R2", node="go to/GoTo", status=status, feedback=said))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), tmp_path / "report.html")
+    show(browser, tmp_path / "report.html")
+    browser.evaluate("location.hash = new URLSearchParams({ t: 3.5, select: 'R2|node|go to/GoTo' })")
+    attempts = "[...document.querySelectorAll('.inspector .row')].filter((e) => e.innerText.includes('attempt '))"
+    words = [" ".join(row.split()) for row in browser.evaluate(f"{attempts}.map((e) => e.innerText)")]
+    assert words == [
+        "▸ attempt 1 of 3 2.00 s FAILURE after 1.00 s: no way",
+        "attempt 2 of 3 4.00 s RUNNING",
+        "attempt 3 of 3 7.50 s SUCCESS after 1.50 s",
+    ]
+    assert each(browser, ".tree .tries")[-1] == "1/3"
+    for i, t in enumerate(("2.00 s", "4.00 s", "7.50 s")):
+        browser.evaluate(f"{attempts}[{i}].click()")
+        assert (text(browser, ".clock"), each(browser, ".tree .tries")[-1]) == (t, f"{i + 1}/3")
     assert faults(browser) == []

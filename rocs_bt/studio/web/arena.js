@@ -15,25 +15,40 @@ const placed = (pose, /** @type {number[]} */ [x, y]) => {
   return [pose.x + c * x - s * y, pose.y + s * x + c * y];
 };
 
-/** Left and baseline of a label of a width at a point, inside the picture and beside the labels before; adds its box. */
+/** Left and baseline of a label of a width at a point, inside the picture and beside what has a box; adds its box. Undefined without room. */
 export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {number[]} */ [edge, bottom]) => {
-  const inside = (at, most) => Math.max(2, Math.min(at, most - 2));
-  const right = x + SIDE, left = x - SIDE - wide, middle = x - wide / 2, [above, below] = [y - SIDE, y + LINE + 2];
-  const places = [[right, above], [left, above], [right, below], [left, below], [middle, y - 2 * LINE], [middle, y + 2 * LINE]];
-  const found = places.map(([at, base]) => [inside(at, edge - wide), Math.max(LINE, Math.min(base, bottom - 4))]);
-  const free = ([at, base]) => !boxes.some((box) => at < box[2] && box[0] < at + wide && base - LINE < box[3] && box[1] < base);
-  const [at, base] = found.find(free) ?? found[0];
-  boxes.push([at, base - LINE, at + wide, base]);
-  return [at, base];
+  const right = x + SIDE, left = x - SIDE - wide, middle = x - wide / 2;
+  const sides = [[right, -SIDE], [left, -SIDE], [right, LINE + 2], [left, LINE + 2], [middle, -2 * LINE], [middle, 2 * LINE]];
+  const places = [0, 1, 2].flatMap((far) => sides.map(([at, up]) => [at, y + up + Math.sign(up) * far * LINE]));
+  const inside = (/** @type {number[]} */ [at, base]) => at >= 2 && at + wide <= edge - 2 && base >= LINE && base <= bottom - 4;
+  const free = (/** @type {number[]} */ [at, base]) => !boxes.some((box) => at < box[2] && box[0] < at + wide && base - LINE < box[3] && box[1] < base);
+  const found = places.find((place) => inside(place) && free(place));
+  if (found) boxes.push([found[0], found[1] - LINE, found[0] + wide, found[1]]);
+  return found;
 };
 
-/** Writes a text beside a point and beside the texts before, in a picture of a size. */
-export const write = (g, boxes, text, point, size) => {
-  const [left, base] = beside(boxes, point, g.measureText(text).width, size);
+/** Width of a text in the font of a canvas; measured once, since that takes long. */
+const widths = new Map();
+const widthOf = (g, text) => {
+  const key = `${g.face} ${text}`;
+  if (!widths.has(key)) widths.set(key, g.measureText(text).width);
+  return widths.get(key);
+};
+
+const put = (g, text, /** @type {number[]} */ [left, base]) => {
   g.strokeStyle = color("paper");
   g.lineWidth = 3;
   g.strokeText(text, left, base);
   g.fillText(text, left, base);
+};
+
+/** Writes the first of some texts for which there is room beside a point; `least` is written if there is none. */
+export const write = (g, boxes, texts, point, size, least = "") => {
+  for (const text of texts) {
+    const place = beside(boxes, point, widthOf(g, text), size);
+    if (place) return put(g, text, place);
+  }
+  return least && put(g, least, [Math.max(2, Math.min(point[0] + SIDE, size[0] - widthOf(g, least) - 2)), point[1] - SIDE]);
 };
 
 const isDoor = (run, name) => Boolean(run.get(name, "actor")?.v.some((state) => DOORS.includes(state)));
@@ -49,7 +64,7 @@ export const names = (g, boxes, run, agent, t, at, size) => {
     face(g, 12, name === agent ? 600 : 400);
     const dead = run.of(name, "sensor").filter((sensor) => sensor.at(t)).map((sensor) => `, no data of ${sensor.name}`).join("");
     const high = `${name}${pose.z > HIGH ? `, ${pose.z.toFixed(2)} m high` : ""}${dead}`;
-    write(g, boxes, state ? `${name}: ${state} since ${seconds(track.since(t))}` : high, point, size);
+    write(g, boxes, [state ? `${name}: ${state} since ${seconds(track.since(t))}` : high, name], point, size, name === agent || dead ? name : "");
   }
 };
 
@@ -162,13 +177,15 @@ export class Arena extends View {
     g.fillStyle = color("good");
     face(g, 12);
     this.fixed = [];
+    this.signs = [];
     for (const { x, y, name, radius = 0, known = true } of places) {
       const r = Math.max(radius * this.scale, 4);
       g.strokeStyle = color("good");
       g.lineWidth = 1.4;
       this.circle(g, x, y, r);
       g.stroke();
-      if (known) write(g, this.fixed, name, [this.x(x) + r - 3, this.y(y) + 8], [this.wide, this.high]);
+      const point = [this.x(x) + r - 3, this.y(y) + 8], place = known && beside(this.fixed, point, widthOf(g, name), [this.wide, this.high]);
+      if (place) this.signs.push([name, place]);
     }
     g.lineWidth = 1;
     g.globalAlpha = 0.35;
@@ -215,6 +232,9 @@ export class Arena extends View {
       this.body(g, info, pose);
     }
     const boxes = [...this.fixed];
+    face(g, 12);
+    g.fillStyle = color("good");
+    for (const [name, place] of this.signs) put(g, name, place);
     names(g, boxes, run, agent, t, ({ x, y }) => [this.x(x), this.y(y)], [this.wide, this.high]);
     if (layers.beliefs) this.believed(g, boxes, t);
   }
@@ -301,7 +321,7 @@ export class Arena extends View {
       g.strokeStyle = color("belief");
       g.lineWidth = 1.5;
       g.stroke();
-      write(g, boxes, node, [x, y + 6], [this.wide, this.high]);
+      write(g, boxes, [node], [x, y + 6], [this.wide, this.high]);
     }
   }
 

@@ -166,20 +166,25 @@ const entry = (kind, { name, doc, own, file }, project, tell) => {
 
 /** The content, a kind at a time. */
 const content = (project, tell) => {
-  const find = search("search the content", () => show()), list = el("ul"), tabs = el("nav", { class: "tabs", role: "tablist" });
+  const find = search("search the content", () => show()), list = el("ul"), given = el("details"), tabs = el("nav", { class: "tabs", role: "tablist" });
   let kind = "scenario";
   const show = () => {
     const found = project.content[kind].filter((each) => matches(each, find));
     for (const tab of tabs.children) tab.setAttribute("aria-selected", String(tab.dataset.kind === kind));
     const none = find.value ? "Nothing has this name." : `Nothing of this kind. Make one: rocs-bt new NAME --kind ${kind}`;
-    list.replaceChildren(...(found.length ? found.map((each) => entry(kind, each, project, tell)) : [el("li", { class: "empty" }, none)]));
+    const rows = (own) => found.filter((each) => each.own === own).map((each) => entry(kind, each, project, tell)), shipped = rows(false);
+    list.replaceChildren(...(found.length ? rows(true) : [el("li", { class: "empty" }, none)]));
+    given.hidden = !shipped.length;
+    given.open = !project.own || Boolean(find.value); // a person's own content is not lost among that of rocs_bt
+    given.replaceChildren(el("summary", {}, `${shipped.length} of rocs_bt`), el("ul", {}, ...shipped));
   };
   for (const [name, title] of Object.entries(TITLES)) {
     const choose = () => { kind = name; show(); };
-    tabs.append(el("button", { role: "tab", "data-kind": name, onclick: choose }, `${title} ${project.content[name].length}`));
+    const count = project.content[name].filter(({ own }) => own || !project.own).length;
+    tabs.append(el("button", { role: "tab", "data-kind": name, onclick: choose }, `${title} ${count}`));
   }
   show();
-  return el("section", { class: "kind" }, tabs, el("div", { class: "tools" }, find), list);
+  return el("section", { class: "kind" }, tabs, el("div", { class: "tools" }, find), list, given);
 };
 
 /** What to do first in a folder without content. */

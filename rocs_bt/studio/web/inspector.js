@@ -10,6 +10,7 @@ const SIGNALS = ["speed", "turn_rate", "goal_distance", "battery"];
 const FELT = ["collision", "stuck", "fell"]; // outcomes that a reflex is to prevent
 const LED = 2; // [s] before an outcome, of which warnings are listed
 const MARKS = { SUCCESS: "✓", FAILURE: "✗", RUNNING: "▶" };
+const TRIES = 5; // attempts of a node that are listed
 const MANY = 24; // values of a signal that are listed
 
 /** @typedef {{label: string, text: string, address?: string, t?: number}} Row */
@@ -203,7 +204,18 @@ export class Inspector extends View {
     }
     if (mission.status(path) === "RUNNING" && !about?.children?.length) evidence.push(row("robot", why(run, agent, t), `${agent}|pose|`));
     const more = [row("type", about?.type ?? "–"), row("path", path), ...this.nearby(track, t, (status) => status ?? "removed", 1)];
-    return { title: short(path), cause: this.status(mission, path, lasts(track, t)), evidence, next: this.after(track, t), more };
+    const cause = this.status(mission, path, lasts(track, t)), next = [...this.attempts(agent, path, track, t), ...this.after(track, t)];
+    return { title: short(path), cause, evidence, next, more };
+  }
+
+  /** Attempts of a node that was tried several times, those around a time; each is a link to its end. */
+  attempts(agent, path, track, t) {
+    const all = track?.attempts ?? [], here = all.findLastIndex(({ from }) => from <= t + 1e-6), notes = this.run.get(agent, "note", path);
+    const first = Math.max(0, Math.min(here - 2, all.length - TRIES));
+    return all.length < 2 ? [] : all.slice(first, first + TRIES).map(({ from, to, status }, k) => {
+      const i = first + k, note = notes?.at(to + 1e-3), text = `${status}${to > from ? ` after ${seconds(to - from)}` : ""}${note ? `: ${note}` : ""}`;
+      return row(`${i === here ? "▸ " : ""}attempt ${i + 1} of ${all.length}`, `${seconds(to)} ${text}`, track.address, to);
+    });
   }
 
   /** The status of a node and its cause, which is itself or a node below or before it. */

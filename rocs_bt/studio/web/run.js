@@ -50,6 +50,19 @@ export class Track {
     return Array.from(t).filter((_, i) => hit(i));
   }
 
+  /** Attempts of a node: when each began and ended, and with which status; the last one may still run. */
+  get attempts() {
+    const found = [];
+    let runs = null;
+    this.v.forEach((status, i) => {
+      if (!["RUNNING", "SUCCESS", "FAILURE"].includes(status)) { runs = null; return; }
+      if (!runs) found.push(runs = { from: this.t[i], to: this.t[i], status });
+      Object.assign(runs, { to: this.t[i], status });
+      if (status !== "RUNNING") runs = null;
+    });
+    return found;
+  }
+
   /** Intervals in which the value holds, of those that `keep` accepts. */
   spans(end, keep = (value) => Boolean(value)) {
     return Array.from(this.t, (from, i) => ({ from, to: this.t[i + 1] ?? end, value: this.row(i) })).filter((span) => keep(span.value));

@@ -114,7 +114,7 @@ export class Space extends View {
     face(g, 12);
     for (const { x, y, name, known = true } of run.header.places ?? []) {
       g.fillStyle = color("good");
-      if (known) write(g, boxes, name, view.seen([x, y, LIFT]), [wide, high]);
+      if (known) write(g, boxes, [name], view.seen([x, y, LIFT]), [wide, high]);
     }
     names(g, boxes, run, agent, t, ({ x, y, z = LOW }) => view.seen([x, y, z]), [wide, high]);
   }

@@ -1,7 +1,7 @@
 // @ts-check
 // The mission at the cursor: its tree with states, values of ports and messages, and its blackboards.
 import { View } from "./cursor.js";
-import { afterwards, color, el, prepare, put, reveal, search, short, shown, styled } from "./dom.js";
+import { afterwards, color, el, prepare, put, reveal, search, short, shown, styled, upto } from "./dom.js";
 import { Fact } from "./panels.js";
 import { portsOf } from "./run.js";
 
@@ -53,7 +53,7 @@ export class MissionTree extends View {
 
   row(node, parent, depth) {
     const { run, cursor: { agent } } = this, { path, type, children = [], ports = "" } = node;
-    const name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em");
+    const name = parent ? path.slice(parent.length + 1) : path, sign = el("i"), note = el("em"), tries = el("small", { class: "tries" });
     const fold = el("button", { class: "fold", tabindex: -1, "aria-label": "fold", onclick: (event) => { event.stopPropagation(); this.toggle(path); } });
     const given = portsOf(node).map((port) => {
       const value = el("span", {}, port.given);
@@ -62,13 +62,13 @@ export class MissionTree extends View {
     const kind = name.startsWith(type) ? null : el("small", { class: "kind" }, type);
     const item = el(
       "li", { role: "treeitem", onclick: () => this.cursor.select(this.address(path)) },
-      fold, sign, el("b", {}, name), kind, el("small", { class: "ports" }, ...given.map((port) => port.box)), note,
+      fold, sign, el("b", {}, name), tries, kind, el("small", { class: "ports" }, ...given.map((port) => port.box)), note,
     );
     item.style.paddingLeft = `${4 + 12 * depth}px`;
-    const text = `${path} ${type} ${ports}`.toLowerCase();
+    const text = `${path} ${type} ${ports}`.toLowerCase(), track = run.get(agent, "node", path);
     return {
-      path, parent, depth, children, item, sign, note, fold, text, ports: given.filter((port) => port.entry), status: "",
-      track: run.get(agent, "node", path), notes: run.get(agent, "note", path), from: 0, wide: 0,
+      path, parent, depth, children, item, sign, note, tries, fold, text, ports: given.filter((port) => port.entry), status: "",
+      track, began: track?.attempts.map((each) => each.from) ?? [], notes: run.get(agent, "note", path), from: 0, wide: 0,
     };
   }
 
@@ -143,6 +143,7 @@ export class MissionTree extends View {
       put(row.sign, SIGNS[row.status] ?? "·", row.status || "not ticked");
       const note = row.notes?.at(t) ?? "";
       put(row.note, note, note);
+      if (row.began.length > 1) put(row.tries, `${upto(row.began, t)}/${row.began.length}`, "attempts so far, and of the whole run");
     }
     if (large && (open.size !== this.open.size || [...open].some((each) => !this.open.has(each)))) { this.open = open; this.fold(); } else this.values();
     this.draw();
