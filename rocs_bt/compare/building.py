@@ -139,6 +139,7 @@ class Building:
             "depart_at": quantity(at, "s"),
             "duration": quantity(duration, "s"),
             "wait_distance": quantity(0.5 * self.opening + 0.5, "m"),
+            "at_target": "shut",
         }
 
     def facts(self) -> list[Table]:

@@ -53,6 +53,7 @@ from .world import (
     RequirementViolated,
     RobotPushed,
     RunControlled,
+    ScriptActed,
     Stuck,
 )
 
@@ -96,6 +97,7 @@ __all__ = [
     "RulesReplaced",
     "RunControlled",
     "Said",
+    "ScriptActed",
     "SensorFailed",
     "SensorRead",
     "SignalsWritten",

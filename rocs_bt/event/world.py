@@ -68,12 +68,33 @@ class RobotPushed(Event, frozen=True, kw_only=True):
     def sentence(self) -> str:
         """The event for people; a robot without an agent is named."""
         subject = "" if self.agent else f"{self.body} was "
-        return f"{subject}pushed by {math.hypot(*self.force):.3g} N for {self.duration:.3g} s"
+        return f"{subject}pushed by {math.hypot(*self.force):.3g} N for {self.duration:.3g} s (scripted)"
 
     @property
     def level(self) -> Level:
         """Importance of the sentence."""
         return Level.WARNING
+
+
+class ScriptActed(Event, frozen=True, kw_only=True):
+    """The script of the run changed something of an agent: it broke a device, or gave a fact.
+
+    Attributes:
+        topic: Topic of the track that it changes: `sensor`, `command` of an actuator, or `fact`.
+        name: Name of the sensor, actuator or node.
+        what: Effect in words, such as `DeadSensor breaks the sensor sonar`.
+        until: Time at which it ends [s]; None if it lasts.
+    """
+
+    topic: str
+    name: str
+    what: str
+    until: float | None = None
+
+    @property
+    def sentence(self) -> str:
+        """The event for people."""
+        return f"{self.what}{'' if self.until is None else f' until {self.until:.2f} s'} (scripted)"
 
 
 class MinClearanceLowered(Event, frozen=True, kw_only=True):

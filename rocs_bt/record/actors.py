@@ -1,13 +1,12 @@
-"""Movements of scripted actors: when they begin and end, and whether a door is open or shut."""
+"""Movements of actors: when they begin and end, and whether a door is open or shut."""
 
 from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Sequence
 
 from ..event import BodyMoved, Event
-from .header import BodyInfo, Outline, Point
+from .header import BodyInfo
 
 WINDOW = 1.0
 """Time within which an actor at rest moves by `STEP` if it begins to move [s]."""
@@ -18,8 +17,7 @@ REST = 0.5
 STEP, STILL = 0.01, 0.002
 """Distances that count as a movement, and as none [m], of the point of the outline that moves most."""
 
-_LONG = 3.0  # length of a door in its widths
-_NEAR = 0.15  # distance of a door from the wall beside it [m]
+_NEAR = 0.05  # distance from a pose of the script at which an actor is there [m]
 _Pose = tuple[float, float, float, float]  # t, x, y, yaw
 
 
@@ -30,17 +28,20 @@ class ActorMoved(Event, frozen=True, kw_only=True):
         body: Name of the actor.
         state: `moves`, `appears`, or the state at rest: `open` or `shut` for a door, else `at rest`.
         since: Time at which the state began [s]; a little before the event.
+        scripted: Whether a script moves the actor.
     """
 
     body: str
     state: str
     since: float
+    scripted: bool = False
 
     @property
     def sentence(self) -> str:
         """The event for people; none for the state at the start of a run."""
         if self.state in ("moves", "appears"):
-            return f"{self.body} {'begins to move' if self.state == 'moves' else self.state}"
+            begins = "begins to move" if self.state == "moves" else self.state
+            return f"{self.body} {begins}{' (scripted)' if self.scripted else ''}"
         return "" if self.t == self.since else f"{self.body} is {self.state} since {self.since:.2f} s"
 
 
@@ -49,12 +50,11 @@ class ActorMotion:
 
     Args:
         body: The actor.
-        walls: Outlines of what never moves.
         start: Time at which the run began [s].
     """
 
-    def __init__(self, body: BodyInfo, walls: Sequence[Outline], start: float) -> None:
-        self._body, self._walls, self._start = body, walls, start
+    def __init__(self, body: BodyInfo, start: float) -> None:
+        self._body, self._start = body, start
         self._arm = max((math.hypot(*point) for point in body.hull), default=0.1)
         self._poses: deque[_Pose] = deque()
         self._moves = False
@@ -84,64 +84,9 @@ class ActorMotion:
         return max(math.hypot(one[1] - other[1], one[2] - other[2]), self._arm * abs(turn))
 
     def _changed(self, t: float, state: str, since: float) -> ActorMoved:
-        return ActorMoved(t=t, agent="", body=self._body.name, state=state, since=since)
+        scripted = bool(self._body.script)
+        return ActorMoved(t=t, agent="", body=self._body.name, state=state, since=since, scripted=scripted)
 
     def _rest(self, pose: _Pose) -> str:
-        return door_state(self._body.hull, pose[1:], self._walls) or "at rest"
-
-
-def door_state(hull: Sequence[Point], pose: tuple[float, float, float], walls: Iterable[Outline]) -> str:
-    """Whether a door is `open` or `shut`; empty for what is no door.
-
-    A door is long and thin. It is shut if both ends are at a wall and its middle is not, and open if a wall is along
-    it or at one end only.
-
-    Args:
-        hull: Outline from above [m], body frame.
-        pose: Position [m] and heading [rad], world frame.
-        walls: Outlines of what never moves.
-    """
-    axis = _axis(hull)
-    if axis is None:
-        return ""
-    x, y, yaw = pose
-    c, s = math.cos(yaw), math.sin(yaw)
-    points = [(x + c * u - s * v, y + s * u + c * v) for u, v in axis]
-    known = list(walls)
-    one, quarter, middle, other_quarter, other = (any(_distance(p, wall) < _NEAR for wall in known) for p in points)
-    if quarter and middle and other_quarter:
-        return "open"
-    if one and other:
-        return "" if middle else "shut"
-    return "open" if one or other else ""
-
-
-def _axis(hull: Sequence[Point]) -> list[Point] | None:
-    """Ends, quarters and middle of a long outline along its greatest length; None if it is not long."""
-    pairs = [(a, b) for i, a in enumerate(hull) for b in hull[i + 1 :]]
-    if not pairs:
-        return None
-    (ax, ay), (bx, by) = max(pairs, key=lambda pair: math.dist(*pair))
-    length = math.dist((ax, ay), (bx, by))
-    mx, my = sum(x for x, _ in hull) / len(hull), sum(y for _, y in hull) / len(hull)
-    # The diagonal of a thin outline is nearly its axis: the width is the distance of the corners across it.
-    across = [((x - mx) * (by - ay) - (y - my) * (bx - ax)) / length for x, y in hull] if length else [0.0]
-    if length < _LONG * (max(across) - min(across)):
-        return None
-    ux, uy = (bx - ax) / 2.0, (by - ay) / 2.0
-    return [(mx + part * ux, my + part * uy) for part in (-1.0, -0.5, 0.0, 0.5, 1.0)]
-
-
-def _distance(point: Point, outline: Outline) -> float:
-    """Distance of a point from an outline [m]; 0 inside."""
-    x, y = point
-    if outline.radius > 0.0:
-        return max(0.0, math.dist(point, outline.points[0]) - outline.radius)
-    inside, least = False, math.inf
-    for (ax, ay), (bx, by) in zip(outline.points, (*outline.points[1:], outline.points[0]), strict=True):
-        if (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax):
-            inside = not inside
-        dx, dy = bx - ax, by - ay
-        part = min(1.0, max(0.0, ((x - ax) * dx + (y - ay) * dy) / (dx * dx + dy * dy or 1.0)))
-        least = min(least, math.hypot(x - ax - part * dx, y - ay - part * dy))
-    return 0.0 if inside else least
+        near = (state for state, there in self._body.states.items() if self._apart(pose, (0.0, *there)) < _NEAR)
+        return next(near, "at rest")

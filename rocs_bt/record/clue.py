@@ -57,6 +57,7 @@ class Clues:
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
         first = "could not be evaluated" if invalid else "held"
         lasts = [f"{guard.hold:.3g} s after its guard first {first}: for = {guard.hold:.3g} s"] if guard.hold else []
+        lasts += self._scripted(self._agents[agent], values, t)
         if invalid:
             return "; ".join([*lasts, *self._silent(self._agents[agent], invalid, t)])
         units = {signal.name: signal.units for signal in self._agents[agent].signals}
@@ -68,6 +69,15 @@ class Clues:
     def _values(self, agent: str, name: str, t: float) -> list[float]:
         curve = self._track(agent, "signal", name)
         return list(curve.at(t)) if isinstance(curve, Curve) else []
+
+    def _scripted(self, agent: AgentInfo, names: Collection[str], t: float) -> Iterator[str]:
+        """Sensors of signals that the script of the run breaks at a time."""
+        for sensor in agent.sensors:
+            track = self._track(agent.name, "script", f"sensor\n{sensor.name}")
+            event = track.at(t) if isinstance(track, Steps) else None
+            reads = not {*sensor.signals, *sensor.derived}.isdisjoint(names)
+            if reads and event is not None and (event.until is None or t < event.until):
+                yield f"{event.sentence} since t = {event.t:.2f} s"
 
     def _silent(self, agent: AgentInfo, invalid: list[str], t: float) -> Iterator[str]:
         """Sensors without which signals are invalid, and since when; those that have failed if that is known."""

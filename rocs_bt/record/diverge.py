@@ -21,6 +21,7 @@ from ..event import (
     OutcomeDecided,
     RequirementViolated,
     RobotPushed,
+    ScriptActed,
     unpack,
 )
 from .states import Key
@@ -33,6 +34,7 @@ WORLD_EVENTS: tuple[type[Event], ...] = (
     ContactBegan,
     MinClearanceLowered,
     RobotPushed,
+    ScriptActed,
     GoalEntered,
     RequirementViolated,
     OutcomeDecided,

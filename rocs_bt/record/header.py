@@ -145,6 +145,8 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
         shapes: Primitives, drawn in 3D.
         links: Links on joints; `BodyMoved.joints` has their values for a robot without wheels.
         base: Height of the base's origin over the ground, if `BodyMoved` has none [m].
+        script: Name of the script that moves it; empty for an agent's body, and for what only contacts move.
+        states: Poses x [m], y [m], yaw [rad] of a door that is `open` and `shut`, by this word.
     """
 
     name: str
@@ -155,6 +157,8 @@ class BodyInfo(msgspec.Struct, frozen=True, kw_only=True):
     shapes: tuple[BodyShape, ...] = ()
     links: tuple[BodyLink, ...] = ()
     base: float = 0.0
+    script: str = ""
+    states: Mapping[str, tuple[float, float, float]] = {}
 
 
 class SubtreeSwap(msgspec.Struct, frozen=True):

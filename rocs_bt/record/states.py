@@ -16,6 +16,7 @@ from ..event import (
     MotionReleased,
     OutcomeDecided,
     RuleChanged,
+    ScriptActed,
     SensorFailed,
     TicketChanged,
 )
@@ -171,6 +172,8 @@ def about(event: Event) -> Key | None:
     """Track that an event is about, for links; None if there is none."""
     if isinstance(event, ActorMoved):
         return Key(event.body, "actor")
+    if isinstance(event, ScriptActed):
+        return Key(event.agent, event.topic, event.name)
     if isinstance(event, RuleChanged):
         return Key(event.agent, "rule", event.rule)
     if isinstance(event, TicketChanged):

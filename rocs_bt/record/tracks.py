@@ -35,6 +35,7 @@ from ..event import (
     RobotPushed,
     RuleChanged,
     RunControlled,
+    ScriptActed,
     SensorFailed,
     SensorRead,
     SignalsWritten,
@@ -193,7 +194,7 @@ class Tracks:
         body = self._bodies.get(event.body)
         if body is None:
             return None
-        made = self._actors.get(event.body) or ActorMotion(body, self.header.outlines, self.header.start)
+        made = self._actors.get(event.body) or ActorMotion(body, self.header.start)
         return self._actors.setdefault(event.body, made).take(event)
 
     def moves(self, agent: str, actuator: str) -> bool:
@@ -302,6 +303,10 @@ def _atomic(tracks: Tracks, event: AtomicStarted) -> None:
 
 def _push(tracks: Tracks, event: RobotPushed) -> None:
     tracks.steps(event.body, "push").put(event.t, event)
+
+
+def _script(tracks: Tracks, event: ScriptActed) -> None:
+    tracks.steps(event.agent, "script", f"{event.topic}\n{event.name}").put(event.t, event)
 
 
 def _hold(tracks: Tracks, event: MotionHeld) -> None:
@@ -464,6 +469,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "failed": {BlockFailed: _failed},
     "atomic": {AtomicStarted: _atomic},
     "push": {RobotPushed: _push},
+    "script": {ScriptActed: _script},
     "hold": {MotionHeld: _hold, MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
     "map": {MapChanged: _map},

@@ -25,6 +25,7 @@ from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SensorInf
 from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
+from ..simulation.scripted_objects import FREE
 from ..simulation.simulated_world import SimulatedWorld
 from ..version import __version__
 from .options import RunOptions
@@ -90,12 +91,12 @@ def plain_header(
 
 def with_scenery(header: RunHeader, scenario: ScenarioSpec, simulated: SimulatedWorld) -> RunHeader:
     """Header of a run with the bodies, obstacles and places that figures show."""
-    model = simulated.world.model
+    model, scripts = simulated.world.model, {actor.name: actor.script for actor in scenario.actors}
     return msgspec.structs.replace(
         header,
         bodies=(
-            *(_body(model, simulated, name) for name in simulated.world.robots),
-            *(_object(model, simulated, name) for name in simulated.world.objects),
+            *(_body(model, simulated, name, scripts) for name in simulated.world.robots),
+            *(_object(model, simulated, name, scripts) for name in simulated.world.objects),
         ),
         outlines=outlines(model, simulated.world.robots),
         grounds=ground_outlines(scenario),
@@ -228,7 +229,7 @@ def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
     return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
 
 
-def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
+def _body(model: object, simulated: SimulatedWorld, name: str, scripts: Mapping[str, str]) -> BodyInfo:
     sensors = simulated.sensors.get(name, {})
     beams = {s.name: drawn() for s in sensors.values() if (drawn := getattr(s, "beams", None))}
     fans = {s.name: drawn() for s in sensors.values() if (drawn := getattr(s, "fan", None))}
@@ -241,12 +242,20 @@ def _body(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
         shapes=geometry.shapes,
         links=geometry.links,
         base=geometry.height,
+        script=scripts.get(name, ""),
     )
 
 
-def _object(model: object, simulated: SimulatedWorld, name: str) -> BodyInfo:
+def _object(model: object, simulated: SimulatedWorld, name: str, scripts: Mapping[str, str]) -> BodyInfo:
     shapes, base = object_shapes(simulated.world, name)
-    return BodyInfo(name=name, hull=hull_outline(model, simulated.world.objects[name].geoms), shapes=shapes, base=base)
+    return BodyInfo(
+        name=name,
+        hull=hull_outline(model, simulated.world.objects[name].geoms),
+        shapes=shapes,
+        base=base,
+        script=script if (script := scripts.get(name, "")) != FREE else "",
+        states={state: (pose.x, pose.y, pose.yaw) for state, pose in simulated.states.get(name, {}).items()},
+    )
 
 
 def _places(scenario: ScenarioSpec) -> tuple[Place, ...]:

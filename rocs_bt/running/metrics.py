@@ -23,6 +23,7 @@ from ..event import (
     PeerFault,
     Replanned,
     RuleChanged,
+    ScriptActed,
     SensorFailed,
     Stuck,
     TicketChanged,
@@ -168,7 +169,8 @@ class _Times:
 def _reason(judged: OutcomeDecided, events: _Events, lock: str) -> str:
     """Reason of an outcome, with the sensor without which the values in it are invalid, and a livelock."""
     failed = {event.sensor: event.t for event in events.all(SensorFailed) if "invalid" in judged.reason}
-    return "; ".join(filter(None, (judged.reason, *(failed_text(*each) for each in failed.items()), lock)))
+    scripted = [event.sentence for event in events.all(ScriptActed) if event.topic == "sensor" and event.name in failed]
+    return "; ".join(filter(None, (judged.reason, *(failed_text(*each) for each in failed.items()), *scripted, lock)))
 
 
 def _path_length(tracks: Tracks, agent: str, *, spatial: bool) -> float:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from ..agent import Agent, add_facts
 from ..catalog import FactSpec, ScenarioSpec
+from ..event import EventSink, NullSink, ScriptActed
 from ..geometry import Pose2
 from .outcome import Goal, Judge
 from .simulated_world import SimulatedWorld
@@ -22,11 +23,17 @@ class FactSchedule:
         agent: Agent that receives the facts.
         facts: Facts for the agent, ordered by time.
         placed: Called with the node of each written fact and its pose, if the node has one.
+        sink: Sink for `ScriptActed` events.
     """
 
     def __init__(
-        self, agent: Agent, facts: Sequence[FactSpec], placed: Callable[[str, Pose2], None] = lambda node, pose: None
+        self,
+        agent: Agent,
+        facts: Sequence[FactSpec],
+        placed: Callable[[str, Pose2], None] = lambda node, pose: None,
+        sink: EventSink | None = None,
     ) -> None:
+        self._sink = sink or NullSink()
         self._agent = agent
         self._coming = deque(facts)
         self._placed = placed
@@ -40,6 +47,8 @@ class FactSchedule:
             return
         add_facts(self._agent.knowledge, due)
         for fact in due:
+            what, name = f"the agent is given the fact {fact.node}", self._agent.name
+            self._sink.emit(ScriptActed(t=t, agent=name, topic="fact", name=fact.node, what=what))
             if (pose := self._agent.knowledge.world.pose_of(fact.node)) is not None:
                 self._placed(fact.node, pose)
 
@@ -62,7 +71,8 @@ def fact_schedules(
             found.append(FactSchedule(agent, later))
         elif later and simulated is not None:
             goals: Mapping[str, list[Goal]] = simulated.goals
-            found.append(FactSchedule(agent, later, _mover(simulated.judges[agent.name], goals[agent.name])))
+            mover = _mover(simulated.judges[agent.name], goals[agent.name])
+            found.append(FactSchedule(agent, later, mover, simulated.sink))
     return found
 
 

@@ -12,7 +12,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 
@@ -47,6 +47,11 @@ class ScriptedObject(ABC):
         self.period = period
         world.place_object(name, start)
 
+    @property
+    def states(self) -> dict[str, Pose2]:
+        """Poses of the object that have a name, such as `open`; none by default."""
+        return {}
+
     @abstractmethod
     def velocity(self, t: float, at: Vector) -> Vector:
         """Velocity of the object for the next control period [m/s], world frame.
@@ -77,6 +82,7 @@ class SlideParameters:
         return_at: Start time of the return [s]; never by default.
         wait_distance: Distance from a robot to the target position below which the object waits [m], like a door with
             a sensor.
+        at_target: Whether a door is `open` or `shut` at the target position; at its start it is the other.
     """
 
     to_x: Metres
@@ -85,6 +91,7 @@ class SlideParameters:
     duration: Seconds = 1.0
     return_at: Seconds = math.inf
     wait_distance: Metres = 0.0
+    at_target: Literal["", "open", "shut"] = ""
 
     def __post_init__(self) -> None:
         if not (
@@ -118,6 +125,13 @@ class Slide(ScriptedObject):
             step = min(self.period, then - since) / p.duration
             self._share = max(self._share - step, 0.0) if back else min(self._share + step, 1.0)
         return self.towards(at, (x + self._share * (p.to_x - x), y + self._share * (p.to_y - y)))
+
+    @property
+    def states(self) -> dict[str, Pose2]:
+        p = self._p
+        other = "shut" if p.at_target == "open" else "open"
+        target = self.start._replace(x=p.to_x, y=p.to_y)
+        return {p.at_target: target, other: self.start} if p.at_target else {}
 
     def _robots(self) -> list[Pose2]:
         return [self.world.pose(name) for name in self.world.robots] if self._p.wait_distance else []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
@@ -44,6 +44,7 @@ class SimulatedWorld:
     Attributes:
         world: MuJoCo world.
         clock: Clock of the world.
+        sink: Sink for events of devices, pushes and faults.
         robots: Specifications of the robots, by agent or actor.
         sensors: Sensors by agent, then by name.
         actuators: Safety gates of the actuators, by agent, then by name.
@@ -54,10 +55,12 @@ class SimulatedWorld:
         goals: Goals that an agent may enter, by agent.
         starts: Start poses of the robots, world frame.
         spatial: Robots with a recorded height, roll and pitch: those without wheels.
+        states: Poses with a name, such as `open`, by object.
     """
 
     world: MujocoWorld
     clock: Clock
+    sink: EventSink
     robots: Mapping[str, RobotSpec]
     sensors: Mapping[str, dict[str, Sensor]]
     actuators: Mapping[str, dict[str, SafetyGate]]
@@ -68,6 +71,7 @@ class SimulatedWorld:
     goals: Mapping[str, list[Goal]]
     starts: Mapping[str, Pose2]
     spatial: frozenset[str] = frozenset()
+    states: Mapping[str, Mapping[str, Pose2]] = field(default_factory=dict)
 
     def devices(self, agent: str) -> RobotDevices:
         """Devices of an agent's robot."""
@@ -94,6 +98,7 @@ def build_world(
     world.places = {place.name: place.pose for place in scenario.places}
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
+    at_rest = _at_rest(scenario, seed)
     with located_at(scenario.file):
         starts = place_all(world, [*scenario.agents, *(m for m in scenario.actors if m.robot)], scenario.name, seed)
     wheels: dict[str, Callable[[], list[float]]] = {}
@@ -109,6 +114,7 @@ def build_world(
     return SimulatedWorld(
         world=world,
         clock=time,
+        sink=sink,
         robots=robots,
         sensors=sensors,
         actuators=actuators,
@@ -117,7 +123,7 @@ def build_world(
             for a in scenario.agents
         },
         actors=[
-            *objects,
+            *(each for each in objects if each.name not in at_rest),
             *_actors(world, catalog, scenario, robots, seed, wheels),
             *push_schedules(scenario, seed, world, sink),
         ],
@@ -126,6 +132,7 @@ def build_world(
         goals={a.name: _goals_of(scenario, a.name) for a in scenario.agents},
         starts=starts,
         spatial=frozenset(name for name, robot in robots.items() if not robot_locomotion(robot.locomotion).wheels),
+        states={each.name: each.states for each in objects},
     )
 
 
@@ -276,7 +283,7 @@ def _actors(
 
 
 def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> list[ScriptedObject]:
-    """Place all objects of the scenario, and construct those that follow their scripts."""
+    """Place all objects of the scenario, and construct their scripts."""
     made, at_rest = [], _at_rest(scenario, seed)
     for actor in (m for m in scenario.actors if not m.robot):
         start = jittered(actor.pose, actor.jitter, stream(scenario.name, seed, actor.name, START))
@@ -291,8 +298,7 @@ def _scripted_objects(world: MujocoWorld, scenario: ScenarioSpec, seed: int) -> 
             )
         if actor.name in at_rest:
             world.place_object(actor.name, start)  # a script may begin at another pose
-        else:
-            made.append(each)
+        made.append(each)
     return made
 
 

@@ -18,9 +18,13 @@ from typing import TYPE_CHECKING, Any
 from ..clock import Clock
 from ..device import Actuator, Reading, Sensor
 from ..errors import DeviceError, Fault, InputError, unknown
+from ..event import ScriptActed
 
 if TYPE_CHECKING:
     from ..simulation import SimulatedWorld
+
+Announce = Callable[[str, float | None], None]
+"""Reports that a fault begins: name of its class, and its end [s] or None."""
 
 
 class FaultySensor(Sensor):
@@ -31,6 +35,9 @@ class FaultySensor(Sensor):
         clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
+
+    Attributes:
+        announce: Called once, when the fault begins; None for none.
     """
 
     def __init__(self, sensor: Sensor, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
@@ -39,10 +46,14 @@ class FaultySensor(Sensor):
         self._clock = clock
         self._at = at
         self._until = until
+        self.announce: Announce | None = None
 
     def read(self) -> Reading:
         now = self._clock.now()
-        return self.broken() if self._at <= now < self._until else self.works()
+        if not self._at <= now < self._until:
+            return self.works()
+        _begin(self, self._until)
+        return self.broken()
 
     def works(self) -> Reading:
         """Return the reading outside the fault's interval."""
@@ -138,6 +149,9 @@ class FaultyActuator(Actuator):
         clock: Clock of the interval.
         at: Start of the fault [s].
         until: End of the fault [s].
+
+    Attributes:
+        announce: Called once, when the fault begins; None for none.
     """
 
     def __init__(self, actuator: Actuator, clock: Clock, *, at: float = 0.0, until: float = math.inf) -> None:
@@ -146,9 +160,12 @@ class FaultyActuator(Actuator):
         self._clock = clock
         self._at = at
         self._until = until
+        self.announce: Announce | None = None
 
     def command(self, values: Sequence[float]) -> None:
-        if self._at <= self._clock.now() < self._until:
+        now = self._clock.now()
+        if self._at <= now < self._until:
+            _begin(self, self._until)
             self.broken(values)
         else:
             self.actuator.command(values)
@@ -195,6 +212,21 @@ class HangingActuator(FaultyActuator):
         self.actuator.command(values)
 
 
+def _begin(faulty: FaultySensor | FaultyActuator, until: float) -> None:
+    """Report that a fault begins, once."""
+    announce, faulty.announce = faulty.announce, None
+    if announce is not None:
+        announce(type(faulty).__name__, until if math.isfinite(until) else None)
+
+
+def _announcing(world: SimulatedWorld, agent: str, topic: str, kind: str, name: str) -> Announce:
+    def announce(fault: str, until: float | None) -> None:
+        what = f"{fault} breaks the {kind} {name}"
+        world.sink.emit(ScriptActed(t=world.clock.now(), agent=agent, topic=topic, name=name, what=what, until=until))
+
+    return announce
+
+
 def break_sensor(
     world: SimulatedWorld, name: str, fault: Callable[..., Sensor], agent: str = "", **parameters: Any
 ) -> None:
@@ -210,8 +242,10 @@ def break_sensor(
     Raises:
         InputError: No agent has the sensor, or several have it and `agent` is omitted.
     """
-    sensors = world.sensors[_owner(agent, name, {a: list(found) for a, found in world.sensors.items()}, "sensor")]
-    sensors[name] = fault(sensors[name], world.clock, **parameters)
+    owner = _owner(agent, name, {a: list(found) for a, found in world.sensors.items()}, "sensor")
+    made = world.sensors[owner][name] = fault(world.sensors[owner][name], world.clock, **parameters)
+    if isinstance(made, FaultySensor):
+        made.announce = _announcing(world, owner, "sensor", "sensor", name)
 
 
 def break_actuator(
@@ -219,7 +253,14 @@ def break_actuator(
 ) -> None:
     """Replace an actuator behind its safety gate by a faulty one; see `break_sensor`."""
     owner = _owner(agent, name, {a: list(found) for a, found in world.actuators.items()}, "actuator")
-    world.actuators[owner][name].wrap(lambda device: fault(device, world.clock, **parameters))
+
+    def broken(device: Actuator) -> Actuator:
+        made = fault(device, world.clock, **parameters)
+        if isinstance(made, FaultyActuator):
+            made.announce = _announcing(world, owner, "command", "actuator", name)
+        return made
+
+    world.actuators[owner][name].wrap(broken)
 
 
 def _owner(agent: str, name: str, devices: dict[str, list[str]], kind: str) -> str:

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.event import BodyMoved
-from rocs_bt.record.actors import door_state
-from rocs_bt.record.header import BodyInfo, Outline, RunHeader
+from rocs_bt.record.header import BodyInfo, RunHeader
 from rocs_bt.record.tracks import Tracks
 
 PERIOD = 0.05
@@ -15,54 +14,15 @@ DOOR = ((-0.5, -0.03), (0.5, -0.03), (0.5, 0.03), (-0.5, 0.03))
 PERSON = tuple((0.3 * math.cos(a), 0.3 * math.sin(a)) for a in np.linspace(0.0, 6.0, 9))
 
 
-def box(x0, y0, x1, y1):
-    return ((x0, y0), (x1, y0), (x1, y1), (x0, y1))
+STATES = {"shut": (0.0, 0.0, 0.0), "open": (1.2, 0.0, 0.0)}
 
 
-def turned(points, angle, shift):
-    c, s = math.cos(angle), math.sin(angle)
-    return tuple((c * x - s * y + shift[0], s * x + c * y + shift[1]) for x, y in points)
+def header(hull=DOOR, script="slide", states=STATES):
+    return RunHeader(scenario="doors", seed=1, bodies=(BodyInfo(name="gate", hull=hull, script=script, states=states),))
 
 
-WALL = (box(-3.0, -0.1, -0.55, 0.1), box(0.55, -0.1, 3.0, 0.1))  # with a gap of 1.1 m
-
-
-@pytest.mark.parametrize("angle", np.linspace(-3.0, 3.0, 7))
-@pytest.mark.parametrize(
-    ("hull", "pose", "state"),
-    [
-        (DOOR, (0.0, 0.0, 0.0), "shut"),
-        (DOOR, (0.0, 0.12, 0.0), "shut"),  # slides before the wall
-        (DOOR, (1.2, 0.0, 0.0), "open"),
-        (DOOR, (-1.3, 0.15, math.pi), "open"),
-        (DOOR, (0.5, 0.5, math.pi / 2), "open"),  # swings
-        (DOOR, (0.0, 1.5, 0.0), ""),
-        (PERSON, (0.0, 0.0, 0.0), ""),
-        (box(-0.4, -0.3, 0.4, 0.3), (0.0, 0.0, 0.0), ""),
-        ((), (0.0, 0.0, 0.0), ""),
-        (((0.0, 0.0),), (0.0, 0.0, 0.0), ""),
-    ],
-)
-def test_a_door_is_open_or_shut_however_the_world_is_turned(angle, hull, pose, state):
-    shift = (4.0 * angle, 1.0 - angle)
-    walls = [Outline(name=f"wall {i}", points=turned(points, angle, shift)) for i, points in enumerate(WALL)]
-    ((x, y),) = turned([pose[:2]], angle, shift)
-    assert door_state(hull, (x, y, pose[2] + angle), walls) == state
-
-
-def test_round_posts_hold_a_door_too():
-    posts = [Outline(name="post", points=((x, 0.0),), radius=0.1) for x in (-0.6, 0.6)]
-    assert door_state(DOOR, (0.0, 0.0, 0.0), posts) == "shut"
-    assert door_state(DOOR, (5.0, 0.0, 0.0), posts) == ""
-
-
-def header(hull=DOOR):
-    walls = tuple(Outline(name=f"wall {i}", points=points) for i, points in enumerate(WALL))
-    return RunHeader(scenario="doors", seed=1, bodies=(BodyInfo(name="gate", hull=hull),), outlines=walls)
-
-
-def tracks_of(poses, hull=DOOR):
-    tracks = Tracks(header(hull))
+def tracks_of(poses, hull=DOOR, **of):
+    tracks = Tracks(header(hull, **of))
     for i, (x, y, yaw) in enumerate(poses):
         tracks.emit(BodyMoved(t=i * PERIOD, body="gate", x=x, y=y, yaw=yaw))
     return tracks
@@ -105,16 +65,20 @@ def test_what_trembles_or_does_not_move_has_no_line_and_what_appears_has_one():
     assert tracks_of(rng.normal(scale=1e-4, size=(200, 3))).log == []
     late = Tracks(header(PERSON))
     late.emit(BodyMoved(t=3.0, body="gate", x=0.0, y=0.0, yaw=0.0))
-    assert [line.text for line in late.log] == ["gate appears"]
+    assert [line.text for line in late.log] == ["gate appears (scripted)"]
 
 
-def test_a_door_says_that_it_is_shut_and_since_when_and_a_person_that_it_is_at_rest():
+def test_a_door_says_that_it_is_shut_and_since_when_and_what_has_no_states_that_it_is_at_rest():
     poses = [(1.2 - 0.04 * max(0, min(i - 40, 30)), 0.0, 0.0) for i in range(120)]
     lines = [line.text for line in tracks_of(poses).log]
-    assert lines == ["gate begins to move", "gate is shut since 3.50 s"]
-    assert [line.text for line in tracks_of(poses, PERSON).log][-1] == "gate is at rest since 3.50 s"
+    assert lines == ["gate begins to move (scripted)", "gate is shut since 3.50 s"]
+    assert [line.text for line in tracks_of(poses, PERSON, states={}).log][-1] == "gate is at rest since 3.50 s"
+    half_way = tracks_of(poses[:60] + [poses[59]] * 30)
+    assert [line.text for line in half_way.log][-1] == "gate is at rest since 2.95 s"
+    assert half_way.get("gate", "actor").v[0] == "open"
+    assert next(line.text for line in tracks_of(poses, script="").log) == "gate begins to move"
 
 
 def test_a_swing_that_turns_back_goes_on_moving():
     poses = [(0.0, 0.0, math.sin(2.0 * math.pi * i * PERIOD / 10.0)) for i in range(600)]
-    assert [line.text for line in tracks_of(poses).log] == ["gate begins to move"]
+    assert [line.text for line in tracks_of(poses).log] == ["gate begins to move (scripted)"]

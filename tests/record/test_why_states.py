@@ -172,7 +172,7 @@ def test_what_holds_pushes_or_tilts_the_robot_is_told(answer):
     assert "holds" not in text
     push = (RobotPushed, {"body": "R", "force": (0.0, 40.0, 0.0), "duration": 0.2})
     text = answer(1.0, start, [push, speed(0.0, 0.5)])
-    assert text.startswith("R turned left and was pushed by 40 N for 0.2 s, while its mission waits")
+    assert text.startswith("R turned left and was pushed by 40 N for 0.2 s (scripted), while its mission waits")
     assert "pushed" not in answer(3.0, start, [push], [], [speed(0.0)])
     pose = {"body": "R", "x": 0.0, "y": 0.0, "yaw": 0.0, "pitch": 0.0}
     for degrees, words in ((0, "was stationary"), (45, "was tilted, with"), (90, "had fallen, with a tilt of 90 deg")):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.event import KnowledgeChanged
+from rocs_bt.event import KnowledgeChanged, ScriptActed
 from rocs_bt.record import Recording
 from rocs_bt.running.replay import replay
 
@@ -68,4 +68,6 @@ def test_a_door_that_closes_meanwhile_turns_the_robot_round_and_a_replay_tells_i
     recording = Recording.open(tmp_path / "run")
     closed = [e for e in recording.events() if isinstance(e, KnowledgeChanged) and e.subject == "hatch" and e.t > 0.0]
     assert [(e.t, e.value) for e in closed] == [(1.0, False)]
+    scripted = [(e.t, e.name, e.sentence) for e in recording.events() if isinstance(e, ScriptActed)]
+    assert scripted == [(1.0, "hatch", "the agent is given the fact hatch (scripted)")]
     assert replay(recording, catalog) is None

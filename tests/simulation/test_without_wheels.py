@@ -274,7 +274,7 @@ def test_figures_show_height_tilt_and_pushes_and_the_report_says_them(fly) -> No
     assert 'id="height-0-D-height"' in figure
     assert 'id="height-0-D-tilt"' in figure
     assert 'id="height-0-D-push-0-0"' in figure
-    assert "pushed by 5 N for 0.1 s" in log_of(run.report)
+    assert "pushed by 5 N for 0.1 s (scripted)" in log_of(run.report)
     assert rocs_bt.replay(Recording.open(run.recording), Catalog(run.recording.parents[1])) is None
 
 
@@ -286,8 +286,8 @@ def test_pushes_of_robots_without_an_agent_are_shown_too(fly) -> None:
     assert 'id="height-0-R1-push-0-0"' in figure
     assert 'id="height-0-D-push-1-0"' in figure
     assert [text for text in log_of(run.report) if "pushed" in text] == [
-        "R1 was pushed by 5 N for 0.1 s",
-        "pushed by 5 N for 0.1 s",
+        "R1 was pushed by 5 N for 0.1 s (scripted)",
+        "pushed by 5 N for 0.1 s (scripted)",
     ]
 
 

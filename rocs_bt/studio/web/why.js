@@ -169,7 +169,7 @@ const answer = (run, agent, t) => {
   const tilt = value("motion", "true tilt") || value("motion", "tilt");
   if (tilt) return `${agent} ${tilt}, while ${because}`;
   if (push && push.t - SLACK <= t && t <= push.t + push.duration + PUSHED) {
-    const force = `${three(Math.hypot(...push.force))} N for ${three(push.duration)} s`;
+    const force = `${three(Math.hypot(...push.force))} N for ${three(push.duration)} s (scripted)`;
     return `${agent} ${motion} and was ${push.agent ? "" : `${push.body} was `}pushed by ${force}${ago(push.t, t)}, while ${because}`;
   }
   const [held] = run.of(agent, "hold").filter((track) => track.at(now)).sort((a, b) => a.since(now) - b.since(now));
