@@ -19,7 +19,7 @@ def command(run: Path, other: Path | None, out: Path | None) -> None:
 
     With OTHER, both runs are drawn over each other, and both.html is the page of both with their first differences.
     """
-    from ..record import Tracks, first_difference, write_figures
+    from ..record import Tracks, first_differences, write_figures
     from ..record.pages import write_report
 
     recordings = [open_recording(path) for path in (run, other) if path is not None]
@@ -30,5 +30,5 @@ def command(run: Path, other: Path | None, out: Path | None) -> None:
         page = folder / "both.html"
         write_report(recordings[0], recordings[0].summary, page, recordings[1])
         echo(str(page))
-        found = first_difference(*map(Tracks.of_recording, recordings))
-        echo("The runs are equal." if found is None else str(found))
+        differences = first_differences(*map(Tracks.of_recording, recordings))
+        echo("\n".join(map(str, differences)) or "No decision, knowledge, command or pose differs.")

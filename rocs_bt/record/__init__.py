@@ -4,7 +4,7 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
-from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_difference
+from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_differences
 from .figures import write_figures
 from .folder_lock import FolderLock
 from .header import (
@@ -77,7 +77,7 @@ __all__ = [
     "environment_of",
     "event_table",
     "explain",
-    "first_difference",
+    "first_differences",
     "page_maker",
     "samples",
     "signal_table",

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 
 from ..event import (
     BodyMoved,
@@ -24,9 +25,9 @@ from ..event import (
     ScriptActed,
     unpack,
 )
-from .states import Key
+from .states import plain_value
 from .track import Curve, Steps
-from .tracks import TOPICS, Tracks
+from .tracks import Tracks
 
 #: Events of the simulated world; a replay has no world and so emits none of these.
 WORLD_EVENTS: tuple[type[Event], ...] = (
@@ -39,6 +40,17 @@ WORLD_EVENTS: tuple[type[Event], ...] = (
     RequirementViolated,
     OutcomeDecided,
 )
+
+KINDS = {
+    "decisions": ("node", "rule", "ticket", "outcome"),
+    "knowledge": ("fact", "board"),
+    "commands": ("command",),
+    "motion": ("pose",),
+}
+"""Topics of the tracks that two runs are compared by."""
+
+CLOSE = 0.01
+"""Difference from which on two numbers differ, SI units."""
 
 _ALL = 2**31  # maximum number of printed values
 _FEW = 6  # the same in short texts
@@ -130,15 +142,17 @@ def compare(
 
 
 class Difference(NamedTuple):
-    """First difference of two runs.
+    """First difference of one kind between two runs.
 
     Attributes:
+        kind: Kind of the difference, of `KINDS`.
         t: Time of the difference [s].
         agent, topic, name: Track that differs.
         a: Value in the first run as plain data, or a list of numbers in SI units; None if there is none.
         b: Value in the second run.
     """
 
+    kind: str
     t: float
     agent: str
     topic: str
@@ -147,56 +161,67 @@ class Difference(NamedTuple):
     b: Any
 
     def __str__(self) -> str:
-        what = " ".join(part for part in (self.agent, self.topic, *self.name.split("\n")) if part)
-        values = (_text(value, 4, _FEW) for value in (self.a, self.b))
-        return f"First difference at t = {self.t:.3f} s, {what}: {' and '.join(values)}."
+        name = f"action #{self.name}" if self.topic == "ticket" else (self.name or self.topic).replace("\n", " ")
+        first, second = (_worded(value) for value in (self.a, self.b))
+        where = f"First difference of {self.kind} at t = {self.t:.2f} s, {self.agent} {name}"
+        return f"{where}: first run {first}, second run {second}."
 
 
-def first_difference(a: Tracks, b: Tracks) -> Difference | None:
-    """First difference of two runs; None if all of their tracks are equal.
+def first_differences(a: Tracks, b: Tracks) -> list[Difference]:
+    """First difference of each kind between two runs, earliest first; the page finds the same (studio/web/second.js).
 
-    Of several tracks that differ first at the same time, the one with the first topic in `TOPICS` counts: what was
-    sensed is before what was decided.
+    A track that only one run has differs from its beginning. Numbers differ from `CLOSE` on.
 
     Args:
         a: All tracks of the first run.
         b: All tracks of the second run.
     """
-    order = {topic: i for i, topic in enumerate(TOPICS)}
-    found: list[tuple[float, int, Key]] = []
-    for key in dict.fromkeys([*(key for key, _ in a.items()), *(key for key, _ in b.items())]):
-        if key.topic != "solve" and (t := _first(a.get(*key), b.get(*key))) is not None:
-            found.append((t, order.get(key.topic, len(order)), key))
-    if not found:
-        return None
-    t, _, key = min(found, key=lambda each: each[:2])
-    return Difference(t, *key, _at(a.get(*key), t), _at(b.get(*key), t))
+    found = []
+    for kind, topics in KINDS.items():
+        keys = dict.fromkeys(key for run in (a, b) for key, track in run.items() if key.topic in topics and track.t)
+        times = {key: t for key in keys if (t := _first(a.get(*key), b.get(*key))) is not None}
+        if times:
+            key = min(times, key=lambda key: times[key])
+            found.append(Difference(kind, times[key], *key, *(_at(run.get(*key), times[key]) for run in (a, b))))
+    return sorted(found, key=lambda each: each.t)
 
 
 def _first(a: Steps | Curve | None, b: Steps | Curve | None) -> float | None:
-    """Time of the first change that only one of two tracks has, or that differs in both [s]."""
-    if a is None or b is None:
+    """First time at which two tracks differ [s]; None if they do not."""
+    if a is None or b is None or not a.t or not b.t:
         return next((track.t[0] for track in (a, b) if track is not None and track.t), None)
-    both = min(len(a.t), len(b.t))
-    same = np.array(a.t[:both]) == np.array(b.t[:both])
-    if isinstance(a, Steps) and isinstance(b, Steps):
-        same &= np.array([x == y or _BYTES(x) == _BYTES(y) for x, y in zip(a.v[:both], b.v[:both], strict=True)], bool)
-    elif isinstance(a, Curve) and isinstance(b, Curve) and a.width == b.width:
-        x, y = a.rows()[:both], b.rows()[:both]
-        same &= ((x == y) | (np.isnan(x) & np.isnan(y))).all(axis=1)
-    else:
-        same[:] = False
-    i = both if same.all() else int(np.argmin(same))
-    times = [track.t[i] for track in (a, b) if i < len(track.t)]
-    return min(times, default=None)
+    times = np.union1d(a.t, b.t)
+    if isinstance(a, Curve) and isinstance(b, Curve) and a.width == b.width:
+        x, y = (_sampled(track, times) for track in (a, b))
+        alike = np.isclose(x, y, rtol=0.0, atol=CLOSE, equal_nan=True).all(axis=1)
+        return None if alike.all() else float(times[alike.argmin()])
+    return next((t for t in times.tolist() if _at(a, t) != _at(b, t)), None)
+
+
+def _sampled(curve: Curve, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Samples at times, infinite before the first."""
+    rows = np.vstack([np.full(curve.width, -np.inf), curve.rows()])
+    return rows[np.searchsorted(curve.t, times, side="right")]
 
 
 def _at(track: Steps | Curve | None, t: float) -> Any:
-    """Value of a track at a time as plain data; None if there is none, or if the run has ended."""
+    """Value of a track at a time as plain data; None if there is none."""
     if isinstance(track, Curve):
         last = track.last(t)
         return None if last is None else last[1]
-    return None if track is None else msgspec.to_builtins(track.at(t))
+    return None if track is None else plain_value(track.at(t))
+
+
+def _worded(value: Any) -> str:
+    if not isinstance(value, dict):
+        return "nothing" if value is None else _text(value, 4, _FEW)
+    if "phase" in value:
+        return "active" if value.get("active") else "latched" if value.get("latched") else "clear"
+    return (
+        f"{value['action']} {value['state']}"
+        if {"action", "state"} <= value.keys()
+        else _text(value.get("outcome", value), 4, _FEW)
+    )
 
 
 def timeless(event: Event) -> Event:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Collection, Mapping
 from typing import Any, NamedTuple
 
 import msgspec
@@ -188,3 +189,28 @@ def about(event: Event) -> Key | None:
         return Key(event.agent, "hold", event.actuator)
     node = event.content if isinstance(event, ContentRaised) and event.kind == "leaf" else getattr(event, "node", "")
     return Key(event.agent, "node", node) if node else None
+
+
+_UNSEEN: Mapping[type, Collection[str]] = {  # known otherwise, or not shown; there are many
+    TicketChanged: {"event", "t", "agent"},
+    RuleState: {"last", "latch", "priority"},
+}
+
+
+def plain_value(value: object) -> Any:
+    """A value of a track as plain data, in the form that people see.
+
+    Numbers have eight digits, and those that are not finite become texts.
+    """
+    plain, unseen = _finite(msgspec.to_builtins(value)), _UNSEEN.get(type(value))
+    return {name: each for name, each in plain.items() if name not in unseen} if unseen else plain
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, float) and math.isfinite(value):
+        return float(f"{value:.8g}")
+    if isinstance(value, float):
+        return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
+    if isinstance(value, dict):
+        return {name: _finite(inner) for name, inner in value.items()}
+    return [_finite(inner) for inner in value] if isinstance(value, (list, tuple)) else value

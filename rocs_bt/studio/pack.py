@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from ..event import TicketChanged
 from ..record import RunHeader
 from ..record.decisive import decisive
-from ..record.states import Key, RuleState
+from ..record.states import Key, plain_value
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
 from ..words import inactive_rule
@@ -27,10 +27,6 @@ _RESOLUTION = {"pose": 1e-3, "scan": 2e-2, "joints": 1e-3, "follower": 1e-4}  # 
 TIME, _FINE_TIME = 1e-3, 1e-5  # [s]; fine for changes at any time, as of threads
 _LONGEST = 2e4  # [s] run with fine times
 WIDE, FEW = 24, 3  # values above which only the least of a signal is shown; the same of distances, which repeat a scan
-_UNSEEN = {
-    TicketChanged: ("event", "t", "agent"),
-    RuleState: ("last", "latch", "priority"),
-}  # known otherwise, or not shown
 HIDDEN = ("wheels", "solve", "atomic")  # topics that the page does not show
 
 
@@ -204,22 +200,8 @@ def _resolution(t: Sequence[float]) -> float:
 
 
 def text(value: object) -> str:
-    """JSON of one value of a track; numbers have eight digits, and those that are not finite become texts."""
-    plain_value = _finite(msgspec.to_builtins(value))
-    if isinstance(value, TicketChanged | RuleState):  # there are many
-        unseen = _UNSEEN[type(value)]
-        plain_value = {name: each for name, each in plain_value.items() if name not in unseen}
-    return msgspec.json.encode(plain_value, enc_hook=plain).decode()
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, float) and math.isfinite(value):
-        return float(f"{value:.8g}")
-    if isinstance(value, float):
-        return "NaN" if math.isnan(value) else "∞" if value > 0 else "−∞"
-    if isinstance(value, dict):
-        return {name: _finite(inner) for name, inner in value.items()}
-    return [_finite(inner) for inner in value] if isinstance(value, list) else value
+    """JSON of one value of a track."""
+    return msgspec.json.encode(plain_value(value), enc_hook=plain).decode()
 
 
 def _fine(rows: Numbers) -> float:

@@ -6,8 +6,17 @@ import msgspec
 import numpy as np
 import pytest
 
-from rocs_bt.event import ActuatorCommanded, BodyMoved, Change, FollowerStepped, SensorRead, TicketChanged, pack
-from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe, first_difference
+from rocs_bt.event import (
+    ActuatorCommanded,
+    BodyMoved,
+    Change,
+    FollowerStepped,
+    KnowledgeChanged,
+    SensorRead,
+    TicketChanged,
+    pack,
+)
+from rocs_bt.record.diverge import WORLD_EVENTS, compare, describe, first_differences
 from rocs_bt.record.tracks import Tracks
 
 from .. import synthetic
@@ -110,7 +119,7 @@ def tracks_of(events):
 def test_equal_runs_have_no_difference_and_wall_time_does_not_count():
     events = synthetic.events(3.0)
     later = [msgspec.structs.replace(e, solve_time=0.5) if isinstance(e, FollowerStepped) else e for e in events]
-    assert first_difference(tracks_of(events), tracks_of(later)) is None
+    assert first_differences(tracks_of(events), tracks_of(later)) == []
 
 
 def test_the_first_difference_is_that_of_the_track_that_changed():
@@ -119,23 +128,49 @@ def test_the_first_difference_is_that_of_the_track_that_changed():
     for i in np.random.default_rng(4).integers(0, len(events), 60):
         event = events[i]
         if isinstance(event, BodyMoved):
-            key, changed = (event.body, "pose", ""), msgspec.structs.replace(event, x=event.x + 0.01)
+            key, changed = ("motion", event.body, "pose", ""), msgspec.structs.replace(event, x=event.x + 0.011)
         elif isinstance(event, TicketChanged):
-            key, changed = ("R2", "ticket", str(event.ticket)), msgspec.structs.replace(event, reason="other")
+            key = ("decisions", "R2", "ticket", str(event.ticket))
+            changed = msgspec.structs.replace(event, reason="other")
         elif isinstance(event, ActuatorCommanded):
-            key, changed = ("R2", "command", "wheels"), msgspec.structs.replace(event, data=pack([0.7, 0.7]))
+            key, changed = (
+                ("commands", "R2", "command", "wheels"),
+                msgspec.structs.replace(event, data=pack([0.7, 0.7])),
+            )
         else:
             continue
-        found = first_difference(whole, tracks_of([*events[:i], changed, *events[i + 1 :]]))
-        assert (found.t, found[1:4]) == (event.t, key)
+        (found,) = first_differences(whole, tracks_of([*events[:i], changed, *events[i + 1 :]]))
+        assert (found.t, (found.kind, *found[2:5])) == (event.t, key)
         assert found.a != found.b
         seen.add(type(event))
     assert len(seen) >= 2
 
 
-def test_a_run_that_goes_on_differs_where_the_other_has_ended():
+def test_numbers_differ_from_a_hundredth_on_and_only_if_one_is_infinite():
+    def moved(x):
+        return tracks_of([BodyMoved(t=0.0, agent="R2", body="R2", x=x, y=0.0, yaw=0.0)])
+
+    for x, same in ((0.009, True), (0.011, False), (-0.011, False), (math.inf, False), (math.nan, False)):
+        assert (first_differences(moved(0.0), moved(x)) == []) is same
+        assert first_differences(moved(x), moved(x)) == []
+
+
+def test_of_each_kind_there_is_the_earliest_with_what_both_runs_have():
     events = synthetic.events(3.0)
     short = tracks_of([e for e in events if e.t <= 2.0])
-    found = first_difference(short, tracks_of(events))
-    assert found.t == min(e.t for e in events if e.t > 2.0)
-    assert msgspec.json.decode(msgspec.json.encode(found._asdict()))["topic"] == found.topic
+    found = first_differences(short, tracks_of(events))
+    assert found == sorted(found, key=lambda each: each.t)
+    assert len({each.kind for each in found}) == len(found) > 0
+    for each in found:
+        assert each.t > 2.0
+        assert msgspec.json.decode(msgspec.json.encode(each._asdict()))["topic"] == each.topic
+
+
+def test_what_only_one_run_has_is_named_as_such_in_both_orders():
+    one = tracks_of([])
+    other = tracks_of(
+        [KnowledgeChanged(t=0.5, agent="R2", what="attribute", subject="cone", name="state", value="hot")]
+    )
+    said = "First difference of knowledge at t = 0.50 s, R2 cone state: "
+    assert [str(each) for each in first_differences(one, other)] == [f"{said}first run nothing, second run hot."]
+    assert [str(each) for each in first_differences(other, one)] == [f"{said}first run hot, second run nothing."]

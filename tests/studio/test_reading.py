@@ -1,7 +1,9 @@
 """Reading a run in the page: a planted fault, a large mission, many robots, two runs, and pages without a run."""
 
 import contextlib
+import itertools
 import json
+import re
 import textwrap
 
 import pytest
@@ -9,9 +11,11 @@ import pytest
 import rocs_bt
 from rocs_bt.errors import Fault
 from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
+from rocs_bt.record.diverge import first_differences
 from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
+from rocs_bt.record.tracks import Tracks
 from rocs_bt.studio.report import render_knowledge, render_tree, write_report
 
 from ..pages import data_of
@@ -335,6 +339,18 @@ def test_two_runs_are_drawn_over_each_other_with_their_first_differences(browser
     until(browser, "document.querySelector('select[aria-label=robot]')")
     assert "differs" in text(browser, ".differences li.empty")
     assert faults(browser) == []
+
+
+def test_the_page_and_the_command_find_the_same_differences(browser, recording, tmp_path):
+    runs = [rocs_bt.run(name, seed=1, duration=2.0, out=tmp_path / name, report=False) for name in ("exp1", "exp3")]
+    recordings = [recording, *(Recording.open(run.recording) for run in runs)]
+    for first, second in itertools.permutations(recordings, 2):
+        write_report(first, first.summary, tmp_path / "both.html", second)
+        show(browser, tmp_path / "both.html")
+        found = first_differences(Tracks.of_recording(first), Tracks.of_recording(second))
+        lines = each(browser, ".differences a", "e.innerText.replaceAll('\u2032', '').split(': ')[0].split('\\n')")
+        said = [re.fullmatch(r"First difference of (\w+) at t = (.* s), (.*?): .*", str(one)) for one in found]
+        assert lines == [[one[2], f"{one[1]} {one[3]}"] for one in said]
 
 
 def test_what_only_one_of_two_runs_has_is_a_difference_in_both_orders(browser, recording, tmp_path):

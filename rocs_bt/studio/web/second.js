@@ -71,7 +71,7 @@ export const listed = (run, cursor) => ({ box: el(
       "a", { href: cursor.address(t, track.address, track.agent), onclick: (event) => { event.preventDefault(); cursor.select(track.address, t); } },
       el("time", {}, seconds(t)),
       el(
-        "span", {}, el("b", {}, kind), ` ${track.agent} ${(track.name || track.topic).replaceAll("\n", " ")}: `,
+        "span", {}, el("b", {}, kind), ` ${track.agent} ${track.topic === "ticket" ? `action #${track.name}` : (track.name || track.topic).replaceAll("\n", " ")}: `,
         (isSecond(track.agent) ? [undefined, track] : [track, twin(run, track.address)]).map((each) => worded(each?.at(t))).join(" / "),
       ),
     ))),
