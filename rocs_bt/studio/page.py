@@ -30,13 +30,14 @@ def render_page(title: str, data: bytes, second: bytes = b"") -> str:
         f"default-src 'none'; script-src '{_digest(start)}' '{_digest(program)}'; style-src '{_digest(style)}'; "
         "img-src data:; base-uri 'none'; form-action 'none'"
     )
-    parts = {"data": data, "second": second, "program": zlib.compress(program.encode(), 9)}
+    texts = {name: zlib.compress(text.encode(), 9) for name, text in (("style", style), ("program", program))}
+    parts = {"data": data, "second": second, **texts}
     scripts = [
         f'<script type="application/octet-stream" id="{name}">{base64.b64encode(part).decode()}</script>'
         for name, part in parts.items()
         if part
     ]
-    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">\n<style>{style}</style>'
+    head = f'<meta http-equiv="Content-Security-Policy" content="{policy}">'
     return _page(title, head, "app", "Loading the run …", "\n".join([*scripts, f"<script>{start}</script>"]))
 
 

@@ -65,7 +65,7 @@ def test_a_report_is_one_file_that_refers_to_nothing_outside_and_the_same_each_t
     assert page == render_report(recording, recording.summary)
     assert not re.search(r"<(link|script|img|iframe)[^>]*\s(src|href)=", page)
     assert not re.findall(r"https?://|@import|url\(", page)
-    assert page.count("<script") == 3
+    assert page.count("<script") == 4
     assert "$" not in re.search(r"<title>(.*)</title>", page)[1]
 
 

@@ -1,11 +1,12 @@
 // @ts-check
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
 import { View } from "./cursor.js";
-import { color, el, face, prepare, seconds, upto } from "./dom.js";
+import { color, el, face, prepare, seconds, upto, widthOf } from "./dom.js";
 import { OwnMap, believed, rays, ways } from "./scene.js";
 
 const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
+const FINE = 2; // [px] between the points of a way that are drawn
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
 const LINE = 14, SIDE = 8, CORE = 7, DOORS = ["open", "shut"]; // [px] height of a label, its distance, half of what it leaves free
 
@@ -25,14 +26,6 @@ export const beside = (boxes, /** @type {number[]} */ [x, y], wide, /** @type {n
   const found = places.find((place) => inside(place) && free(place));
   if (found) boxes.push([found[0], found[1] - LINE, found[0] + wide, found[1]]);
   return found;
-};
-
-/** Width of a text in the font of a canvas; measured once, since that takes long. */
-const widths = new Map();
-const widthOf = (g, text) => {
-  const key = `${g.face} ${text}`;
-  if (!widths.has(key)) widths.set(key, g.measureText(text).width);
-  return widths.get(key);
 };
 
 const put = (g, text, /** @type {number[]} */ [left, base]) => {
@@ -197,9 +190,13 @@ export class Arena extends View {
   way(g, body, from, to) {
     const track = this.run.get(body, "pose");
     if (!track) return;
+    let at = [NaN, NaN];
     g.beginPath();
     for (let i = Math.max(0, upto(track.t, from) - 1), last = upto(track.t, to); i < last; i++) {
-      g.lineTo(this.x(track.v[i * track.width]), this.y(track.v[i * track.width + 1]));
+      const x = this.x(track.v[i * track.width]), y = this.y(track.v[i * track.width + 1]);
+      if (Math.abs(x - at[0]) + Math.abs(y - at[1]) < FINE && i < last - 1) continue;
+      g.lineTo(x, y);
+      at = [x, y];
     }
     g.stroke();
   }

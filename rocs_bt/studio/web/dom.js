@@ -121,6 +121,15 @@ export const face = (g, size, weight = 400) => {
   if (g.face !== font) g.font = g.face = font;
 };
 
+const widths = new Map();
+
+/** Width of a text in the font of a canvas; measured once, since that takes long. */
+export const widthOf = (g, text) => {
+  const key = `${g.face} ${text}`;
+  if (!widths.has(key)) widths.set(key, g.measureText(text).width);
+  return widths.get(key);
+};
+
 /** Opens a dialog; it closes with its button, with escape, or with a click beside it. */
 export const dialog = (title, ...children) => {
   const header = el("header", {}, el("h2", {}, title), button("×", "close", () => box.close()));

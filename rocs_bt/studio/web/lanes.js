@@ -1,7 +1,7 @@
 // @ts-check
 // Pictures of the rows over an axis of time: marks, bars, how near a guard is, and curves.
 import { View } from "./cursor.js";
-import { color, face, put, shown, upto } from "./dom.js";
+import { color, face, put, shown, upto, widthOf } from "./dom.js";
 import { tintOf } from "./legend.js";
 
 export const AXIS = 18; // [px] height of the axis
@@ -44,7 +44,7 @@ export class Lanes extends View {
       g.fillRect(Math.round(this.x(t)), AXIS - 4, 1, this.high);
       g.fillStyle = color("muted");
       const text = String(Number(t.toFixed(6))), x = Math.round(this.x(t)) + 3;
-      if (x + g.measureText(text).width < this.wide) g.fillText(text, x, 12);
+      if (x + widthOf(g, text) < this.wide) g.fillText(text, x, 12);
     }
     for (const row of this.rows) {
       if (row.bars) this.bars(g, row);

@@ -121,6 +121,7 @@ export class Run {
     this.agents = (header.agents ?? []).map((a) => a.name);
     /** @type {Map<string, Track>} */
     this.tracks = new Map();
+    this.poses = new Map(); // of bodies, those that were asked for last
     /** @type {Map<string, Track[]>} */
     this.topics = new Map();
     for (const [address, kind, t, v, width, ray] of tracks) {
@@ -193,6 +194,7 @@ export class Run {
   /** Takes a message of a run that goes on; returns whether new tracks began. */
   grow({ end, log, tracks, decisive = this.decisive, about = {} }) {
     let fresh = false;
+    this.poses.clear();
     Object.assign(this, about, { end, decisive });
     this.log.push(...log);
     for (const [address, from, t, v, width, ray] of tracks) {
@@ -230,12 +232,13 @@ export class Run {
     return new Set(units).size === 1 && units[0] !== "1" ? units[0] : "";
   }
 
-  /** Pose of a body at a time; null if it is not known. */
+  /** Pose of a body at a time; null if it is not known. Many parts of the page ask for those at the cursor. */
   pose(body, t) {
-    const row = this.get(body, "pose")?.between(t, [2, 4, 5]);
-    if (!row || Number.isNaN(row[0])) return null;
-    const [x, y, yaw, z, roll, pitch] = row;
-    return { x, y, yaw, z, roll, pitch };
+    if (this.poses.get(body)?.t !== t) {
+      const [x = NaN, y, yaw, z, roll, pitch] = this.get(body, "pose")?.between(t, [2, 4, 5]) ?? [];
+      this.poses.set(body, { t, pose: Number.isNaN(x) ? null : { x, y, yaw, z, roll, pitch } });
+    }
+    return this.poses.get(body).pose;
   }
 
   /** Outcome of an agent, or null while it has none; a recording that was cut off has it in its summary only. */
