@@ -131,7 +131,7 @@ def _outcome(name: str, agent: AgentResult, summary: Summary) -> list[str]:
     clearance, collisions = agent.min_clearance, agent.collisions
     hit = "" if collisions is None else f" with {counted(collisions, 'collision')}"
     near = "" if clearance is None else f", minimum clearance {max(clearance, 0.0):.2f} m"
-    struck = f", {counted(agent.struck, 'contact')} while stationary" if agent.struck else ""
+    struck = f", struck {counted(agent.struck, 'time')}" if agent.struck else ""
     struck += ", then fell" if agent.fell and agent.outcome != "fell" else ""
     kept = [*_followed(agent.following), *_located(agent.localisation)]
     faults = [f"  fault at {fault}" for fault in agent.faults[:_FAULTS]]

@@ -28,7 +28,7 @@ from .statistics import (
 )
 from .verdict import Verdict, adjusted, judge
 
-_SPANS = dict.fromkeys((*SHARES, "spl", "reflex_share"), 1.0) | {
+_SPANS = dict.fromkeys((*SHARES, "spl", "path_efficiency", "intimate", "personal", "reflex_share"), 1.0) | {
     year: 1.0 / low for year, (low, _) in BARN_YEARS.items()
 }
 
@@ -163,7 +163,7 @@ class Comparison:
         return sample_size(self.sample(planner, of))
 
     def bounds(self, planner: str, of: str | Metric, level: float = LEVEL) -> tuple[float, float]:
-        """One-sided lower and upper confidence bounds of a planner's true success, collision, fall or clean rate.
+        """One-sided lower and upper confidence bounds of the true share of a planner's episodes (SHARES).
 
         Raises:
             InputError: The metric is not a share.

@@ -7,6 +7,7 @@ different bounds in different years; CVaR is Rockafellar and Uryasev, Optimizati
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
@@ -16,6 +17,7 @@ import numpy.typing as npt
 
 from ..errors import UnknownName, unknown
 from ..record import AgentResult
+from .company import INTIMATE, PERSONAL, Company
 
 BARN_SPEED = 2.0  # [m/s] assumed speed on the reference path in the BARN challenge
 BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn2024": (2.0, 8.0)}
@@ -24,10 +26,10 @@ BARN_YEARS: Mapping[str, tuple[float, float]] = {"barn2022": (4.0, 8.0), "barn20
 DEFAULT_METRICS = ("success", "collision", "time")
 """Metrics of verdicts and leaderboards by default."""
 
-SHARES = ("success", "collision", "fell", "clean")
+SHARES = ("success", "collision", "fell", "clean", "untouched")
 """Metrics that are 0 or 1 in each episode, so that their mean is a rate between 0 and 1."""
 
-ZERO_ON_FAILURE = ("success", "clean", "spl", *BARN_YEARS)
+ZERO_ON_FAILURE = ("success", "clean", "untouched", "spl", *BARN_YEARS)
 """Metrics that are 0 in every failed episode."""
 
 CVAR_SHARE = 0.05
@@ -46,6 +48,9 @@ class EpisodeData:
         path: Positions at equal steps of path length [m], shape (n, 2).
         clearances: Distances from the hull to the nearest object along the path [m].
         energy: Kinetic energy added by the drive, per mass [J/kg].
+        duration: Duration of the episode [s].
+        jerk: Root mean square of the horizontal jerk [m/s3].
+        company: Things that moved around the robot.
     """
 
     outcome: str
@@ -55,6 +60,9 @@ class EpisodeData:
     path: npt.NDArray[np.float64] = field(default_factory=lambda: np.zeros((0, 2)))
     clearances: Sequence[float] = ()
     energy: float | None = None
+    duration: float = 0.0
+    jerk: float | None = None
+    company: Company | None = None
 
     @property
     def success(self) -> bool:
@@ -201,6 +209,30 @@ def _clean(m: EpisodeData) -> float:
     return float(m.success and not _collision(m) and not _fell(m))
 
 
+def _untouched(m: EpisodeData) -> float:
+    return float(_clean(m) and not m.agent.struck)
+
+
+def _struck_rate(m: EpisodeData) -> float:
+    return 60.0 * (m.agent.struck or 0) / max(m.duration, 1e-9)
+
+
+def _efficiency(m: EpisodeData) -> float | None:
+    if m.reference_length <= 0.0 or m.agent.path_length <= 0.0:
+        return None
+    return min(m.reference_length / m.agent.path_length, 1.0)
+
+
+def _intrusion(extent: float) -> Callable[[EpisodeData], float | None]:
+    return lambda m: None if m.company is None else m.company.intrusion(extent)
+
+
+def _time_to_collision(m: EpisodeData) -> float | None:
+    if m.company is None or not m.company.moved or not math.isfinite(m.company.time_to_collision):
+        return None
+    return m.company.time_to_collision
+
+
 def _exceptions(m: EpisodeData) -> float:
     return float(sum(m.agent.exceptions.values()))
 
@@ -225,11 +257,20 @@ METRICS: Mapping[str, Metric] = {
             "",
             "down",
             "counts",
-            "1 if the robot hit something, else 0. Being struck while stationary is not a collision.",
+            "1 if the robot drove into something, else 0. Being struck is not a collision.",
             _collision,
         ),
         Metric("fell", "", "down", "counts", "1 if the robot fell, else 0, whatever the outcome.", _fell),
         Metric("clean", "", "up", "counts", "1 if successful without a collision and without a fall, else 0.", _clean),
+        Metric("untouched", "", "up", "counts", "1 if clean and nothing struck the robot, else 0.", _untouched),
+        Metric(
+            "struck_rate",
+            "1/min",
+            "down",
+            "counts",
+            "Contacts per minute that the robot's own motion did not cause.",
+            _struck_rate,
+        ),
         Metric(
             "time",
             "s",
@@ -247,6 +288,14 @@ METRICS: Mapping[str, Metric] = {
             "counts",
             "Success weighted by path length: shortest path length divided by the path length; 0 on failure.",
             _spl,
+        ),
+        Metric(
+            "path_efficiency",
+            "",
+            "up",
+            "until_failure",
+            "Shortest path length divided by the path length.",
+            _efficiency,
         ),
         *(
             Metric(year, "", "up", "counts", f"BARN score. {_YEARS.format(*bounds, BARN_SPEED)}", _barn(year))
@@ -276,6 +325,31 @@ METRICS: Mapping[str, Metric] = {
             "Absolute heading change per metre, at equal steps of "
             "path length, so that the sampling rate does not matter.",
             lambda m: turning(m.path),
+        ),
+        Metric("jerk", "m/s3", "down", "until_failure", "Root mean square of the horizontal jerk.", lambda m: m.jerk),
+        Metric(
+            "time_to_collision",
+            "s",
+            "up",
+            "counts",
+            "Minimum of gap divided by closing speed, over all that moves.",
+            _time_to_collision,
+        ),
+        Metric(
+            "intimate",
+            "",
+            "down",
+            "counts",
+            f"Share of the time in which something that moves was nearer than {INTIMATE} m.",
+            _intrusion(INTIMATE),
+        ),
+        Metric(
+            "personal",
+            "",
+            "down",
+            "counts",
+            f"Share of the time in which something that moves was nearer than {PERSONAL} m.",
+            _intrusion(PERSONAL),
         ),
         Metric(
             "energy",

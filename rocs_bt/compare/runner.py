@@ -24,6 +24,7 @@ from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
 from ..running import Run, RunOptions
 from ..simulation import SimulatedWorld
+from .company import Company
 from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
 from .family import AGENT, load_family
 from .metric import METRICS, ZERO_ON_FAILURE, EpisodeData, measure_all
@@ -116,6 +117,9 @@ class EpisodeRunner:
             path=sink.path(),
             clearances=sink.clearances,
             energy=sink.energy,
+            duration=summary.sim_time,
+            jerk=sink.jerk(),
+            company=sink.company,
         )
         return EpisodeRecord(
             key=episode.key,
@@ -186,13 +190,16 @@ class MetricSink:
     Attributes:
         clearances: Distance from the hull to the nearest object except the floor, every STEP of path length [m].
         energy: Kinetic energy added by accelerating, per mass [J/kg]; None if wheel speeds are not recorded.
+        company: Things that move around the robot; None before `prepare`.
     """
 
     def __init__(self, agent: str) -> None:
         self.agent = agent
         self.clearances: list[float] = []
         self.energy: float | None = None
+        self.company: Company | None = None
         self._world: MujocoWorld | None = None
+        self._times: list[float] = []
         self._flies = False
         self._height = 0.0
         self._points: list[tuple[float, float]] = []
@@ -202,7 +209,7 @@ class MetricSink:
 
     def prepare(self, simulated: SimulatedWorld) -> None:
         """Store the simulated world; pass it as the `prepare` argument of `run`."""
-        self._world = simulated.world
+        self._world, self.company = simulated.world, Company(self.agent, simulated)
         self._flies = simulated.robots[self.agent].locomotion.kind == "flying"
 
     def emit(self, event: Event) -> None:
@@ -214,12 +221,24 @@ class MetricSink:
             moved = math.dist(self._points[-1], (event.x, event.y))
             self._driven += math.hypot(moved, height - self._height) if self._flies else moved
         self._points.append((event.x, event.y))
+        self._times.append(event.t)
         self._height = height
+        if self.company is not None:
+            self.company.measure()
         if self._world is not None and self._driven >= self._next:
             self.clearances.append(self._world.clearance(self.agent)[0])
             self._next = self._driven + STEP
         if event.wheels:
             self._add_energy(unpack(event.wheels))
+
+    def jerk(self) -> float | None:
+        """Root mean square of the horizontal jerk [m/s3]; None for a run of fewer than four control periods."""
+        if len(self._times) < 4:
+            return None
+        periods = np.diff(self._times)
+        speeds = np.diff(self._points, axis=0) / periods[:, None]
+        changes = np.diff(speeds, n=2, axis=0) / (periods[1:-1, None] * periods[2:, None])
+        return float(np.sqrt((changes**2).sum(axis=1).mean()))
 
     def path(self, step: float = STEP) -> npt.NDArray[np.float64]:
         """Positions at equal steps of path length [m], shape (n, 2), interpolated between the measured ones."""

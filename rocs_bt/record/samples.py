@@ -34,7 +34,7 @@ TRUTH: tuple[Signal, ...] = (
     Signal("true_height", 1, (LENGTH,), doc="Ground-truth height of the base; invalid for robots on wheels."),
     Signal("true_tilt", 1, (ANGLE,), doc="Ground-truth angle from the vertical; invalid for robots on wheels."),
     Signal("collisions", 1, (NONE,), doc="Number of collisions caused so far."),
-    Signal("struck", 1, (NONE,), doc="Number of contacts so far while the robot was stationary."),
+    Signal("struck", 1, (NONE,), doc="Number of contacts so far that its own motion did not cause."),
 )
 
 TOPICS = ("pose", "signal", "truth", "stopped")

@@ -114,7 +114,7 @@ class AgentResult(msgspec.Struct, frozen=True, kw_only=True):
         path_length: Length of the path [m]; in space for a robot that flies.
         min_clearance: Minimum distance from the hull to a geom [m].
         collisions: Number of collisions.
-        struck: Number of contacts that began while the robot was stationary.
+        struck: Number of contacts that the motion of the robot did not cause.
         contacts: Number of contacts by kind and geom.
         fell: Whether the robot fell, whatever the outcome.
         reflex_activations: Number of activations of rules.

@@ -172,7 +172,7 @@ class SimulatedStage:
                 self._sink.emit(BodyMoved(t=t, agent="", body=name, x=pose.x, y=pose.y, yaw=pose.yaw, wheels=b""))
         # Without the world's lock: a judge may stop an agent with threads that wait for the lock.
         for contact in contacts:
-            kind = "collision" if contact.moving else "struck"
+            kind = "collision" if contact.driven else "struck"
             if contact.robot in self.judges:
                 self._sink.emit(ContactBegan(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
         self._clearance.update(t)
@@ -236,7 +236,7 @@ class SimulatedStage:
             pose,
             agent,
             commanded=world.commanded(name),
-            collisions=[c.other for c in contacts if c.robot == name and c.moving],
+            collisions=[c.other for c in contacts if c.robot == name and c.driven],
             tilt=world.tilt(name),
             ground=world.ground_contact(name),
             z=z,

@@ -6,7 +6,8 @@ from .outcome import OUTCOMES, Goal, Judge, Verdict
 from .physics_thread import PhysicsThread, run_physics
 from .placement import place_all
 from .random_streams import stream
-from .scripted_objects import SCRIPTED_OBJECTS, ScriptedObject, make_scripted_object
+from .scripted_object import ScriptedObject
+from .scripted_objects import SCRIPTED_OBJECTS, make_scripted_object
 from .scripted_robots import SCRIPTED_ROBOTS, ScriptedRobot, make_scripted_robot
 from .simulated_world import SimulatedWorld, build_world, compose_scenario
 

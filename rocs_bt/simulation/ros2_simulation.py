@@ -173,7 +173,7 @@ class Ros2Simulation:
         """Begin a control period: publish sensors, and move the actors; False if the display was closed."""
         world, count = self.simulated.world, self._clock.count // self._every
         for contact in world.contacts():
-            kind = "collision" if contact.moving else "struck"
+            kind = "collision" if contact.driven else "struck"
             self._sink.emit(ContactBegan(t=contact.t, agent=contact.robot, other=contact.other, kind=kind))
         for robot in self.robots:
             robot.publish(count)

@@ -33,7 +33,8 @@ from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
 from .random_streams import CHOICE, START, loop_of, noise_of, stream
 from .script_parameters import script_parameters
-from .scripted_objects import FREE, FreeParameters, ScriptedObject, make_scripted_object
+from .scripted_object import ScriptedObject
+from .scripted_objects import FREE, FreeParameters, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
 
 
@@ -250,7 +251,7 @@ def _actuator(
     if spec.name == robot.locomotion.actuator:
         wheeled = bool(robot_locomotion(robot.locomotion).wheels)
         if not isinstance(device, Velocity):  # the world knows the commands of velocity motors
-            world.watch_motion(owner, gate, wheeled=wheeled)
+            world.watch_motion(owner, gate)
         if hasattr(device, "measured") and wheeled:
             wheels[owner] = device.measured
     return gate

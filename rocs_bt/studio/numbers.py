@@ -20,7 +20,7 @@ def numbers(result: AgentResult) -> list[tuple[str, str]]:
         ("path length", result.path_length, "{:.2f} m"),
         ("minimum clearance", result.min_clearance, "{:.3f} m"),
         ("collisions", result.collisions, "{}"),
-        ("contacts while stationary", result.struck, "{}"),
+        ("struck by others", result.struck, "{}"),
         ("falls", 1 if result.fell else None, "{}"),
         ("reflex activations", result.reflex_activations, "{}"),
         ("fired again while latched", result.reflex_refirings, "{}"),

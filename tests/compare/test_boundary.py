@@ -12,7 +12,8 @@ from rocs_bt.compare.report.tables import everything, middle, text
 from rocs_bt.compare.statistics import bootstrapped, mean, mean_over_scenes, rate, widened
 
 LIMIT = 60.0  # [s]
-BOUNDED = ("success", "collision", "fell", "clean", "spl", "barn2022", "barn2024", "time", "reflex_share", "holds safe")
+SHARES = ("spl", "path_efficiency", "intimate", "personal", "reflex_share", "holds safe")
+BOUNDED = ("success", "collision", "fell", "clean", "untouched", "barn2022", "barn2024", "time", *SHARES)
 
 
 def record(planner, scene, seed, success=True, **metrics):

@@ -173,3 +173,10 @@ def test_each_metric_tells_what_it_is():
     assert metric("holds keeps clear").direction == "up"
     with pytest.raises(UnknownName, match="no metric is named 'speed'"):
         metric("speed")
+
+
+def test_the_jerk_of_a_constant_acceleration_is_zero_and_of_a_cubic_is_its_third_derivative():
+    times = 0.05 * np.arange(200)
+    assert drive([(0.5 * t * t, 1.0) for t in times]).jerk() == pytest.approx(0.0, abs=1e-6)
+    assert drive([(0.1 * t**3, 0.0) for t in times]).jerk() == pytest.approx(0.6)
+    assert drive([(0.0, 0.0)] * 3).jerk() is None

@@ -86,13 +86,15 @@ def attached(world: MujocoWorld, seed: int = 1, **parameters) -> tuple[Arm, Safe
     return arm, gate
 
 
-@pytest.mark.parametrize(("velocity", "wheeled", "moves"), [
-    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), False, True),
-    ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), False, True),
-    ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), False, False),
-    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, False),
+@pytest.mark.parametrize(("velocity", "commanded", "driven"), [
+    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), True, True),
+    ((0.0, 0.0, 0.0, 0.0, -1.0, 0.0), True, True),
+    ((0.0, 0.0, 0.0, 0.0, 0.0, 0.0), True, False),
+    ((0.0, 0.0, -0.3, 0.0, 0.0, 0.0), False, False),
 ])  # fmt: skip  # a table
-def test_a_landing_on_something_is_a_contact_of_a_moving_robot(tmp_path, velocity, wheeled, moves) -> None:
+def test_a_robot_without_wheels_drives_into_what_it_lands_on_only_by_its_own_motion(
+    tmp_path, velocity, commanded, driven
+) -> None:
     (tmp_path / "robot.xml").write_text(CRANE)
     arena = tmp_path / "arena.xml"
     table = '<geom name="table" type="box" size="0.05 0.05 0.1" pos="0 0 0.1"/>'
@@ -100,14 +102,16 @@ def test_a_landing_on_something_is_a_contact_of_a_moving_robot(tmp_path, velocit
     world = compose_world(arena, [RobotInstance("C", tmp_path / "robot.xml")], step=0.005)
     arm = make_actuator(world, "C", "arm", Arm, {}, np.random.default_rng(1))
     gate = SafetyGate(arm, world.clock, Limits((-1.0,), (1.0,)), period=0.05, max_age=0.2)
-    world.watch_motion("C", gate, wheeled=wheeled)
+    world.watch_motion("C", gate)
+    if commanded:
+        gate.command([0.1])
     world.data.qpos[2] = 0.2505 if any(velocity) else 0.2499
     world.data.qvel[:6] = velocity
     found = []
     while not found and world.stamp < 1.0:
         world.advance(1)
         found = world.contacts()
-    assert [(c.robot, c.other, c.moving) for c in found] == [("C", "table", moves)]
+    assert [(c.robot, c.other, c.driven) for c in found] == [("C", "table", driven)]
 
 
 def angle_of(world: MujocoWorld) -> float:

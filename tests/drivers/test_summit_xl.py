@@ -137,5 +137,5 @@ def test_two_kinds_of_robots_share_a_world_and_see_and_touch_each_other(
     mine.command([0.3] * 4)
     other.command([0.0, 0.0])
     world.advance(700)
-    assert {(c.robot, c.other, c.moving) for c in world.contacts()} == {("R3", "R1", True), ("R1", "R3", False)}
+    assert {(c.robot, c.other, c.driven) for c in world.contacts()} == {("R3", "R1", True), ("R1", "R3", False)}
     assert world.pose("R1").x > 1.25, "the heavier one pushes"

@@ -107,7 +107,7 @@ def test_a_robot_that_drives_against_a_side_face_of_the_ground_collides_and_does
     simulated = built(block, at=Pose2(-0.5, 0.0))
     driven(simulated, 3.0)
     contacts = simulated.world.contacts()
-    assert [(c.robot, c.other.partition("/")[0], c.moving) for c in contacts] == [("R2", "block", True)]
+    assert [(c.robot, c.other.partition("/")[0], c.driven) for c in contacts] == [("R2", "block", True)]
     assert simulated.world.ground_contact("R2") == ""
 
 

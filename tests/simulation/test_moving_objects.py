@@ -60,7 +60,7 @@ def test_only_the_selected_boom_of_a_group_has_a_phase(swinging, tmp_path) -> No
 def test_a_boom_that_hits_a_robot_is_a_contact(swinging) -> None:
     simulated, _ = swinging(1.5, seed=6)
     yaws(simulated, 2.0)
-    assert next((c.robot, c.other, c.moving) for c in simulated.world.contacts()) == ("R2", "beam", False)
+    assert next((c.robot, c.other, c.driven) for c in simulated.world.contacts()) == ("R2", "beam", False)
 
 
 CRATE = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>
@@ -110,7 +110,7 @@ def test_a_robot_pushes_a_free_object_which_is_a_contact_and_comes_to_rest(pushi
     driven(simulated, 4.0)
     pushed = world.object_pose("crate")
     assert pushed.x > 0.9
-    assert [(c.other, c.moving) for c in world.contacts()][:1] == [("crate", True)]
+    assert [(c.other, c.driven) for c in world.contacts()][:1] == [("crate", True)]
     assert world.clearance("R2", among="obstacles")[1] == "crate"
     driven(simulated, 1.0, 0.0)
     rest = world.object_pose("crate")

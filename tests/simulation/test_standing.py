@@ -98,5 +98,5 @@ def test_nobody_pushes_it_into_the_wall_behind_it(tmp_path: Path, gap: float, as
     def touched(resist: str) -> dict[str, Any]:
         return {kind: sorted(counts) for kind, counts in play(tmp_path, resist, **scene).contacts.items()}
 
-    assert "wall_east" in touched(LIMP)["collision"]
+    assert any("wall_east" in others for others in touched(LIMP).values())
     assert touched(SHIPPED) == {"struck": ["R1"]}

@@ -8,6 +8,7 @@ from .body import Controls, Motors
 from .compose import FreeObject, RobotInstance, SensorMount, compile_model, compose_world
 from .lidar import Rays
 from .mount import DriverWorld, Mount
+from .nearness import Near
 from .sensor import MujocoSensor
 from .sensors import SENSORS, make_sensor
 from .world import Contact, MujocoWorld
@@ -24,6 +25,7 @@ __all__ = [
     "MujocoActuator",
     "MujocoSensor",
     "MujocoWorld",
+    "Near",
     "Rays",
     "RobotInstance",
     "SensorMount",

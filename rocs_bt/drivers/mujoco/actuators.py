@@ -68,7 +68,7 @@ class Velocity(MujocoActuator):
         super().__init__(name, len(wanted.motors), mount)
         self._factors = wanted.factors
         max_change = wanted.max_acceleration / wanted.wheel_radius
-        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change, wanted.delay)
+        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change, wanted.delay, wanted.wheel_radius)
 
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:

@@ -268,6 +268,7 @@ class Motors:
         settled: Whether the setpoints of all motors have reached the commanded speeds.
         delay: Delay of a command [physics steps].
         coming: Delayed commands, each with the step at which it takes effect.
+        radius: Radius of the wheels [m].
     """
 
     ids: list[int]
@@ -278,3 +279,4 @@ class Motors:
     settled: bool = True
     delay: int = 0
     coming: deque[tuple[int, Sequence[float]]] = field(default_factory=deque)
+    radius: float = 1.0

@@ -127,7 +127,9 @@ class DriverWorld(Protocol):
         """Values of sensors of the model at n addresses, in the present state, shape (n,)."""
         ...
 
-    def motors(self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ...) -> Motors:
+    def motors(
+        self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ..., radius: float = ...
+    ) -> Motors:
         """Get a handle of velocity motors of a robot's model. An actuator calls this once, in its constructor.
 
         Args:
@@ -135,6 +137,7 @@ class DriverWorld(Protocol):
             names: Names of the motors in the robot's model, without the robot's prefix.
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
+            radius: Radius of the wheels [m]: a robot with turning wheels drives into what it touches.
 
         Raises:
             UnknownName: The robot's model has no such actuator.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -18,6 +19,27 @@ FEW = 8
 
 Among = Literal["all", "obstacles", "robots"]
 """Obstacles that count for the clearance of a hull: other robots, obstacles that are no robots, or all."""
+
+
+_TOUCH = 1e-4
+"""Gap [m] below which the nearest points of two bodies give no direction."""
+
+
+@dataclass(frozen=True)
+class Near:
+    """Body near another one.
+
+    Attributes:
+        name: Name of the body.
+        gap: Distance of the surfaces [m]; negative if they overlap.
+        direction: Direction from the other one to this body at the nearest points, shape (2,), world frame.
+        point: Nearest point of this body, shape (2,), world frame [m].
+    """
+
+    name: str
+    gap: float
+    direction: Array
+    point: Array
 
 
 class ClearanceQuery:
@@ -73,6 +95,31 @@ class ClearanceQuery:
                 if found < best:
                     best, name = float(found), self._names[geom]
         return best, name
+
+    def around(self, data: Any, geoms: Sequence[int], others: Mapping[str, Sequence[int]], limit: float) -> list[Near]:
+        """Other bodies near a body.
+
+        Args:
+            data: MjData of the world, with updated poses.
+            geoms: Geoms of the body.
+            others: Geoms of the other bodies, by name.
+            limit: Distance beyond which bodies are ignored [m].
+        """
+        found, ends = [], np.zeros(6)
+        for name, theirs in others.items():
+            best: Near | None = None
+            for one in geoms:
+                for two in theirs:
+                    most = limit if best is None else max(best.gap, 1e-6)
+                    gap = float(self._distance(self._model, data, one, two, most, ends))
+                    if gap < most:
+                        across = math.copysign(1.0, gap) * (ends[3:5] - ends[:2])
+                        if abs(gap) < _TOUCH or not across.any():  # their nearest points are one but for rounding
+                            across = ends[3:5] - data.geom_xpos[one][:2]
+                        best = Near(name, gap, across / max(float(np.hypot(*across)), 1e-9), ends[3:5].copy())
+            if best is not None:
+                found.append(best)
+        return found
 
     def sunk(self, data: Any, body: RobotBody) -> tuple[float, str, str]:
         """Greatest overlap of a robot's hull with the level floor.

@@ -15,7 +15,7 @@ from ...clock import Clock
 from ...errors import UnknownName, unknown
 from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
 from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
-from .nearness import Among, ClearanceQuery
+from .nearness import Among, ClearanceQuery, Near
 from .sight import LineOfSight
 from .terrain import GroundHeight
 
@@ -197,6 +197,23 @@ class WorldState:
         with self.lock:
             self.update_poses()
             return self._clearance.clearance(self.data, body, limit, among)
+
+    def around(self, name: str, limit: float, *, robots: bool = True, objects: bool = True) -> list[Near]:
+        """Robots and objects near one of them.
+
+        Args:
+            name: Name of the robot or object.
+            limit: Distance beyond which they are ignored [m].
+            robots: Whether robots count.
+            objects: Whether other objects count.
+        """
+        others = {robot: body.hull for robot, body in self.robots.items()} if robots else {}
+        others |= {other: body.geoms for other, body in self.objects.items()} if objects else {}
+        own = self.robots[name].hull if name in self.robots else self.objects[name].geoms
+        others.pop(name, None)
+        with self.lock:
+            self.update_poses()
+            return self._clearance.around(self.data, own, others, limit)
 
     def sunk(self, robot: str) -> tuple[float, str, str]:
         """Depth of a robot's hull in the level floor [m], and the names of both geoms; (0, "", "") if it is above."""

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from .body import FLOOR, GROUND, RobotBody, geom_labels
 
-_APART = 0.2  # [s] minimum time of separation after which a contact of the same pair counts as new
-_STILL = 0.02  # [m/s] maximum speed of a stationary robot
-_STILL_TURN = 0.05  # [rad/s] maximum turn rate of a stationary robot
+_APART = 1.0  # [s] minimum time of separation after which a contact of the same pair counts as new
+_APPROACH = 0.05  # [m/s] speed of the touched point of a hull towards the other, above which the robot drives into it
 _STEEP = 0.5  # [1] maximum vertical component of the normal of a side face of the ground (steeper than 60 deg)
 
 
@@ -24,13 +24,14 @@ class Contact:
         t: Time at which the contact began [s].
         robot: Name of the robot.
         other: Name of the touched obstacle or robot.
-        moving: Whether the robot moved or was commanded to move when the contact began.
+        driven: Whether the robot drove into the other: by its own motion the touched point of its hull approached it.
+            Otherwise the robot was struck, by something that moves or because it was pushed.
     """
 
     t: float
     robot: str
     other: str
-    moving: bool
+    driven: bool
 
 
 class ContactDetector:
@@ -43,8 +44,8 @@ class ContactDetector:
         robots: Indices of the robots in the model, by name.
 
     Attributes:
+        before: Velocities of all joints before the last step, because an impact changes them, shape (nv,).
         grounded: Geoms that touch the ground in the present state and should not, by robot; the first of each robot.
-        spatial: Names of the robots for which vertical speed, roll rate and pitch rate count as motion, too.
         usual: Number of contacts in normal driving, which are those of wheels and casters with the floor. While MuJoCo
             reports this number, most updates can be skipped; not all, because a wheel may lift when the robot touches
             something.
@@ -59,23 +60,22 @@ class ContactDetector:
         self._floor = {geom for geom, name in enumerate(self._names) if name == FLOOR}
         self._off_ground: dict[int, tuple[str, int]] = {}  # robots and IDs of geoms that should not touch the ground
         self.grounded: dict[str, int] = {}
-        self.spatial: set[str] = set()
         self.usual = -1
-        self._before = np.zeros(model.nv)
+        self.before = np.zeros(model.nv)
         self._touching: dict[tuple[str, str], float] = {}
         self._new: list[Contact] = []
 
-    def begin(self, data: Any) -> None:
-        """Store all velocities before the next steps, because an impact changes them."""
-        self._before[:] = data.qvel
+    def begin(self, velocities: memoryview[float]) -> None:
+        """Store all velocities before a step, because an impact changes them."""
+        self.before[:] = velocities
 
-    def update(self, data: Any, t: float, commanded: Callable[[str], bool]) -> None:
+    def update(self, data: Any, t: float, propelled: Callable[[str], bool]) -> None:
         """Detect new contacts after a step.
 
         Args:
             data: MjData of the world.
             t: Time after the step [s].
-            commanded: Function from a robot's name to whether the robot is commanded to move.
+            propelled: Function from a robot's name to whether the robot moves by itself.
         """
         plain = True
         names, floor, off_ground = self._names, self._floor, self._off_ground
@@ -88,17 +88,18 @@ class ContactDetector:
                     ground = self._ground.get(other) if geom in self._hulls else None
                     if ground is not None and abs(data.contact.frame[i, 2]) < _STEEP:
                         plain = False
-                        self._touch(robot, ground, t, commanded)
+                        sign = 1.0 if geom == one else -1.0
+                        self._touch(data, i, sign, robot, ground, t, propelled)
                     else:
                         self.grounded.setdefault(robot, geom)
                 continue
             a, b = names[one], names[two]
             if a == b:
                 continue
-            for robot, other in ((a, b), (b, a)):
+            for robot, other, sign in ((a, b, 1.0), (b, a, -1.0)):
                 if robot in self._robots:
                     plain = False
-                    self._touch(robot, other, t, commanded)
+                    self._touch(data, i, sign, robot, other, t, propelled)
         if plain:
             self.usual = data.ncon
 
@@ -119,15 +120,20 @@ class ContactDetector:
         new, self._new = self._new, []
         return new
 
-    def _touch(self, robot: str, other: str, t: float, commanded: Callable[[str], bool]) -> None:
+    def _touch(
+        self, data: Any, contact: int, sign: float, robot: str, other: str, t: float, propelled: Callable[[str], bool]
+    ) -> None:
         last = self._touching.get((robot, other))
         self._touching[(robot, other)] = t
         if last is None or t - last > _APART:
-            self._new.append(Contact(t, robot, other, commanded(robot) or self._moves(robot)))
+            towards = sign * data.contact.frame[contact, :3]
+            driven = propelled(robot) and self._speed(data, robot, data.contact.pos[contact]) @ towards > _APPROACH
+            self._new.append(Contact(t, robot, other, bool(driven)))
 
-    def _moves(self, robot: str) -> bool:
-        v = self._robots[robot].v
-        x, y, z, roll, pitch, turn = self._before[v : v + 6].tolist()
-        if robot not in self.spatial:
-            z = roll = pitch = 0.0
-        return bool(x * x + y * y + z * z > _STILL**2 or max(abs(roll), abs(pitch), abs(turn)) > _STILL_TURN)
+    def _speed(self, data: Any, robot: str, point: npt.NDArray[np.float64]) -> npt.NDArray[np.float64]:
+        """Velocity before the step of a point of a robot's base, world frame, shape (3,) [m/s]."""
+        body = self._robots[robot]
+        linear, turning = self.before[body.v : body.v + 3], self.before[body.v + 3 : body.v + 6]
+        frame = data.xmat[body.root].reshape(3, 3)
+        speed: npt.NDArray[np.float64] = linear + np.cross(frame @ turning, point - data.xpos[body.root])
+        return speed

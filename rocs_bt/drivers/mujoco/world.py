@@ -20,6 +20,12 @@ from .touch import Contact, ContactDetector
 
 __all__ = ["Contact", "MujocoWorld"]
 
+PROPELLED = 0.1
+"""Mean speed of its wheels above which a robot moves by itself [m/s]."""
+
+SETTLING = 0.5
+"""Time after its last command in which a robot without wheels still moves by itself [s]."""
+
 _UNSTABLE = (
     "MuJoCo found NaN, infinite or huge positions, velocities or accelerations. Use weaker forces, larger masses or a "
     "shorter physics step."
@@ -53,6 +59,7 @@ class MujocoWorld(WorldState):
         self._gates: list[SafetyGate] = []
         self._loops: list[Callable[[float], None]] = []  # inner loops of actuators
         self._motion: dict[str, SafetyGate] = {}  # gates of robots' motion actuators without velocity motors
+        self._active: dict[str, float] = {}  # [s] times at which these actuators last had a command
         self._touch = ContactDetector(model, self.robots)
         for name, body in self.robots.items():
             self._touch.allow_ground(name, carrying_geoms(model, self.data, body))
@@ -102,6 +109,24 @@ class MujocoWorld(WorldState):
         with self.lock:
             self._drift[slot, :2] = velocity[0] * self.step, velocity[1] * self.step
 
+    def velocity(self, name: str, at: npt.NDArray[np.float64] | None = None) -> npt.NDArray[np.float64]:
+        """Horizontal velocity of a robot or an object, shape (2,), world frame [m/s].
+
+        Args:
+            name: Name of the robot or object.
+            at: A point of a robot, shape (2,), world frame [m]; by default its base.
+        """
+        with self.lock:
+            if (robot := self.robots.get(name)) is not None:
+                x, y = self._qpos[robot.q : robot.q + 2]
+                vx, vy, _, _, _, turn = self._qvel[robot.v : robot.v + 6].tolist()
+                px, py = (x, y) if at is None else at
+                return np.array([vx - turn * (py - y), vy + turn * (px - x)])
+            body = self.objects[name]
+            if isinstance(body, FreeBody):
+                return np.array(self._qvel[body.v : body.v + 2])
+            return self._drift[body.slot, :2] / self.step
+
     def set_object_turn(self, name: str, rate: float) -> None:
         """Set the turn rate of a mocap body about its vertical axis [rad/s]; contacts do not stop it."""
         slot = self.mocap_body(name).slot
@@ -122,7 +147,14 @@ class MujocoWorld(WorldState):
             end = self._steps + max(round(duration / self.step), 1)
             self._pushes.append((end, body, np.array([c * x - s * y, s * x + c * y, up])))
 
-    def motors(self, robot: str, names: Sequence[str], max_change: float = math.inf, delay: float = 0.0) -> Motors:
+    def motors(
+        self,
+        robot: str,
+        names: Sequence[str],
+        max_change: float = math.inf,
+        delay: float = 0.0,
+        radius: float = 1.0,
+    ) -> Motors:
         """Get a handle of velocity motors of a robot.
 
         Args:
@@ -130,6 +162,7 @@ class MujocoWorld(WorldState):
             names: Names of the motors in the robot's model, without the robot's prefix.
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
+            radius: Radius of the wheels [m].
 
         Raises:
             UnknownName: The model has no such actuator.
@@ -144,7 +177,7 @@ class MujocoWorld(WorldState):
         ids = [self._id("actuator", robot, name) for name in names]
         turned = [int(self.model.actuator_trnid[i, 0]) for i in ids]
         joints, angles = ([int(adr[j]) for j in turned] for adr in (self.model.jnt_dofadr, self.model.jnt_qposadr))
-        motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step, delay=late)
+        motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step, delay=late, radius=radius)
         self._motors[robot].append(motors)
         if late:
             self._late.append(motors)
@@ -203,17 +236,9 @@ class MujocoWorld(WorldState):
         """
         self._loops.append(loop)
 
-    def watch_motion(self, robot: str, gate: SafetyGate, *, wheeled: bool = False) -> None:
-        """Register the safety gate of a motion actuator without velocity motors, for `commanded`.
-
-        Args:
-            robot: Name of the robot.
-            gate: Safety gate of its motion actuator.
-            wheeled: Whether the robot has wheels; the vertical motion of other robots counts in contacts.
-        """
+    def watch_motion(self, robot: str, gate: SafetyGate) -> None:
+        """Register the safety gate of a motion actuator without velocity motors, for `commanded` and `propelled`."""
         self._motion[robot] = gate
-        if not wheeled:
-            self._touch.spatial.add(robot)
 
     def guard(self, gate: SafetyGate) -> None:
         """Register a safety gate; its watchdog is then checked before each physics step."""
@@ -226,6 +251,16 @@ class MujocoWorld(WorldState):
                 return True
         return robot in self._motion and self._motion[robot].active
 
+    def propelled(self, robot: str) -> bool:
+        """Whether a robot moved by itself before the last step.
+
+        Its wheels turned, or its motion actuator had a command until just now.
+        """
+        if motors := self._motors[robot]:
+            speeds = [m.radius * abs(self._touch.before[j]) for m in motors for j in m.joints]
+            return bool(sum(speeds) > PROPELLED * len(speeds))
+        return self.stamp - self._active.get(robot, -math.inf) <= SETTLING
+
     def advance(self, steps: int) -> None:
         """Advance the world by a number of physics steps.
 
@@ -234,7 +269,7 @@ class MujocoWorld(WorldState):
         """
         with self.lock:
             touch, data, model, step, now = self._touch, self.data, self.model, self._mj.mj_step, self.clock.now
-            touch.begin(data)
+            self._active |= {robot: self.stamp for robot, gate in self._motion.items() if gate.active}
             expiry = min([gate.expiry for gate in self._gates], default=math.inf)
             safe = self._simulated and now() + steps * self.step <= expiry
             for i in range(steps):
@@ -254,6 +289,7 @@ class MujocoWorld(WorldState):
                     self._push()
                 for loop in self._loops:
                     loop(self.stamp)
+                touch.begin(self._qvel)
                 step(model, data)
                 self._steps += 1
                 self._tick()
@@ -261,7 +297,7 @@ class MujocoWorld(WorldState):
                     self.stamp = now()
                     self._revision += 1
                 if i == steps - 1 or data.ncon != touch.usual:
-                    touch.update(data, now(), self.commanded)
+                    touch.update(data, now(), self.propelled)
             self.stamp = now()
             self._revision += 1
             if any(self._bad):

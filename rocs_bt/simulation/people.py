@@ -1,0 +1,218 @@
+"""Scripts of people and of things that walk like them, back and forth between two points."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import Fault, InputError
+from ..geometry import Pose2
+from ..units import Metres, MetresPerSecond
+from .scripted_object import ScriptedObject, Vector
+
+Array = npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PolynomialParameters:
+    """Parameters of the script `polynomial`.
+
+    Attributes:
+        to_x, to_y: Second end of the path [m], world frame.
+        speed: Speed along the path [m/s].
+        deviation: Maximum lateral deviation of the path from the straight line [m].
+        order: Order of the random polynomial.
+    """
+
+    to_x: Metres
+    to_y: Metres
+    speed: MetresPerSecond = 1.0
+    deviation: Metres = 0.0
+    order: int = 3
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.speed < math.inf and 0.0 <= self.deviation < math.inf and 1 <= self.order <= 9):
+            raise InputError(
+                Fault(
+                    "speed must be positive, deviation 0 or more, and order 1 to 9, found "
+                    f"{self.speed:g} m/s, {self.deviation:g} m and {self.order}."
+                )
+            )
+
+
+class Polynomial(ScriptedObject):
+    """Moves back and forth on a curve with a random polynomial as its lateral deviation from a straight line.
+
+    The motion resembles that of DynaBARN's obstacles (Nair et al., DynaBARN: Benchmarking Metric Ground Navigation in
+    Dynamic Environments, SSRR 2022): they see nothing. The curve passes exactly through both ends, and the speed is
+    constant but for the turn at an end. If a robot stops it, the object turns round after a while.
+    """
+
+    Parameters = PolynomialParameters
+    _KNOTS = 200
+    _TURN = 0.8  # [s] from full speed to full speed in the other direction
+    _PATIENCE = 1.0  # [s] for which it waits at a robot
+    _HINDERED = 1e-3  # [m] to the intended position
+
+    def __init__(self, *args: Any, parameters: PolynomialParameters) -> None:
+        super().__init__(*args)
+        p = self._p = parameters
+        along = np.linspace(0.0, 1.0, self._KNOTS + 1)
+        stray = np.polynomial.Polynomial(self.rng.uniform(-1.0, 1.0, p.order + 1))(2.0 * along - 1.0)
+        stray *= along * (1.0 - along)
+        aside = p.deviation * self.rng.uniform(0.5, 1.0) * stray / max(float(np.abs(stray).max()), 1e-12)
+        dx, dy = p.to_x - self.start.x, p.to_y - self.start.y
+        length = max(math.hypot(dx, dy), 1e-9)
+        self._points = np.stack(
+            [self.start.x + along * dx - aside * dy / length, self.start.y + along * dy + aside * dx / length], axis=1
+        )
+        steps = np.hypot(*np.diff(self._points, axis=0).T)
+        self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
+        begin = float(self.rng.uniform(0.0, 2.0 * self._lengths[-1]))  # random phase
+        self._covered = min(begin, 2.0 * self._lengths[-1] - begin)  # [m] along the curve
+        self._rate = p.speed if begin < self._lengths[-1] else -p.speed  # [m/s] along the curve
+        self._way = math.copysign(1.0, self._rate)
+        self._stood = 0.0  # [s] at a robot
+        self.world.place_object(self.name, Pose2(*self._position(), self.start.yaw))
+
+    def velocity(self, t: float, at: Vector) -> Vector:
+        if math.dist(at, self._position()) > self._HINDERED:
+            self._stand()
+        else:
+            self._stood = 0.0
+        left = self._covered if self._way < 0.0 else float(self._lengths[-1]) - self._covered
+        if self._way * self._rate > 0.0 and left <= self._p.speed * (0.25 * self._TURN + self.period):  # to brake
+            self._way = -self._way
+        change = 2.0 * self._p.speed * self.period / self._TURN
+        self._rate += min(max(self._way * self._p.speed - self._rate, -change), change)
+        self._covered = min(max(self._covered + self._rate * self.period, 0.0), float(self._lengths[-1]))
+        x, y = self.towards(at, self._position())
+        slower = min(1.5 * self._p.speed / max(math.hypot(x, y), 1e-9), 1.0)  # after a stop it does not jump
+        return slower * x, slower * y
+
+    def _stand(self) -> None:
+        """A robot has stopped it."""
+        self._covered -= self._rate * self.period
+        self._rate = 0.0
+        self._stood += self.period
+        if self._stood >= self._PATIENCE:
+            self._way, self._stood = -self._way, 0.0
+
+    def _position(self) -> Vector:
+        x, y = (float(np.interp(self._covered, self._lengths, self._points[:, axis])) for axis in (0, 1))
+        return x, y
+
+
+@dataclass(frozen=True, kw_only=True)
+class SocialForceParameters:
+    """Parameters of the script `social_force`.
+
+    Attributes:
+        to_x, to_y: Second end of the walk [m], world frame; the first end is the start position.
+        speed: Mean preferred walking speed [m/s].
+        radius: Radius of the body [m].
+        avoids_robots: Whether the pedestrian sees robots, and avoids them like people: 0 or 1.
+    """
+
+    to_x: Metres
+    to_y: Metres
+    speed: MetresPerSecond = 1.3
+    radius: Metres = 0.25
+    avoids_robots: int = 1
+
+    def __post_init__(self) -> None:
+        if not (0.0 < self.speed < math.inf and 0.0 < self.radius < math.inf and self.avoids_robots in (0, 1)):
+            raise InputError(
+                Fault(
+                    "speed and radius must be positive and avoids_robots 0 or 1, found "
+                    f"{self.speed:g} m/s, {self.radius:g} m and {self.avoids_robots}."
+                )
+            )
+
+
+class SocialForce(ScriptedObject):
+    """Pedestrian that walks back and forth and avoids people, robots and walls.
+
+    It turns aside from others, and slows down, by the direction and speed at which it approaches their outlines. The
+    law and its values were measured with pairs of pedestrians (Moussaid, Helbing, Garnier, Johansson, Combe and
+    Theraulaz, Experimental study of the behavioural mechanisms underlying self-organization in human crowds, Proc. R.
+    Soc. B, 2009). The force of walls is that of Helbing and Molnar, Social force model for pedestrian dynamics, 1995
+    (U = 10 m2/s2, R = 0.2 m).
+    """
+
+    Parameters = SocialForceParameters
+    _RELAX = 0.5  # [s] relaxation time of the speed; Helbing and Molnar
+    _FORCE, _SPEEDS, _SIZE, _AHEAD, _ASIDE = 4.5, 2.0, 0.35, 3.0, 2.0  # A [m/s2], lambda, gamma, n', n; Moussaid et al.
+    _SIGHT = 5.0  # [m]
+    _CLOSE, _STEP_BACK = 0.15, 60.0  # [m] gap below which it steps back, [m/s2] per metre
+    _WALL, _WALL_FADE = 50.0, 0.2  # [m/s2], [m]
+    _SIDESTEP = 0.6  # lateral fraction of a force of a wall from straight ahead; resolves the deadlock at a pillar
+    _ARRIVED = 0.4  # [m] distance to an end at which the pedestrian turns back
+
+    def __init__(self, *args: Any, parameters: SocialForceParameters) -> None:
+        super().__init__(*args)
+        self._p = parameters
+        self._ends = ((self.start.x, self.start.y), (parameters.to_x, parameters.to_y))
+        self._heading = 1
+        self._speed = parameters.speed * float(self.rng.uniform(0.8, 1.2))
+        self._v = np.zeros(2)
+        self._here = np.array(self._ends[0])
+
+    def velocity(self, t: float, at: Vector) -> Vector:
+        here, target = np.array(at), np.array(self._ends[self._heading])
+        self._v, self._here = (here - self._here) / self.period, here  # a robot may have stopped it
+        if math.dist(at, self._ends[self._heading]) < self._ARRIVED:
+            self._heading = 1 - self._heading
+        wish = target - here
+        wish *= self._speed / max(float(np.linalg.norm(wish)), 1e-9)
+        push = (wish - self._v) / self._RELAX + self._others() + self._walls(here, wish / self._speed)
+        v = self._v + push * self.period
+        v *= min(1.3 * self._speed / max(float(np.linalg.norm(v)), 1e-9), 1.0)
+        return float(v[0]), float(v[1])
+
+    def _others(self) -> Array:
+        push = np.zeros(2)
+        for near in self.world.around(self.name, self._SIGHT, robots=bool(self._p.avoids_robots)):
+            approach = self._SPEEDS * (self._v - self.world.velocity(near.name, near.point)) + near.direction
+            push += self._avoidance(approach, near.direction, max(near.gap, 0.0) + 2.0 * self._p.radius)
+            push -= self._STEP_BACK * max(self._CLOSE - near.gap, 0.0) * near.direction
+        return push
+
+    def _avoidance(self, approach: Array, direction: Array, distance: float) -> Array:
+        """Force [m/s2] by one other: it brakes, and turns aside, to the right if the other is straight ahead."""
+        size = float(np.linalg.norm(approach))
+        if size < 1e-9:
+            return np.zeros(2)
+        along, reach = approach / size, self._SIZE * size
+        left = np.array([-along[1], along[0]])
+        angle = math.atan2(float(left @ direction), float(along @ direction))
+        brake = math.exp(-distance / reach - (self._AHEAD * reach * angle) ** 2)
+        turn = math.exp(-distance / reach - (self._ASIDE * reach * angle) ** 2)
+        force: Array = -self._FORCE * (brake * along + math.copysign(turn, angle) * left)
+        return force
+
+    def _around(self, push: Array, ahead: Array) -> Array:
+        """Add a force to the right, proportional to the part of the force `push` that acts against walking `ahead`."""
+        against = max(-float(push @ ahead), 0.0)
+        return push + self._SIDESTEP * against * np.array([ahead[1], -ahead[0]])
+
+    def _walls(self, here: Array, ahead: Array) -> Array:
+        """Force of static obstacles, along the gradient of the distance to them."""
+        room, step = self.world.room(*here), 0.05
+        gap = room - self._p.radius
+        if gap > 1.0:
+            return np.zeros(2)
+        x, y = here
+        slope = np.array(
+            [
+                self.world.room(x + step, y) - self.world.room(x - step, y),
+                self.world.room(x, y + step) - self.world.room(x, y - step),
+            ]
+        )
+        size = float(np.linalg.norm(slope))
+        push = self._WALL * math.exp(-max(gap, -0.2) / self._WALL_FADE)
+        return self._around(min(push, 20.0) * slope / size, ahead) if size > 0.0 else np.zeros(2)
