@@ -71,7 +71,7 @@ class Turns:
         self._far = 0.0  # [m]
         self._done: set[str] = set()  # actions of the plan that have succeeded in these turns
 
-    def take(self, event: TicketChanged, pose: Curve | None) -> Alternation | None:
+    def take(self, event: TicketChanged, pose: Curve) -> Alternation | None:
         """Take a change of a ticket; returns the alternation so far, if there is one.
 
         Args:
@@ -81,13 +81,13 @@ class Turns:
         turns = self._turns
         if event.state == "RUNNING":
             self._begin(event)
-            while pose is not None and len(turns) > 1 and self._moved(pose, event.t) > NEAR:
+            while pose.t and len(turns) > 1 and self._moved(pose, event.t) > NEAR:
                 self._drop(1)
         for turn in turns[-3:]:
             if turn.ticket == event.ticket and event.state == "SUCCEEDED" and not turn.reflex:
                 turn.succeeded = True
                 self._done.add(turn.name)
-        return self._alternation() if pose and len(turns) > ALTERNATING and self._in_vain() else None
+        return self._alternation() if pose.t and len(turns) > ALTERNATING and self._in_vain() else None
 
     def _begin(self, event: TicketChanged) -> None:
         turns, reflex = self._turns, event.priority == "HIGH"
@@ -139,7 +139,7 @@ class Turns:
         return self._far
 
 
-def livelock(track: Curve | Steps | None, judged: OutcomeDecided, start: float) -> Alternation | None:
+def livelock(track: Steps, judged: OutcomeDecided, start: float) -> Alternation | None:
     """The longest alternation of an agent, if it explains the outcome: it lasts until then, or took much of the time.
 
     Args:
@@ -147,7 +147,7 @@ def livelock(track: Curve | Steps | None, judged: OutcomeDecided, start: float) 
         judged: Its outcome.
         start: Time of the start of the run [s].
     """
-    found = [each for each in track.v if each is not None] if isinstance(track, Steps) else []
+    found = [each for each in track.v if each is not None]
     if not found or judged.outcome not in ("timeout", "failed", "stuck"):
         return None
     longest: Alternation = max(found, key=lambda each: each.last - each.begin)

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 import re
 from bisect import bisect_right
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .header import AgentInfo, GuardInfo, Outline, Point, RunHeader
-from .track import Curve, Steps
+from .track import Curve, TrackSet
 
 Numbers = NDArray[np.float64]
 
@@ -30,11 +30,11 @@ class Clues:
 
     Args:
         header: Header of the run.
-        track: Function that finds a track by agent, topic and name: of bodies, signals and sensors.
+        tracks: Tracks of bodies, signals, sensors and the script.
     """
 
-    def __init__(self, header: RunHeader, track: Callable[[str, str, str], Steps | Curve | None]) -> None:
-        self._header, self._track = header, track
+    def __init__(self, header: RunHeader, tracks: TrackSet) -> None:
+        self._header, self._tracks = header, tracks
         self._told: dict[tuple[str, str], float] = {}
         self._valid: dict[tuple[str, str], tuple[int, int]] = {}
         self._agents = {agent.name: agent for agent in header.agents}
@@ -53,7 +53,7 @@ class Clues:
         guard, read = self._guards.get((agent, rule), (None, ()))
         if guard is None:
             return ""
-        values = {name: value for name in read if (value := self._values(agent, name, t))}
+        values = {name: value for name in read if (value := self._tracks.curve(agent, "signal", name).at(t))}
         invalid = [name for name, value in values.items() if any(map(math.isnan, value))]
         first = "could not be evaluated" if invalid else "held"
         lasts = [f"{guard.hold:.3g} s after its guard first {first}: for = {guard.hold:.3g} s"] if guard.hold else []
@@ -66,15 +66,10 @@ class Clues:
         nearest = self.nearest(agent, t, [_SECTORS[name] for name in values if name in _SECTORS])
         return "; ".join([*lasts, *limits, *([nearest] if nearest else [])])
 
-    def _values(self, agent: str, name: str, t: float) -> list[float]:
-        curve = self._track(agent, "signal", name)
-        return list(curve.at(t)) if isinstance(curve, Curve) else []
-
     def _scripted(self, agent: AgentInfo, names: Collection[str], t: float) -> Iterator[str]:
         """Sensors of signals that the script of the run breaks at a time."""
         for sensor in agent.sensors:
-            track = self._track(agent.name, "script", f"sensor\n{sensor.name}")
-            event = track.at(t) if isinstance(track, Steps) else None
+            event = self._tracks.steps(agent.name, "script", f"sensor\n{sensor.name}").at(t)
             reads = not {*sensor.signals, *sensor.derived}.isdisjoint(names)
             if reads and event is not None and (event.until is None or t < event.until):
                 yield f"{event.sentence} since t = {event.t:.2f} s"
@@ -95,14 +90,12 @@ class Clues:
 
     def _failed(self, agent: str, sensor: str) -> float | None:
         """Time of the last failure of a sensor [s]; None if it has not failed."""
-        track = self._track(agent, "sensor", sensor)
-        ends = zip(reversed(track.t), reversed(track.v), strict=True) if isinstance(track, Steps) else ()
-        return next((t for t, detail in ends if detail), None)
+        track = self._tracks.steps(agent, "sensor", sensor)
+        return next((t for t, detail in zip(reversed(track.t), reversed(track.v), strict=True) if detail), None)
 
     def _since(self, agent: str, name: str, t: float) -> str:
         """Time of the last valid value, in words; a sample that was found invalid is not looked at again."""
-        curve = self._track(agent, "signal", name)
-        assert isinstance(curve, Curve)
+        curve = self._tracks.curve(agent, "signal", name)
         seen, last = self._valid.get((agent, name), (0, -1))
         end = bisect_right(curve.t, t)
         last = next((i for i in reversed(range(seen, end)) if not _nan(curve, i)), last)
@@ -155,8 +148,7 @@ class Clues:
         return {name: (self._names.index(name), at, float(np.hypot(*at.T).max())) for name, at in rows.items()}
 
     def _pose(self, body: str, t: float) -> Numbers | None:
-        track = self._track(body, "pose", "")
-        found = track.last(t) if isinstance(track, Curve) else None
+        found = self._tracks.curve(body, "pose").last(t)
         return None if found is None else np.array(found[1][:3])
 
 

@@ -16,7 +16,6 @@ from .condition import Condition, Found, Numbers, run_starts
 from .header import AgentInfo, GuardInfo
 from .samples import environment_of, modes, samples
 from .states import GuardState
-from .track import Steps
 from .tracks import Tracks
 
 _NEAR = 20  # steps of how near a guard is; rounded down, because only 1 is true
@@ -125,13 +124,13 @@ class Guard:
         if n < len(entered):
             nothing = [np.full((1, 3), math.nan) for _ in self._names]
             self._put(tracks, agent, [self.replaced], nothing, np.array([math.nan]))
-            tracks.steps(agent, "guard", self.info.rule).put(self.replaced, GuardState(replaced=True))
+            tracks.begun(agent, "guard", self.info.rule).put(self.replaced, GuardState(replaced=True))
             self.replaced = -math.inf
 
     def _put(self, tracks: Tracks, agent: str, t: Sequence[float], rows: Sequence[Numbers], near: Numbers) -> None:
         for name, row in zip(self._names, rows, strict=True):
-            tracks.curve(agent, "compare", name, 3).extend(t, row)
-        tracks.curve(agent, "near", self.info.rule, 1).extend(t, np.floor(near[:, None] * _NEAR) / _NEAR)
+            tracks.samples(agent, "compare", name, 3).extend(t, row)
+        tracks.samples(agent, "near", self.info.rule, 1).extend(t, np.floor(near[:, None] * _NEAR) / _NEAR)
 
     def _keep(self, tracks: Tracks, agent: str, t: Numbers, found: Found, entered: Sequence[str]) -> None:
         """Add what keeps the rule from latching."""
@@ -145,7 +144,7 @@ class Guard:
         other = np.where(enabled, -1, np.unique(entered[: len(t)], return_inverse=True)[1])
         kept = np.column_stack([other, found.needs, since, blind, np.where(counts, ready, -math.inf)])
         changes = (kept[1:] != kept[:-1]) & ~(np.isnan(kept[1:]) & np.isnan(kept[:-1]))
-        track = tracks.steps(agent, "guard", self.info.rule)
+        track = tracks.begun(agent, "guard", self.info.rule)
         for i in [0, *(np.flatnonzero(changes.any(axis=1)) + 1).tolist()]:
             if not enabled[i]:
                 state = GuardState(mode=entered[i])
@@ -174,8 +173,8 @@ class Guard:
 
     def _rule(self, tracks: Tracks, agent: str, t: Numbers) -> tuple[NDArray[np.bool_], Numbers]:
         """Whether the rule was latched before or after the times, and the end of its cooldown then [s]."""
-        track, info = tracks.get(agent, "rule", self.info.rule), self.info
-        times, values = (track.t, track.v) if isinstance(track, Steps) else ([], [])
+        track, info = tracks.steps(agent, "rule", self.info.rule), self.info
+        times, values = track.t, track.v
         first = bisect_right(times, self._seen)
         times, latched, ready = times[first:], [self._latched], [self._ready]
         for at, state in zip(times, values[first:], strict=True):

@@ -11,7 +11,6 @@ from .alternation import livelock
 from .moment import Mission
 from .samples import stopped
 from .states import Key
-from .track import Steps
 from .tracks import Tracks
 
 TOPICS = ("pose", "node", "rule", "stopped", "outcome", "alternation", "failures", "event")
@@ -50,16 +49,15 @@ def decisive(tracks: Tracks, outcomes: Mapping[str, str] = {}) -> list[Decisive]
 
 
 def _judged(tracks: Tracks, agent: str, outcomes: Mapping[str, str]) -> OutcomeDecided | None:
-    track = tracks.get(agent, "outcome")
-    if isinstance(track, Steps) and track.v:
-        return track.v[-1]  # type: ignore[no-any-return]  # tracks hold anything
+    if decided := tracks.steps(agent, "outcome").v:
+        return decided[-1]  # type: ignore[no-any-return]  # tracks hold anything
     end = min(stopped(tracks, agent), tracks.end)
     return OutcomeDecided(t=end, agent=agent, outcome=outcomes[agent], reason="") if agent in outcomes else None
 
 
 def _cause(tracks: Tracks, judged: OutcomeDecided) -> Decisive:
     t, agent = judged.t, judged.agent
-    if lock := livelock(tracks.get(agent, "alternation"), judged, tracks.header.start):
+    if lock := livelock(tracks.steps(agent, "alternation"), judged, tracks.header.start):
         return Decisive(lock.begin, Key(agent, "alternation"), lock.text)
     for line in reversed(tracks.log):
         about = line.about  # a sensor that failed need not be the cause
@@ -87,8 +85,7 @@ def _failing(tracks: Tracks, agent: str, t: float) -> Decisive | None:
     """The first failure of the action of the rule that is active at a time, if it fails again and again."""
     rules = (name for name, state in tracks.state(t, agent, "rule").items() if state.active)
     for rule in rules:
-        track = tracks.get(agent, "failures", rule)
-        failures = track.at(t) if isinstance(track, Steps) else None
+        failures = tracks.steps(agent, "failures", rule).at(t)
         if failures is not None and failures.count >= AGAIN:
             return Decisive(failures.first, Key(agent, "rule", rule), failures.text)
     return None
@@ -98,8 +95,8 @@ def _said(tracks: Tracks, mission: Mission, agent: str, end: float) -> Decisive 
     """The last leaf that failed with a message; of several at once the last of the tree."""
     found = None
     for path, node in mission.nodes.items():
-        track, notes = tracks.get(agent, "node", path), tracks.steps(agent, "note", path)
-        if node.children or not isinstance(track, Steps):
+        track, notes = (tracks.steps(agent, topic, path) for topic in ("node", "note"))
+        if node.children:
             continue
         failed = [t for t, status in zip(track.t, track.v, strict=True) if status == "FAILURE" and t <= end]
         last = max((t for t in failed if notes.at(t)), default=None)
@@ -114,8 +111,8 @@ def _first_reflex(tracks: Tracks) -> list[Decisive]:
             next(t for t, state in zip(track.t, track.v, strict=True) if state.fired), Key(agent.name, "rule", rule)
         )
         for agent in tracks.header.agents
-        for rule, track in tracks.of(agent.name, "rule").items()
-        if isinstance(track, Steps) and track.v and track.v[-1].fired
+        for rule, track in tracks.steps_of(agent.name, "rule").items()
+        if track.v[-1].fired
     )
     first = min(fired, key=lambda each: each.t, default=None)
     return [] if first is None else [first]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..event import AtomicStarted, RobotPushed
 from .recording import Recording
 from .summary import Finding
-from .track import Curve, Span, Steps
+from .track import Span
 from .tracks import Tracks
 
 Series = NDArray[np.float64]
@@ -100,10 +100,9 @@ class AgentHistory:
     """
 
     def __init__(self, tracks: Tracks, name: str, findings: tuple[Finding, ...]) -> None:
-        self.commands = {n: Command(np.array(c.t), c.rows()) for n, c in _curves(tracks, name, "command").items()}
-        route, atomic = tracks.get(name, "route"), tracks.get(name, "atomic")
-        self.routes: list[Span] = route.spans(tracks.end) if isinstance(route, Steps) else []
-        self.atomic: list[AtomicStarted] = atomic.v if isinstance(atomic, Steps) else []
+        self.commands = {n: Command(np.array(c.t), c.rows()) for n, c in tracks.curves_of(name, "command").items()}
+        self.routes: list[Span] = tracks.steps(name, "route").spans(tracks.end)
+        self.atomic: list[AtomicStarted] = tracks.steps(name, "atomic").v
         self.worst = [Worst(f.name, f.worst) for f in findings if f.margin is not None and f.worst is not None]
         self._tracks, self._name = tracks, name
 
@@ -116,7 +115,7 @@ class AgentHistory:
     def reflexes(self) -> list[Activation]:
         """Activations of all rules, each from its firing until its end, in the order of their beginning."""
         found = []
-        for rule, track in _steps(self._tracks, self._name, "rule").items():
+        for rule, track in self._tracks.steps_of(self._name, "rule").items():
             spans = track.spans(self._tracks.end)
             for (active, _), group in groupby(spans, key=lambda span: (span.value.active, span.value.fired)):
                 parts = list(group)
@@ -126,7 +125,7 @@ class AgentHistory:
 
     def runs(self) -> list[Span]:
         """Intervals in which tickets were running, with their tickets, in the order of their beginning."""
-        tickets = _steps(self._tracks, self._name, "ticket").values()
+        tickets = self._tracks.steps_of(self._name, "ticket").values()
         spans = [span for track in tickets for span in track.spans(self._tracks.end) if span.value.state == "RUNNING"]
         return sorted(spans, key=lambda span: span.begin)
 
@@ -155,27 +154,19 @@ class History:
             for a in self.header.agents
         }
         self.pushes: list[RobotPushed] = [
-            push for k, track in tracks.items() if k.topic == "push" and isinstance(track, Steps) for push in track.v
+            push for k, _ in tracks.items() if k.topic == "push" for push in tracks.steps(*k).v
         ]
 
 
-def _curves(tracks: Tracks, agent: str, topic: str) -> dict[str, Curve]:
-    return {name: track for name, track in tracks.of(agent, topic).items() if isinstance(track, Curve)}
-
-
-def _steps(tracks: Tracks, agent: str, topic: str) -> dict[str, Steps]:
-    return {name: track for name, track in tracks.of(agent, topic).items() if isinstance(track, Steps)}
-
-
 def _body(tracks: Tracks, name: str) -> BodyHistory:
-    pose, wheels = (_curves(tracks, name, topic).get("") for topic in ("pose", "wheels"))
-    rows = np.empty((0, 3)) if pose is None else pose.rows()
+    pose, wheels = (tracks.curve(name, topic) for topic in ("pose", "wheels"))
+    rows = pose.rows() if pose.t else np.empty((0, 3))
     spatial = rows[:, 3:] if rows.shape[1] > 3 else np.empty((0, 3))
     cosine = np.cos(spatial[:, 1]) * np.cos(spatial[:, 2])
     return BodyHistory(
-        t=np.array([] if pose is None else pose.t, float),
+        t=np.array(pose.t, float),
         pose=rows[:, :3],
-        wheels=np.empty((len(rows), 0)) if wheels is None else wheels.rows(),
+        wheels=wheels.rows() if wheels.t else np.empty((len(rows), 0)),
         height=spatial[:, 0],
         tilt=np.arccos(np.clip(cosine, -1.0, 1.0)),
     )

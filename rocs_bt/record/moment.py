@@ -10,7 +10,6 @@ from ..errors import Fault, InputError, unknown
 from ..event import TicketChanged, TreeNode
 from .header import AgentInfo
 from .states import RuleState
-from .track import Steps
 from .tracks import Tracks
 
 SLACK = 5e-4
@@ -34,13 +33,11 @@ class Mission:
 
     def status(self, path: str) -> str:
         """Status of a node; empty if it has not been ticked."""
-        track = self._tracks.get(self._agent, "node", path)
-        return (track.at(self._t) or "") if isinstance(track, Steps) else ""
+        return self._tracks.steps(self._agent, "node", path).at(self._t) or ""
 
     def note(self, path: str) -> str:
         """Message of a node."""
-        track = self._tracks.get(self._agent, "note", path)
-        return (track.at(self._t) or "") if isinstance(track, Steps) else ""
+        return self._tracks.steps(self._agent, "note", path).at(self._t) or ""
 
     def since(self, path: str) -> float:
         """Time from which a node has its status [s]."""

@@ -20,7 +20,7 @@ from ..expression import Environment
 from ..signal import Signal
 from ..units import ANGLE, LENGTH, NONE
 from .header import AgentInfo, SignalInfo
-from .track import Curve, Steps
+from .track import Curve
 from .tracks import Tracks
 
 Numbers = NDArray[np.float64]
@@ -52,9 +52,8 @@ def samples(
         after: Time after which the samples begin [s].
         before: Time before which they end [s].
     """
-    curves = {name: track for name, track in tracks.of(agent.name, "signal").items() if isinstance(track, Curve)}
-    pose = tracks.get(agent.name, "pose")
-    stop, seen = stopped(tracks, agent.name), [*curves.values(), *([pose] if isinstance(pose, Curve) else [])]
+    curves = tracks.curves_of(agent.name, "signal")
+    stop, seen = stopped(tracks, agent.name), [*curves.values(), tracks.curve(agent.name, "pose")]
     new = (curve.t[bisect_right(curve.t, after) : bisect_left(curve.t, before)] for curve in seen)
     times = sorted({t for part in new for t in part if t <= stop})
     columns = [_column(curves.get(signal.name), times, signal) for signal in agent.signals] if times else []
@@ -64,15 +63,12 @@ def samples(
 
 def stopped(tracks: Tracks, agent: str) -> float:
     """Time at which an agent was stopped [s]; from then on it evaluates no reflexes. Infinite if it was not."""
-    track = tracks.get(agent, "stopped")
-    return track.t[0] if isinstance(track, Steps) and track.t else math.inf
+    return next(iter(tracks.steps(agent, "stopped").t), math.inf)
 
 
 def modes(tracks: Tracks, agent: str, times: Sequence[float]) -> list[str]:
     """Mode of an agent in control periods; a change counts from the next period on."""
-    track = tracks.get(agent, "fact", f"{agent}\nmode")
-    if not isinstance(track, Steps):
-        return [""] * len(times)
+    track = tracks.steps(agent, "fact", f"{agent}\nmode")
     found = (bisect_left(track.t, t) - 1 for t in times)
     return [str(track.v[i] or "") if i >= 0 else "" for i in found]
 
@@ -99,19 +95,21 @@ class Newest:
         """The sample of the period that began at a time [s], SI units, shape (size,)."""
         x = np.full(self._size, math.nan)
         for start, signal in self._signals:
-            curve = self._tracks.get(self._agent, "signal", signal.name)
-            if isinstance(curve, Curve) and curve.width == signal.size:
+            curve = self._tracks.curve(self._agent, "signal", signal.name)
+            if curve.width == signal.size:
                 x[start : start + signal.size] = _newest(curve, t, signal)
         tracks, agent = self._tracks, self._agent
-        clearance, *touches = (tracks.get(agent, "truth", name) for name in ("min_clearance", "collision", "struck"))
-        pose = tracks.get(agent, "pose")
-        x[self._truth] = clearance.v[-1] if isinstance(clearance, Steps) else math.inf
-        if isinstance(pose, Curve) and pose.t:
+        clearance, *touches = (
+            tracks.steps(agent, "truth", name).v for name in ("min_clearance", "collision", "struck")
+        )
+        pose = tracks.curve(agent, "pose")
+        x[self._truth] = clearance[-1] if clearance else math.inf
+        if pose.t:
             row = pose.data[-pose.width :]
             x[self._truth + 1 : self._truth + 4] = row[:3]
             if pose.width > 3:
                 x[self._truth + 4 : self._truth + 6] = row[3], _tilt(row[4], row[5])
-        x[-2:] = [track.v[-1] if isinstance(track, Steps) else 0 for track in touches]
+        x[-2:] = [counts[-1] if counts else 0 for counts in touches]
         return x
 
 

@@ -1,15 +1,19 @@
-"""Track: step function of one thing that changes in a run."""
+"""Tracks: step functions of the things that change in a run, each with its key."""
 
 from __future__ import annotations
 
 import math
 from array import array
 from bisect import bisect_right
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
+
+from .states import Key
+
+T = TypeVar("T", "Steps", "Curve", "Steps | Curve")
 
 _SLACK = 1e-6  # [s] times given by people are rounded
 _MOST_RAYS = 120  # kept of a reading
@@ -70,7 +74,7 @@ class Steps:
 
     def spans(self, end: float) -> list[Span]:
         """Intervals of equal values, until the end of the run [s]."""
-        return [Span(*each) for each in zip(self.t, [*self.t[1:], end], self.v, strict=True)]
+        return [Span(*each) for each in zip(self.t, [*self.t[1:], end], self.v, strict=False)]
 
 
 class Curve:
@@ -169,3 +173,55 @@ class Scans(Curve):
         self.data = array("d", self.rows()[::2].reshape(-1))
         self.t = self.t[::2]
         self.every *= 2
+
+
+class TrackSet:
+    """Tracks by agent, topic and name."""
+
+    def __init__(self) -> None:
+        self._tracks: dict[Key, Steps | Curve] = {}
+        self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
+
+    def items(self) -> list[tuple[Key, Steps | Curve]]:
+        """All tracks with their keys, in the order in which they began."""
+        return list(self._tracks.items())
+
+    def get(self, agent: str, topic: str, name: str = "") -> Steps | Curve | None:
+        """A track; None if nothing was recorded."""
+        return self._tracks.get((agent, topic, name))  # type: ignore[call-overload,no-any-return]  # a Key, made faster
+
+    def steps(self, agent: str, topic: str, name: str = "") -> Steps:
+        """A track of values; an empty one if nothing was recorded."""
+        track = self.get(agent, topic, name)
+        return track if isinstance(track, Steps) else Steps()
+
+    def curve(self, agent: str, topic: str, name: str = "") -> Curve:
+        """A track of numbers; an empty one if nothing was recorded."""
+        track = self.get(agent, topic, name)
+        return track if isinstance(track, Curve) else Curve(0)
+
+    def of(self, agent: str, topic: str) -> Mapping[str, Steps | Curve]:
+        """All tracks of a topic of an agent, by name, in the order in which they began."""
+        return self._topics.get((agent, topic), {})
+
+    def steps_of(self, agent: str, topic: str) -> dict[str, Steps]:
+        """Tracks of values of a topic."""
+        return {name: track for name, track in self.of(agent, topic).items() if isinstance(track, Steps)}
+
+    def curves_of(self, agent: str, topic: str) -> dict[str, Curve]:
+        """Tracks of numbers of a topic."""
+        return {name: track for name, track in self.of(agent, topic).items() if isinstance(track, Curve)}
+
+    def state(self, t: float, agent: str, topic: str) -> dict[str, Any]:
+        """Values at a time of all tracks of a topic of an agent, by name; without those that have none."""
+        return {name: value for name, track in self.of(agent, topic).items() if (value := track.at(t)) is not None}
+
+    def begun(self, agent: str, topic: str, name: str = "") -> Steps:
+        """A track of values to add to; it begins if there is none."""
+        track = self.get(agent, topic, name)
+        return track if isinstance(track, Steps) else self.add(Key(agent, topic, name), Steps())
+
+    def add(self, key: Key, track: T) -> T:
+        """Add a track."""
+        self._tracks[key] = self._topics.setdefault((key.agent, key.topic), {})[key.name] = track
+        return track

@@ -51,10 +51,10 @@ from .header import RunHeader
 from .motion import MOTION, motion_words, tilt_words
 from .recording import Recording
 from .states import Drive, Failures, Key, LogLine, RuleState, about
-from .track import Curve, Scans, Steps
+from .track import Curve, Scans, Steps, TrackSet
 
 
-class Tracks:
+class Tracks(TrackSet):
     """What held at any time of a run; fed by a recording, or by a run that goes on.
 
     Args:
@@ -70,18 +70,17 @@ class Tracks:
     """
 
     def __init__(self, header: RunHeader, topics: Collection[str] = (), signals: Collection[str] = ()) -> None:
+        super().__init__()
         self.header = header
         self.events: list[Event] = []
         self.signals = frozenset(signals)
         self._log: list[LogLine] = []
         self._logged = 0
         self.end = header.start
-        self._tracks: dict[Key, Steps | Curve] = {}
-        self._topics: dict[tuple[str, str], dict[str, Steps | Curve]] = {}
         self._movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
         self._turns: dict[str, Turns] = {}
-        self.clues = Clues(header, self.get)
+        self.clues = Clues(header, self)
         self.facts: dict[tuple[str, str], set[str]] = {}
         self._bodies = {body.name: body for body in header.bodies}
         self._actors: dict[str, ActorMotion] = {}
@@ -93,7 +92,7 @@ class Tracks:
             for kind, fold in TOPICS[name].items():
                 self._folds.setdefault(kind, []).append(fold)
         for agent in header.agents:
-            self.steps(agent.name, "tree").put(header.start, agent.nodes)
+            self.begun(agent.name, "tree").put(header.start, agent.nodes)
 
     @staticmethod
     def of_recording(recording: Recording, topics: Collection[str] = ()) -> Tracks:
@@ -131,46 +130,15 @@ class Tracks:
             for fold in folds.get(type(event), ()):
                 fold(self, event)
 
-    def items(self) -> list[tuple[Key, Steps | Curve]]:
-        """All tracks with their keys, in the order in which they began."""
-        return list(self._tracks.items())
-
-    def get(self, agent: str, topic: str, name: str = "") -> Steps | Curve | None:
-        """A track; None if nothing was recorded."""
-        return self._tracks.get((agent, topic, name))  # type: ignore[call-overload,no-any-return]  # a Key, made faster
-
-    def of(self, agent: str, topic: str) -> Mapping[str, Steps | Curve]:
-        """All tracks of a topic of an agent, by name, in the order in which they began."""
-        return self._topics.get((agent, topic), {})
-
-    def state(self, t: float, agent: str, topic: str) -> dict[str, Any]:
-        """Values at a time of all tracks of a topic of an agent, by name; without those that have none."""
-        return {name: value for name, track in self.of(agent, topic).items() if (value := track.at(t)) is not None}
-
-    def steps(self, agent: str, topic: str, name: str = "") -> Steps:
-        """A track of values, begun if there is none."""
+    def samples(self, agent: str, topic: str, name: str, width: int) -> Curve:
+        """A track of numbers to add to; it begins if there is none."""
         track = self.get(agent, topic, name)
-        if track is None:
-            track = self._add(Key(agent, topic, name), Steps())
-        assert isinstance(track, Steps)
-        return track
-
-    def curve(self, agent: str, topic: str, name: str, width: int) -> Curve:
-        """A track of numbers, begun if there is none."""
-        track = self.get(agent, topic, name)
-        if track is None:
-            age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
-            rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
-            track = self._add(
-                Key(agent, topic, name),
-                Scans(rays, min(2400, 6000 // len(self._scanners))) if rays else Curve(width, age),
-            )
-        assert isinstance(track, Curve)
-        return track
-
-    def _add(self, key: Key, track: Steps | Curve) -> Steps | Curve:
-        self._tracks[key] = self._topics.setdefault((key.agent, key.topic), {})[key.name] = track
-        return track
+        if isinstance(track, Curve):
+            return track
+        age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
+        rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
+        begun = Scans(rays, min(2400, 6000 // len(self._scanners))) if rays else Curve(width, age)
+        return self.add(Key(agent, topic, name), begun)
 
     def run(self, event: TicketChanged) -> None:
         """Note the state of a ticket."""
@@ -186,8 +154,7 @@ class Tracks:
 
     def alternation(self, event: TicketChanged) -> Alternation | None:
         """Alternation of an agent's rules and actions after a change of a ticket; None if there is none."""
-        pose = self.get(event.agent, "pose")
-        return self._turns.setdefault(event.agent, Turns()).take(event, pose if isinstance(pose, Curve) else None)
+        return self._turns.setdefault(event.agent, Turns()).take(event, self.curve(event.agent, "pose"))
 
     def movement(self, event: BodyMoved) -> ActorMoved | None:
         """What an actor begins or ends with a pose; None if nothing, or if the body is not in the header."""
@@ -204,54 +171,60 @@ class Tracks:
     def stop(self, agent: str, t: float) -> None:
         """Note that an agent was stopped: from then on nothing moves it, whatever is commanded."""
         self._movers[agent] = ""
-        self.steps(agent, "route").put(t, "idle")
+        self.begun(agent, "route").put(t, "idle")
 
     def is_scanner(self, agent: str, sensor: str) -> bool:
         """Whether the header describes the rays of a sensor."""
         return (agent, sensor) in self._scanners
 
 
+def _put(topic: str, name: str = "", value: str = "") -> Callable[[Tracks, Any], None]:
+    """Fold that sets a track, named by a field of the event, to another field; without these to the event itself."""
+
+    def fold(tracks: Tracks, event: Any) -> None:
+        track = tracks.begun(event.agent, topic, getattr(event, name) if name else "")
+        track.put(event.t, getattr(event, value) if value else event)
+
+    return fold
+
+
 def _pose(tracks: Tracks, event: BodyMoved) -> None:
     pose = [event.x, event.y, event.yaw]
     if event.height is not None:
         pose += [event.height, event.roll or 0.0, event.pitch or 0.0]
-    tracks.curve(event.body, "pose", "", len(pose)).add(event.t, pack(pose))
+    tracks.samples(event.body, "pose", "", len(pose)).add(event.t, pack(pose))
     if event.wheels:
-        tracks.curve(event.body, "wheels", "", len(event.wheels) // 8).add(event.t, event.wheels)
+        tracks.samples(event.body, "wheels", "", len(event.wheels) // 8).add(event.t, event.wheels)
 
 
 def _actor(tracks: Tracks, event: BodyMoved) -> None:
     """A body without an agent is an actor; what it begins and ends has a sentence in the log."""
     if not event.agent and (change := tracks.movement(event)) is not None:
-        tracks.steps(event.body, "actor").put(change.since, change.state)
+        tracks.begun(event.body, "actor").put(change.since, change.state)
         tracks.events.append(change)
 
 
 def _joints(tracks: Tracks, event: BodyMoved) -> None:
     if event.joints:
-        tracks.curve(event.body, "joints", "", len(event.joints)).add(event.t, pack(event.joints))
+        tracks.samples(event.body, "joints", "", len(event.joints)).add(event.t, pack(event.joints))
 
 
 def _signal(tracks: Tracks, event: SignalsWritten) -> None:
     wanted = tracks.signals
     for name, part in event.parts():
         if not wanted or name in wanted:
-            tracks.curve(event.agent, "signal", name, len(part) // 8).add(event.t, part, event.stamp)
+            tracks.samples(event.agent, "signal", name, len(part) // 8).add(event.t, part, event.stamp)
 
 
 def _scan(tracks: Tracks, event: SensorRead) -> None:
     if tracks.is_scanner(event.agent, event.sensor):
-        tracks.curve(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
-
-
-def _silent(tracks: Tracks, event: SensorFailed) -> None:
-    tracks.steps(event.agent, "sensor", event.sensor).put(event.t, event.detail)
+        tracks.samples(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
 
 
 def _answers(tracks: Tracks, event: SensorRead) -> None:
     """Only a sensor that has failed has a track; it is empty while the sensor gives values again."""
     if tracks.get(event.agent, "sensor", event.sensor) is not None:
-        tracks.steps(event.agent, "sensor", event.sensor).put(event.t, "")
+        tracks.begun(event.agent, "sensor", event.sensor).put(event.t, "")
 
 
 def _motion(tracks: Tracks, event: SignalsWritten) -> None:
@@ -259,74 +232,58 @@ def _motion(tracks: Tracks, event: SignalsWritten) -> None:
     if not MOTION.isdisjoint(event.signals):
         curves = tracks.of(event.agent, "signal")
         values = {n: c.data[-c.width] for n in MOTION if isinstance(c := curves.get(n), Curve) and c.data}
-        tracks.steps(event.agent, "motion").put(event.t, motion_words(values))
+        tracks.begun(event.agent, "motion").put(event.t, motion_words(values))
     if "tilt" in event.signals and not isinstance(tracks.get(event.agent, "motion", "true tilt"), Steps):
-        tracks.steps(event.agent, "motion", "tilt").put(event.t, tilt_words(event.values["tilt"][0]))
+        tracks.begun(event.agent, "motion", "tilt").put(event.t, tilt_words(event.values["tilt"][0]))
 
 
 def _tilt(tracks: Tracks, event: BodyMoved) -> None:
     if not math.isnan(event.tilt):
-        tracks.steps(event.body, "motion", "true tilt").put(event.t, tilt_words(event.tilt))
+        tracks.begun(event.body, "motion", "true tilt").put(event.t, tilt_words(event.tilt))
 
 
 def _command(tracks: Tracks, event: ActuatorCommanded) -> None:
-    tracks.curve(event.agent, "command", event.actuator, len(event.data) // 8).add(event.t, event.data)
-    tracks.steps(event.agent, "route", event.actuator).put(event.t, event.route)
+    tracks.samples(event.agent, "command", event.actuator, len(event.data) // 8).add(event.t, event.data)
+    tracks.begun(event.agent, "route", event.actuator).put(event.t, event.route)
     if tracks.moves(event.agent, event.actuator):
-        tracks.steps(event.agent, "route").put(event.t, event.route)
+        tracks.begun(event.agent, "route").put(event.t, event.route)
 
 
 def _drive(tracks: Tracks, event: ActuatorCommanded) -> None:
     """One sample for each time, even if nothing changes: the age of a command is that of its last sample."""
-    track, running = tracks.steps(event.agent, "drive"), tracks.running(event.agent)
+    track, running = tracks.begun(event.agent, "drive"), tracks.running(event.agent)
     ticket, action = (0, "") if running is None else (running.ticket, running.action)
     neutral = not any(event.values) and not (track.t and track.t[-1] == event.t and not track.v[-1].neutral)
     track.add(event.t, Drive(event.route, ticket, action, neutral))
 
 
-def _run(tracks: Tracks, event: TicketChanged) -> None:
-    tracks.run(event)
-
-
 def _stop(tracks: Tracks, event: AgentStopped) -> None:
     tracks.stop(event.agent, event.t)
-    tracks.steps(event.agent, "stopped").first(event.t, event.by)
+    tracks.begun(event.agent, "stopped").first(event.t, event.by)
 
 
 def _failed(tracks: Tracks, event: BlockFailed) -> None:
-    tracks.steps(event.agent, "failed").first(event.t, f"{event.what} failed\n{event.detail}")
-
-
-def _atomic(tracks: Tracks, event: AtomicStarted) -> None:
-    tracks.steps(event.agent, "atomic").put(event.t, event)
+    tracks.begun(event.agent, "failed").first(event.t, f"{event.what} failed\n{event.detail}")
 
 
 def _push(tracks: Tracks, event: RobotPushed) -> None:
-    tracks.steps(event.body, "push").put(event.t, event)
+    tracks.begun(event.body, "push").put(event.t, event)
 
 
 def _script(tracks: Tracks, event: ScriptActed) -> None:
-    tracks.steps(event.agent, "script", f"{event.topic}\n{event.name}").put(event.t, event)
-
-
-def _hold(tracks: Tracks, event: MotionHeld) -> None:
-    tracks.steps(event.agent, "hold", event.actuator).put(event.t, event.reason)
+    tracks.begun(event.agent, "script", f"{event.topic}\n{event.name}").put(event.t, event)
 
 
 def _release(tracks: Tracks, event: MotionReleased) -> None:
-    tracks.steps(event.agent, "hold", event.actuator).put(event.t, "")
+    tracks.begun(event.agent, "hold", event.actuator).put(event.t, "")
 
 
 def _follower(tracks: Tracks, event: FollowerStepped) -> None:
     sample = pack((event.cross_track, event.heading_error))
-    tracks.curve(event.agent, "follower", "error", 2).add(event.t, sample)
-    tracks.steps(event.agent, "follower", "rung").put(event.t, event.rung)
+    tracks.samples(event.agent, "follower", "error", 2).add(event.t, sample)
+    tracks.begun(event.agent, "follower", "rung").put(event.t, event.rung)
     if event.solve_time > 0.0:  # it was measured
-        tracks.curve(event.agent, "solve", "", 1).add(event.t, pack((event.solve_time,)))
-
-
-def _path(tracks: Tracks, event: PathPlanned) -> None:
-    tracks.steps(event.agent, "path").put(event.t, event.points)
+        tracks.samples(event.agent, "solve", "", 1).add(event.t, pack((event.solve_time,)))
 
 
 def _path_ended(tracks: Tracks, event: TicketChanged) -> None:
@@ -334,50 +291,44 @@ def _path_ended(tracks: Tracks, event: TicketChanged) -> None:
     tracks.run(event)
     begins_or_ends = event.state == "RUNNING" or tracks.running(event.agent) is None
     if begins_or_ends and tracks.get(event.agent, "path") is not None:
-        tracks.steps(event.agent, "path").put(event.t, None)
-
-
-def _map(tracks: Tracks, event: MapChanged) -> None:
-    """Each value is a change; the map is the sum of all changes so far."""
-    tracks.steps(event.agent, "map").put(event.t, event)
+        tracks.begun(event.agent, "path").put(event.t, None)
 
 
 def _clearance(tracks: Tracks, event: MinClearanceLowered) -> None:
-    tracks.steps(event.agent, "truth", "min_clearance").put(event.t, event.distance)
+    tracks.begun(event.agent, "truth", "min_clearance").put(event.t, event.distance)
 
 
 def _contact(tracks: Tracks, event: ContactBegan) -> None:
-    track = tracks.steps(event.agent, "truth", event.kind)
+    track = tracks.begun(event.agent, "truth", event.kind)
     track.put(event.t, (track.v[-1] if track.v else 0) + 1)
 
 
 def _node(tracks: Tracks, event: NodeTicked) -> None:
-    tracks.steps(event.agent, "node", event.node).put(event.t, event.status)
-    tracks.steps(event.agent, "note", event.node).put(event.t, event.feedback)
+    tracks.begun(event.agent, "node", event.node).put(event.t, event.status)
+    tracks.begun(event.agent, "note", event.node).put(event.t, event.feedback)
 
 
 def _tree(tracks: Tracks, event: SubtreeSwapped) -> None:
-    tracks.steps(event.agent, "tree").put(event.t, event.nodes)
+    tracks.begun(event.agent, "tree").put(event.t, event.nodes)
     for name in tracks.of(event.agent, "node").keys() - {node.path for node in event.nodes}:
-        tracks.steps(event.agent, "node", name).put(event.t, None)
+        tracks.begun(event.agent, "node", name).put(event.t, None)
 
 
 def _board(tracks: Tracks, event: BlackboardChanged) -> None:
-    tracks.steps(event.agent, "board", f"{event.subtree}\n{event.key}").put(event.t, event.value or None)
+    tracks.begun(event.agent, "board", f"{event.subtree}\n{event.key}").put(event.t, event.value or None)
 
 
 def _rule(tracks: Tracks, event: RuleChanged) -> None:
-    track, others = tracks.steps(event.agent, "rule", event.rule), dict[str, RuleState]()
+    track, others = tracks.begun(event.agent, "rule", event.rule), dict[str, RuleState]()
     if event.phase == "waits":  # only then the state depends on the other rules
-        states = tracks.of(event.agent, "rule").items()
-        others = {name: rule.v[-1] for name, rule in states if rule is not track and isinstance(rule, Steps)}
+        others = {name: rule.v[-1] for name, rule in tracks.steps_of(event.agent, "rule").items() if rule is not track}
     track.put(event.t, (track.v[-1] if track.v else RuleState()).after(event, others))
 
 
 def _clue(tracks: Tracks, event: RuleChanged) -> None:
     """A rule that latches and fires at once has one clue; one that fires again and again has one a second."""
     agent, rule, t = event.agent, event.rule, event.t
-    track = tracks.steps(agent, "clue", rule)
+    track = tracks.begun(agent, "clue", rule)
     if event.phase in ("latched", "fired", "stopped") and (not track.t or track.t[-1] < t):
         track.put(t, tracks.clues.of(agent, rule, t))
     elif event.phase == "fired again":
@@ -391,23 +342,23 @@ def _failure(tracks: Tracks, event: TicketChanged | OutcomeDecided) -> None:
     else:
         name, wanted = "outcome", event.outcome == "stuck"
     if wanted and (found := tracks.clues.nearest(event.agent, event.t)):
-        tracks.steps(event.agent, "clue", name).put(event.t, found)
+        tracks.begun(event.agent, "clue", name).put(event.t, found)
 
 
 def _failing(tracks: Tracks, event: TicketChanged) -> None:
     if event.state == "FAILED" and event.priority == "HIGH":
-        track = tracks.steps(event.agent, "failures", event.by)
+        track = tracks.begun(event.agent, "failures", event.by)
         track.put(event.t, Failures.after(track.v[-1] if track.v else None, event))
 
 
 def _fires(tracks: Tracks, event: RuleChanged) -> None:
     """A new activation of a rule has no failures yet."""
     if event.phase == "fired" and tracks.get(event.agent, "failures", event.rule) is not None:
-        tracks.steps(event.agent, "failures", event.rule).put(event.t, None)
+        tracks.begun(event.agent, "failures", event.rule).put(event.t, None)
 
 
 def _ticket(tracks: Tracks, event: TicketChanged) -> None:
-    track = tracks.steps(event.agent, "ticket", str(event.ticket))
+    track = tracks.begun(event.agent, "ticket", str(event.ticket))
     if track.v and not event.parameters:  # they are recorded with the first event only
         event = msgspec.structs.replace(event, parameters=track.v[-1].parameters)
     track.put(event.t, event)
@@ -416,7 +367,7 @@ def _ticket(tracks: Tracks, event: TicketChanged) -> None:
 def _alternation(tracks: Tracks, event: TicketChanged) -> None:
     found = tracks.alternation(event)
     if found is not None or tracks.get(event.agent, "alternation") is not None:
-        tracks.steps(event.agent, "alternation").put(event.t, found)
+        tracks.begun(event.agent, "alternation").put(event.t, found)
 
 
 def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
@@ -424,7 +375,7 @@ def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
     node = (event.agent, event.subject)
     if event.what == "node removed":
         for name in sorted(tracks.facts.pop(node, ())):
-            tracks.steps(event.agent, "fact", name).put(event.t, None)
+            tracks.begun(event.agent, "fact", name).put(event.t, None)
         return
     value: object
     if event.what == "node added":
@@ -435,20 +386,16 @@ def _fact(tracks: Tracks, event: KnowledgeChanged) -> None:
         name = f"{event.subject}\n{event.name}\n{event.value}"
         value = None if event.what == "edge removed" else dict(event.attributes)
     tracks.facts.setdefault(node, set()).add(name)
-    tracks.steps(event.agent, "fact", name).put(event.t, value)
+    tracks.begun(event.agent, "fact", name).put(event.t, value)
 
 
 def _event(tracks: Tracks, event: Event) -> None:
     tracks.events.append(event)
 
 
-def _outcome(tracks: Tracks, event: OutcomeDecided) -> None:
-    tracks.steps(event.agent, "outcome").put(event.t, event)
-
-
 def _control(tracks: Tracks, event: RunControlled) -> None:
     if event.command in ("pause", "step", "continue") and not event.refusal:
-        tracks.steps(event.agent, "control").put(event.t, event.command)
+        tracks.begun(event.agent, "control").put(event.t, event.command)
 
 
 STREAMS: tuple[type[Event], ...] = (SensorRead, SignalsWritten, BodyMoved, ActuatorCommanded, FollowerStepped)
@@ -461,19 +408,19 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "joints": {BodyMoved: _joints},
     "signal": {SignalsWritten: _signal},
     "scan": {SensorRead: _scan},
-    "sensor": {SensorFailed: _silent, SensorRead: _answers},
+    "sensor": {SensorFailed: _put("sensor", "sensor", "detail"), SensorRead: _answers},
     "motion": {SignalsWritten: _motion, BodyMoved: _tilt},
     "command": {ActuatorCommanded: _command},
     "stopped": {AgentStopped: _stop},
-    "drive": {ActuatorCommanded: _drive, TicketChanged: _run},
+    "drive": {ActuatorCommanded: _drive, TicketChanged: Tracks.run},
     "failed": {BlockFailed: _failed},
-    "atomic": {AtomicStarted: _atomic},
+    "atomic": {AtomicStarted: _put("atomic")},
     "push": {RobotPushed: _push},
     "script": {ScriptActed: _script},
-    "hold": {MotionHeld: _hold, MotionReleased: _release},
+    "hold": {MotionHeld: _put("hold", "actuator", "reason"), MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
-    "map": {MapChanged: _map},
-    "path": {PathPlanned: _path, TicketChanged: _path_ended},
+    "map": {MapChanged: _put("map")},  # each value is a change; the map is the sum of all so far
+    "path": {PathPlanned: _put("path", value="points"), TicketChanged: _path_ended},
     "truth": {MinClearanceLowered: _clearance, ContactBegan: _contact},
     "node": {NodeTicked: _node, SubtreeSwapped: _tree},
     "board": {BlackboardChanged: _board},
@@ -483,7 +430,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "ticket": {TicketChanged: _ticket},
     "alternation": {TicketChanged: _alternation},
     "fact": {KnowledgeChanged: _fact},
-    "outcome": {OutcomeDecided: _outcome},
+    "outcome": {OutcomeDecided: _put("outcome")},
     "control": {RunControlled: _control},
     "event": {kind: _event for kind in KINDS if kind not in STREAMS},
 }

@@ -31,7 +31,6 @@ from ..event import (
 from ..record import AgentInfo, AgentResult, Finding, Following, RunHeader, SolveTime, TrackingError
 from ..record.alternation import livelock
 from ..record.clue import failed_text
-from ..record.track import Curve
 from ..record.tracks import Tracks
 from .pose_metrics import SIGNALS, following, localisation
 
@@ -77,7 +76,7 @@ class Metrics:
         failed, phases = events.first(BlockFailed), Counter(event.phase for event in events.all(RuleChanged))
         touches = Counter(event.kind for event in events.all(ContactBegan))
         clearance, times = events.last(MinClearanceLowered), _Times(tracks, name)
-        lock = livelock(tracks.get(name, "alternation"), judged, tracks.header.start)
+        lock = livelock(tracks.steps(name, "alternation"), judged, tracks.header.start)
         cross = _column(tracks, name, "follower", "error")
         solve = _column(tracks, name, "solve", "")
         return AgentResult(
@@ -175,8 +174,7 @@ def _reason(judged: OutcomeDecided, events: _Events, lock: str) -> str:
 
 def _path_length(tracks: Tracks, agent: str, *, spatial: bool) -> float:
     """Length of the path of a robot [m], in space or in the plane."""
-    poses = tracks.get(agent, "pose")
-    rows = poses.rows().tolist() if isinstance(poses, Curve) else []
+    rows = tracks.curve(agent, "pose").rows().tolist()
     length, in_space = 0.0, spatial and bool(rows) and len(rows[0]) > 3
     for before, row in pairwise(rows):
         moved = math.hypot(row[0] - before[0], row[1] - before[1])
@@ -186,8 +184,8 @@ def _path_length(tracks: Tracks, agent: str, *, spatial: bool) -> float:
 
 def _column(tracks: Tracks, agent: str, topic: str, name: str) -> list[float]:
     """First values of all samples of a track."""
-    track = tracks.get(agent, topic, name)
-    return track.rows()[:, 0].tolist() if isinstance(track, Curve) else []
+    track = tracks.curve(agent, topic, name)
+    return track.rows()[:, 0].tolist() if track.t else []
 
 
 def _counts(texts: Iterable[str]) -> dict[str, int]:

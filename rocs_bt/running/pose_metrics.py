@@ -14,7 +14,6 @@ import numpy as np
 from ..event import TicketChanged
 from ..geometry import wrap_angle
 from ..record import Following, Localisation
-from ..record.track import Curve
 from ..record.tracks import Tracks
 
 LOCOMOTIONS = 0.02
@@ -58,13 +57,11 @@ def following(tracks: Tracks, ticket: TicketChanged, until: float | None) -> Fol
 
 def _distances(tracks: Tracks, agent: str, leader: str, after: float) -> list[tuple[float, float, float]]:
     """Times [s], distances from the leader [m] and largest wheel linear speeds [m/s] of a follower after a time."""
-    own, other, wheels = (tracks.get(*key) for key in ((agent, "pose"), (leader, "pose"), (agent, "wheels")))
+    own, other, wheels = (tracks.curve(*key) for key in ((agent, "pose"), (leader, "pose"), (agent, "wheels")))
     found: list[tuple[float, float, float]] = []
-    if not isinstance(own, Curve) or not isinstance(other, Curve):
-        return found
     for t, (x, y, *_) in zip(own.t, own.rows().tolist(), strict=True):
         if t > after and (pose := other.last(t)) is not None:
-            speeds = wheels.last(t) if isinstance(wheels, Curve) else None
+            speeds = wheels.last(t)
             speed = 0.0 if speeds is None else max(map(abs, speeds[1]), default=0.0)
             found.append((t, math.dist((x, y), pose[1][:2]), speed))
     return found
@@ -85,10 +82,8 @@ def localisation(tracks: Tracks, agent: str) -> Localisation | None:
         tracks: Tracks of the run, with the poses and these signals.
         agent: Name of the agent.
     """
-    covariances, estimates = (tracks.get(agent, "signal", name) for name in SIGNALS)
-    poses = tracks.get(agent, "pose")
-    if not (isinstance(covariances, Curve) and isinstance(estimates, Curve) and isinstance(poses, Curve)):
-        return None
+    covariances, estimates = (tracks.curve(agent, "signal", name) for name in SIGNALS)
+    poses = tracks.curve(agent, "pose")
     distances, angles, consistency = list[float](), list[float](), list[float]()
     for t, covariance in zip(covariances.t, covariances.rows().tolist(), strict=True):
         estimate, truth = estimates.last(t), poses.last(t)

@@ -106,7 +106,7 @@ def alternating(count, step=0.0, names=("f/A", "GoTo"), state="CANCELLED"):
 )
 def test_nothing_is_claimed_of_a_robot_that_gets_on(events, claimed):
     tracks = folded(events)
-    found = livelock(tracks.get("R", "alternation"), OutcomeDecided(t=20.5, agent="R", outcome="timeout"), 0.0)
+    found = livelock(tracks.steps("R", "alternation"), OutcomeDecided(t=20.5, agent="R", outcome="timeout"), 0.0)
     assert (found is not None) == claimed
     assert ("alternate 19 times" in Why(tracks, min(20.0, tracks.end)).answer) == claimed
 

@@ -123,7 +123,7 @@ def test_holds_cooldowns_and_modes_are_those_of_the_rules_themselves(seed):
         model.enter(mode)
         model.react(np.array(row), t)
         for name, mask in zip((r.name for r in rules.rules), model._machine.mask, strict=True):
-            track = tracks.steps("a", "rule", name)
+            track = tracks.begun("a", "rule", name)
             if (state := changed(track.v[-1] if track.v else None, bool(mask), t)) is not None:
                 track.put(t, state)
         values = model._machine.values()

@@ -183,9 +183,9 @@ def test_what_keeps_a_rule_back_is_said_by_both_with_its_numbers(browser, state,
         RunHeader(scenario="s", seed=0, agents=(AgentInfo(name="a", robot="", mission="", guards=(GUARD,)),))
     )
     tracks.end = 10.0
-    tracks.steps("a", "guard", "f/R").put(1.0, GuardState(**state))
+    tracks.begun("a", "guard", "f/R").put(1.0, GuardState(**state))
     if row:
-        tracks.curve("a", "compare", "f/R\n0", 3).extend([1.0], np.array([row]))
+        tracks.samples("a", "compare", "f/R\n0", 3).extend([1.0], np.array([row]))
     both_say(browser, tracks, said)
 
 
@@ -218,7 +218,7 @@ def test_a_rule_that_waits_says_for_which_and_why(browser, state, above, said):
     guards = (msgspec.structs.replace(GUARD, priority=5), msgspec.structs.replace(GUARD, rule="f/S", priority=above))
     tracks = Tracks(RunHeader(scenario="s", seed=0, agents=(AgentInfo(name="a", robot="", mission="", guards=guards),)))
     tracks.end = 10.0
-    tracks.steps("a", "rule", "f/R").put(1.0, state)
+    tracks.begun("a", "rule", "f/R").put(1.0, state)
     both_say(browser, tracks, said)
 
 
@@ -226,8 +226,8 @@ def test_a_guard_that_can_never_hold_says_that_only_invalid_signals_make_its_rul
     guards = (msgspec.structs.replace(GUARD, only_invalid=True),)
     tracks = Tracks(RunHeader(scenario="s", seed=0, agents=(AgentInfo(name="a", robot="", mission="", guards=guards),)))
     tracks.end = 10.0
-    tracks.steps("a", "guard", "f/R").put(1.0, GuardState(held=(0,)))
-    tracks.curve("a", "compare", "f/R\n0", 3).extend([1.0], np.array([(2.0, 1.0, 0.0)]))
+    tracks.begun("a", "guard", "f/R").put(1.0, GuardState(held=(0,)))
+    tracks.samples("a", "compare", "f/R\n0", 3).extend([1.0], np.array([(2.0, 1.0, 0.0)]))
     said = "'y < 1 m' does not hold by 1 m (2 against 1 m); it fires only when its signals are invalid"
     both_say(browser, tracks, said)
 
