@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import deque
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -14,11 +13,12 @@ from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..errors import Fault, InputError
 from ..event import Change, MapChanged
-from ..geometry import Pose2, wrap_angle
+from ..geometry import Pose2
 from ..knowledge import OccupancyGrid, View
 from ..signal import Signal
 from ..units import TIME, Metres, Seconds
 from .analyze import Analyze
+from .pose_history import PoseHistory
 
 SCAN = "scan"
 """Name of the signal with the ranges of the lidar."""
@@ -28,9 +28,6 @@ CONTACT = "contact_time"
 
 AHEAD: Array = np.arange(1.0, 25.0) * 0.05
 """Times at which contact is checked, from now on [s]."""
-
-POSES = 8
-"""Number of recent poses that are stored, to interpolate the pose at which a scan was taken."""
 
 RECORD_EVERY = 1.0
 """Minimum time between two recorded changes of the map [s]."""
@@ -90,7 +87,7 @@ class LocalMap(Analyze):
         self._scanner, self._max_range = self.knowledge.robot.scanner(SCAN), max_range
         self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell_size, map_size)
         self._recorded, self._record_at, self._occupied = 0, -math.inf, set[tuple[int, int]]()
-        self._poses: deque[tuple[float, Pose2]] = deque(maxlen=POSES)
+        self._poses = PoseHistory()
         around = math.ceil(max_raytrace_range / cell_size)
         rows, columns = np.mgrid[-around : around + 1, -around : around + 1]
         away = np.hypot(rows, columns)
@@ -114,13 +111,11 @@ class LocalMap(Analyze):
         return [Signal(CONTACT, 1, (TIME,), (0.0, math.inf), age, doc)]
 
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
-        for sample in samples:
-            if "pose" in sample.value:
-                self._poses.append((sample.t, Pose2(*sample.value["pose"])))
+        self._poses.take(samples)
         changed = 0
         for sample in samples:
-            pose = self._pose_at(sample.t) if SCAN in sample.value else None
-            if pose is not None and all(map(math.isfinite, pose)):
+            pose = self._poses.at(sample.t) if SCAN in sample.value else None
+            if pose is not None:
                 ranges = np.array(sample.value[SCAN])
                 changed += self._enter(pose, ranges)
                 seeing = not np.isnan(ranges).any()
@@ -155,24 +150,6 @@ class LocalMap(Analyze):
         dx, dy = points[:, 0] - pose.x, points[:, 1] - pose.y
         around = np.column_stack([c * dx + s * dy, c * dy - s * dx])
         return self._footprint.contact_time(around, twist, AHEAD)
-
-    def _pose_at(self, t: float) -> Pose2 | None:
-        """Pose of the robot at a time [s], interpolated; the last pose if none is newer, None without poses."""
-        after: Pose2 | None = None
-        for stamp, pose in reversed(self._poses):
-            if stamp <= t or after is None:
-                before, since = pose, stamp
-            if stamp <= t:
-                break
-            after, until = pose, stamp
-        else:
-            return after
-        if after is None or since == t:
-            return before
-        part = (t - since) / (until - since)
-        turn = wrap_angle(after.yaw - before.yaw)
-        x, y = before.x + part * (after.x - before.x), before.y + part * (after.y - before.y)
-        return Pose2(x, y, wrap_angle(before.yaw + part * turn))
 
     def _enter(self, pose: Pose2, ranges: Array) -> int:
         """Enter one scan into the grid; return the number of changed cells."""

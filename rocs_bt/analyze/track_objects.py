@@ -1,4 +1,4 @@
-"""TrackObjects: tracks objects around the robot from range measurements."""
+"""TrackObjects: tracks the objects around the robot from range measurements, and predicts those that move."""
 
 from __future__ import annotations
 
@@ -7,13 +7,30 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from ..channel import Signals, Stamped
+from ..control.footprint import Footprint
+from ..control.locomotion import Array
+from ..control.tracking import Beams, Scan, Segments, Tracker, TrackerSettings, segments_of
 from ..event import Change
 from ..geometry import Pose2
-from ..knowledge.belief import Belief, BeliefSettings, Sighting, Track
-from ..knowledge.belief.beams import Beams
-from ..units import Metres, MetresPerSecond, Radians, Seconds
+from ..knowledge import Movers
+from ..knowledge.movers import PRIOR
+from ..signal import Signal
+from ..units import LENGTH, TIME, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, Seconds
 from .analyze import Analyze
+from .pose_history import PoseHistory
+
+COLLISION, CLEARANCE = "collision_time", "predicted_clearance"
+"""Names of the signals with the time until the hull touches a mover [s], and the smallest gap to one until then [m]."""
+
+PLAUSIBLE = 0.1
+"""Probability below which a hypothesis of a mover's motion does not count for these signals."""
+
+WRITE_EVERY = 0.5
+"""Minimum time between two writes of an object's values to the graph [s]."""
 
 MOVED = 0.02
 """Minimum change of an object's position that is written to the graph [m]."""
@@ -24,16 +41,10 @@ GREW = 0.2
 RENEWED = 1.0
 """Time after which the values of an object in view are written again even if they have not changed [s]."""
 
-MOVING = 0.1
-"""Speed below which an object counts as stationary [m/s]; the speed must also exceed two standard deviations."""
-
-
-STEADY = 1.8
-"""Time in which a moving object can change its velocity completely [s]; it sets the process noise."""
-
 
 @dataclass
 class _Written:
+    t: float
     pose: Pose2
     existence: float
     spread: float
@@ -42,26 +53,37 @@ class _Written:
 
 
 class TrackObjects(Analyze):
-    """Keeps an `object` node for each object that one range sensor detects, and reports when objects appear or vanish.
+    """Tracks the objects that one range sensor detects: `object` nodes in the graph, and `knowledge.world.movers`.
 
     Echoes of neighbouring beams form one object; larger structures than `max_object_size` are walls, which belong to
     maps. Each object has a position with covariance, a speed, and a probability of existence. The existence grows with
-    detections, falls when a scan should have shown the object but did not, and decays while it is out of view. An
-    object with a low existence is removed. Known peers are excluded, because a robot sensor measures them better. The
-    analyser needs the signal of the ranges and the signals of a PoseMonitor.
+    detections, falls when a scan looks past the place of the object, and decays while it is out of view. An object with
+    a low existence is removed. Known peers are excluded, because a robot sensor measures them better. The analyser
+    needs the signal of the ranges and the signals of a PoseMonitor.
+
+    With a scanner it also replaces `knowledge.world.movers` at each scan, and writes two signals, for the present speed
+    and turn rate of the robot: `collision_time` [s], until the hull touches a mover, and `predicted_clearance` [m], the
+    smallest gap to a mover within `horizon`. Both are +inf without movers, and NaN while a beam is NaN or the robot's
+    speed is unknown.
 
     Args:
         ranges: Name of the signal with the ranges.
         mounts: Origin and direction of each beam, body frame: x [m], y [m], bearing [rad]; neighbours in order. Omit it
             for a scanner: its [[sensor]] table declares the mount.
-        half_angle: Half the opening angle of each beam [rad].
+        half_angle: Half the opening angle of each beam [rad]; None for half the angle between a scanner's beams.
         max_range: Maximum range [m].
         noise: Standard deviation of a range [m].
+        sweep: Time from the first beam of a scan to the last [s].
         max_object_size: Maximum size of an object [m].
+        static_objects: Whether the graph also gets the objects that do not move.
         half_life: Time out of view in which the existence is halved [s].
+        memory: Time out of view after which an object that has moved is forgotten [s].
+        acceleration: Standard deviation of the acceleration of objects [m/s2].
         speed_noise: Standard deviation of the expected speeds [m/s]; small for sonars, because their echoes slide along
             stationary objects while the robot drives past.
+        min_speed: Speed below which an object counts as standing [m/s].
         peer_radius: Distance from a known peer within which echoes are ignored [m].
+        horizon: Time ahead for which the signals predict [s].
 
     Raises:
         InputError: No mounts are given and no scanner is known, or a size is not positive.
@@ -72,69 +94,122 @@ class TrackObjects(Analyze):
         *args: Any,
         ranges: str,
         mounts: Sequence[tuple[Metres, Metres, Radians]] = (),
-        half_angle: Radians = math.radians(15.0),
+        half_angle: Radians | None = None,
         max_range: Metres = 1.0,
         noise: Metres = 0.02,
-        max_object_size: Metres = 0.8,
+        sweep: Seconds = 0.0,
+        max_object_size: Metres = 0.9,
+        static_objects: bool = True,
         half_life: Seconds = 10.0,
-        speed_noise: MetresPerSecond = 0.3,
+        memory: Seconds = 2.0,
+        acceleration: MetresPerSecondSquared = 1.5,
+        speed_noise: MetresPerSecond = 1.0,
+        min_speed: MetresPerSecond = 0.15,
         peer_radius: Metres = 0.5,
+        horizon: Seconds = 3.0,
         **kwargs: Any,
     ) -> None:
         super().__init__(*args, **kwargs)
-        self._ranges = ranges
+        self._ranges, self._static, self._peer_radius = ranges, static_objects, peer_radius
+        self._size, self._horizon, self._scanner = max_object_size, horizon, not mounts
         looks = [(float(x), float(y), float(a)) for x, y, a in mounts] or self._of_scanner()
-        self._beams = Beams(looks, half_angle, max_range, noise, max_object_size)
-        self._peer_radius = peer_radius
-        settings = BeliefSettings(half_life=half_life, start_speed=speed_noise, acceleration=speed_noise**2 / STEADY)
-        self._belief = Belief(settings)
-        self._pose: Pose2 | None = None
+        wide = math.radians(15.0) if mounts else 0.5 * abs(looks[-1][2] - looks[0][2]) / max(len(looks) - 1, 1)
+        self._beams = Beams(looks, half_angle if half_angle is not None else wide, max_range, noise, sweep)
+        self._tracker = Tracker(TrackerSettings(acceleration, speed_noise, min_speed, half_life, memory))
+        body = self.knowledge.graph.attributes(self.knowledge.agent)
+        length, width = body.get("length"), body.get("width")
+        self._hull = Footprint(length, width) if length and width else None
+        self._poses = PoseHistory()
         self._written: dict[int, _Written] = {}
 
     def expects(self) -> Sequence[str]:
         return (self._ranges, "pose")
 
+    def signals(self) -> Sequence[Signal]:
+        if not self._scanner or self._hull is None:
+            return []
+        signals = self.knowledge.signals  # the ranges are declared before the analysers' signals
+        age = signals.spec(self._ranges).max_age if self._ranges in signals else math.inf
+        docs = "Time until the hull touches what moves; +inf if not soon.", "Smallest predicted gap to what moves."
+        return [
+            Signal(COLLISION, 1, (TIME,), (0.0, math.inf), age, docs[0]),
+            Signal(CLEARANCE, 1, (LENGTH,), (-math.inf, math.inf), age, docs[1]),
+        ]
+
     def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
         # The pose of this period counts, whichever of the two monitors came first.
-        pose = next((s.value["pose"] for s in reversed(samples) if "pose" in s.value), None)
-        if pose is not None:
-            self._pose = Pose2(*pose) if all(map(math.isfinite, pose)) else None
+        self._poses.take(samples)
         for sample in samples:
-            if self._ranges in sample.value and self._pose is not None:
-                yield from self._look(sample.t, self._pose, sample.value[self._ranges])
+            if self._ranges not in sample.value:
+                continue
+            pose, poses = self._poses.at(sample.t), self._poses.along(sample.t + self._beams.offsets)
+            if pose is None or poses is None:
+                continue
+            ranges = np.array(sample.value[self._ranges], float)
+            yield from self._look(sample.t, self._beams.scan(poses if self._beams.sweep else pose, ranges))
+            if self._scanner:
+                self._predict(sample.t, pose, bool(np.isnan(ranges).any()))
 
-    def _look(self, t: float, pose: Pose2, ranges: Sequence[float]) -> Iterable[Change]:
-        beams = self._beams
-        sightings = [s for s in beams.sightings(pose, ranges) if not self._is_peer(s)]
-        seen = self._belief.update(t, sightings, lambda track: beams.in_view(pose, ranges, track))
-        tracks = self._belief.confirmed
-        with self.knowledge.graph.locked():
-            for number in seen.vanished:
+    def _look(self, t: float, scan: Scan) -> Iterable[Change]:
+        found = segments_of(scan, self._size)
+        self._tracker.update(t, found.taken(~self._near_peers(found)))
+        tracks, graph = self._tracker.tracks, self.knowledge.graph
+        reported = np.flatnonzero(tracks.confirmed & (tracks.movers(t) | self._static))
+        numbers = tracks.ids[reported].tolist()
+        vanished = sorted(set(self._written).difference(numbers))
+        appeared = [(n, i) for n, i in zip(numbers, reported.tolist(), strict=True) if n not in self._written]
+        with graph.locked():
+            for number in vanished:
                 del self._written[number]
-                if self.knowledge.graph.has(self._node(number)):
-                    self.knowledge.graph.remove(self._node(number))
-            for number, track in tracks.items():
-                self._write(number, track)
-        for number in seen.vanished:
+                if graph.has(self._node(number)):
+                    graph.remove(self._node(number))
+            for number, i in zip(numbers, reported.tolist(), strict=True):
+                self._write(t, number, i)
+        for number in vanished:
             yield self.change(t, "vanished", self._node(number))
-        for number in seen.appeared:
-            x, y = tracks[number].mean[:2].tolist()
+        for number, i in appeared:
+            x, y = tracks.mean[i, :2].tolist()
             yield self.change(t, "appeared", self._node(number), x=x, y=y)
 
-    def _write(self, number: int, track: Track) -> None:
-        graph, node = self.knowledge.graph, self._node(number)
-        now, before = _believed(track), self._written.get(number)
+    def _predict(self, t: float, pose: Pose2, broken: bool) -> None:
+        """Replace the movers, and write the signals of the coming seconds."""
+        tracks, world = self._tracker.tracks, self.knowledge.world
+        chosen = tracks.taken(tracks.confirmed & tracks.movers(t))
+        world.movers = Movers(
+            t=t,
+            ids=chosen.ids.copy(),
+            mean=chosen.mean.copy(),
+            covariance=chosen.covariance.copy(),
+            radius=chosen.radius.copy(),
+            seen=chosen.seen.copy(),
+            moves=chosen.moving(self._tracker.settings.min_speed),
+            turn_rate=np.zeros(len(chosen)),
+            belief=np.tile(PRIOR, (len(chosen), 1)),
+        )
+        if self._hull is None:
+            return
+        twist = self.knowledge.robot.twist(t)
+        collision, clearance = math.nan, math.nan
+        if not broken and not math.isnan(twist.forward + twist.turn):
+            ahead = world.movers.predict(t + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
+            collision = ahead.collision_time(self._hull, pose, twist)
+            clearance = ahead.clearance(self._hull, pose, twist)
+        self.write(t, {COLLISION: [collision], CLEARANCE: [clearance]})
+
+    def _write(self, t: float, number: int, index: int) -> None:
+        graph, node, tracks = self.knowledge.graph, self._node(number), self._tracker.tracks
+        now, before = self._believed(t, index), self._written.get(number)
         if before is not None and graph.has(node) and not _changed(before, now):
             return
         self._written[number] = now
         values = {
             "pose": now.pose,
-            "covariance": tuple(track.covariance[:2, :2].ravel().tolist()),
+            "covariance": tuple(tracks.covariance[index, :2, :2].ravel().tolist()),
             "existence": now.existence,
-            "radius": track.radius,
+            "radius": float(tracks.radius[index]),
             "moves": now.moves,
-            "speed": track.speed,
-            "seen": track.seen,
+            "speed": float(tracks.speed[index]),
+            "seen": now.seen,
         }
         if graph.has(node):
             graph.set(node, **values)
@@ -143,6 +218,14 @@ class TrackObjects(Analyze):
             for sensor in self._sensors():
                 graph.relate(node, "sensed_by", sensor)
 
+    def _believed(self, t: float, index: int) -> _Written:
+        tracks = self._tracker.tracks
+        x, y, vx, vy = tracks.mean[index].tolist()
+        moves = bool(tracks.moving(self._tracker.settings.min_speed)[index])
+        spread = math.sqrt(max(tracks.covariance[index, 0, 0], tracks.covariance[index, 1, 1]))
+        pose = Pose2(x, y, math.atan2(vy, vx) if moves else 0.0)
+        return _Written(t, pose, float(tracks.existence[index]), spread, moves, float(tracks.seen[index]))
+
     def _node(self, number: int) -> str:
         return f"{self.name}_{number}"
 
@@ -150,11 +233,14 @@ class TrackObjects(Analyze):
         graph = self.knowledge.graph
         return [s for s in graph.related(graph.agent, "has_sensor") if graph.get(s, "signal") in (self._ranges, s)][:1]
 
-    def _is_peer(self, sighting: Sighting) -> bool:
+    def _near_peers(self, segments: Segments) -> npt.NDArray[np.bool_]:
+        """Whether each segment is part of a known peer, shape (s,)."""
         world = self.knowledge.world
-        poses = [world.pose_of(peer) for peer in world.peers()]
-        x, y = sighting.position.tolist()
-        return any(pose is not None and math.dist(pose[:2], (x, y)) < self._peer_radius for pose in poses)
+        poses = [pose for peer in world.peers() if (pose := world.pose_of(peer)) is not None]
+        at: Array = np.array([pose[:2] for pose in poses]).reshape(-1, 2)
+        dx, dy = (segments.centre[:, None] - at).transpose(2, 0, 1)
+        near: npt.NDArray[np.bool_] = (np.hypot(dx, dy) < self._peer_radius).any(axis=1)
+        return near
 
     def _of_scanner(self) -> list[tuple[float, float, float]]:
         scanner = self.knowledge.robot.scanner(self._ranges)
@@ -162,17 +248,9 @@ class TrackObjects(Analyze):
         return [(x, y, yaw + bearing) for bearing in scanner.bearings.tolist()]
 
 
-def _believed(track: Track) -> _Written:
-    x, y, vx, vy = track.mean.tolist()
-    deviation = math.sqrt(max(track.covariance[2, 2], track.covariance[3, 3]))
-    moves = track.speed > max(MOVING, 2.0 * deviation)
-    spread = math.sqrt(max(track.covariance[0, 0], track.covariance[1, 1]))
-    return _Written(Pose2(x, y, math.atan2(vy, vx) if moves else 0.0), track.existence, spread, moves, track.seen)
-
-
 def _changed(before: _Written, now: _Written) -> bool:
     """Whether the estimate differs enough from the written values to be written again."""
-    return (
+    return now.t - before.t >= WRITE_EVERY - 1e-9 and (
         before.moves is not now.moves
         or before.pose.distance(now.pose) > MOVED
         or abs(now.existence - before.existence) > GREW * before.existence

@@ -11,6 +11,8 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import KnowledgeChanged, ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
+from rocs_bt.signal import Signal
+from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
 from .casting import cast
 
@@ -20,14 +22,20 @@ FIELD = math.radians(270.0)
 class World:
     """A robot with a scanner, round things around it, and its analyser."""
 
-    def __init__(self, *things, beams=361, scanner=True, **parameters):
+    def __init__(self, *things, beams=361, scanner=True, body=None, **parameters):
         self.clock, self.sink = SimulatedClock(0.05), ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
         look = {"rays": beams, "span": FIELD, "mount": Pose2(0.0, 0.0, 0.0)} if scanner else {}
         self.knowledge.graph.add("lidar", "sensor", signal="scan", **look)
         self.knowledge.graph.relate("R2", "has_sensor", "lidar")
+        self.knowledge.graph.set("R2", **(body or {}))
         given = {"ranges": "scan", "half_angle": math.radians(0.5), "max_range": 6.0} | parameters
         self.analyze = ANALYZERS["TrackObjects"]("seen", self.knowledge, ListSink(), **given)
+        own = [Signal("scan", beams, (LENGTH,)), Signal("speed", 1, (SPEED,)), Signal("turn_rate", 1, (TURN_RATE,))]
+        for signal in [*self.analyze.signals(), *own]:
+            self.knowledge.signals.declare(signal)
+        self.knowledge.signals.freeze()
+        self.speed = 0.0
         self.pose, self.things, self.beams, self.changes = Pose2(0.0, 0.0, 0.0), list(things), beams, []
 
     def steps(self, count, *, blind=False, moving=(0.0, 0.0)):
@@ -37,9 +45,13 @@ class World:
             bearings = [-0.5 * FIELD + i * FIELD / (self.beams - 1) for i in range(self.beams)]
             ranges = [math.nan] * self.beams if blind else cast(self.pose, bearings, self.things, 6.0)
             t = self.clock.now()
+            self.knowledge.signals.update({"speed": [self.speed], "turn_rate": [0.0]}, t)
             samples = [Stamped(t, "scan", {"scan": ranges}), Stamped(t, "pose", {"pose": list(self.pose)})]
             self.changes += [(c.kind, c.subject) for c in self.analyze.process(samples)]
         return self
+
+    def signal(self, name):
+        return self.knowledge.signals.value(name, self.clock.now())
 
     @property
     def objects(self):
@@ -48,7 +60,7 @@ class World:
 
 
 def test_a_thing_appears_with_its_place_its_size_and_how_surely():
-    world = World((2.0, 0.5, 0.15)).steps(10)
+    world = World((2.0, 0.5, 0.15)).steps(16)
     assert world.changes == [("appeared", "seen_1")]
     (known,) = world.objects.values()
     assert known["pose"].distance(Pose2(2.0, 0.5)) < 0.08
@@ -56,7 +68,7 @@ def test_a_thing_appears_with_its_place_its_size_and_how_surely():
     assert known["existence"] > 0.8
     assert known["covariance"][0] > 0.0
     assert known["moves"] is False
-    assert 0.0 < known["seen"] <= 0.5
+    assert 0.5 < known["seen"] <= 0.8
     assert world.knowledge.graph.related("seen_1", "sensed_by") == ["lidar"]
 
 
@@ -84,6 +96,69 @@ def test_one_that_moves_is_told_so_with_its_heading_and_speed():
     assert known["speed"] == pytest.approx(0.6, abs=0.12)
     assert known["pose"].yaw == pytest.approx(math.pi / 2, abs=0.2)
     assert world.changes == [("appeared", "seen_1")], "it is one thing all the time"
+
+
+BODY = {"length": 0.5, "width": 0.4}
+
+
+def test_what_moves_is_a_mover_and_what_does_not_is_none():
+    world = World((2.0, -1.0, 0.2), static_objects=False).steps(20)
+    assert len(world.knowledge.world.movers) == 0
+    assert world.objects == {}
+    world.steps(40, moving=(0.0, 0.6))
+    movers = world.knowledge.world.movers
+    assert movers.ids.tolist() == [1]
+    assert movers.t == world.clock.now()
+    assert movers.mean[0] == pytest.approx([2.0, 0.2, 0.0, 0.6], abs=0.08)
+    assert movers.radius == pytest.approx([0.2], abs=0.03)
+    assert movers.moves.tolist() == [True]
+    assert list(world.objects) == ["seen_1"]
+    before = movers.mean.copy()
+    world.steps(5, moving=(0.0, 0.6))
+    assert world.knowledge.world.movers is not movers
+    assert (movers.mean == before).all()
+
+
+def test_one_out_of_view_is_a_mover_for_two_seconds():
+    world = World((2.0, -1.0, 0.2)).steps(40, moving=(0.0, 0.6))
+    world.pose = Pose2(0.0, 0.0, math.pi)
+    world.steps(38)
+    assert world.knowledge.world.movers.ids.tolist() == [1]
+    world.steps(4)
+    assert len(world.knowledge.world.movers) == 0
+
+
+def test_the_graph_is_written_twice_a_second():
+    world = World((4.0, -2.0, 0.2)).steps(20, moving=(0.0, 0.6))
+    before = len([e for e in world.sink.events if isinstance(e, KnowledgeChanged)])
+    world.steps(60, moving=(0.0, 0.6))
+    assert len([e for e in world.sink.events if isinstance(e, KnowledgeChanged)]) - before <= 7 * 7
+
+
+def test_the_signals_say_when_and_how_near_what_moves_will_be():
+    world = World((3.0, 1.0, 0.2), body=BODY).steps(40, moving=(0.0, -0.2))  # now at 0.6 m to the left
+    world.speed = 0.9
+    world.steps(1, moving=(0.0, -0.2))
+    # The robot's front is at the mover's near side after 2.55 / 0.9 = 2.83 s; the mover is then at its middle.
+    assert world.signal("collision_time") == pytest.approx(2.83, abs=0.15)
+    assert world.signal("predicted_clearance") < 0.0
+    world.speed = 0.0
+    world.steps(1, moving=(0.0, -0.2))
+    assert world.signal("collision_time") == math.inf
+    assert world.signal("predicted_clearance") == pytest.approx(2.55, abs=0.15)
+    world.steps(1, blind=True)
+    assert math.isnan(world.signal("collision_time"))
+
+
+def test_without_movers_nothing_is_near():
+    world = World((2.0, 0.5, 0.15), body=BODY).steps(20)
+    assert world.signal("collision_time") == world.signal("predicted_clearance") == math.inf
+
+
+def test_a_sonar_ring_claims_nothing_about_what_moves():
+    world = World(mounts=[[0.2, 0.0, 0.0]], body=BODY).steps(1)
+    assert world.knowledge.world.movers is None
+    assert "collision_time" not in world.knowledge.signals
 
 
 def test_a_robot_that_sees_nothing_learns_nothing():

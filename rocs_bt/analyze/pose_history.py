@@ -1,0 +1,54 @@
+"""PoseHistory: the recent poses of a robot, to know where it was when a scan was taken."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..channel import Signals, Stamped
+from ..control.locomotion import Array
+from ..geometry import Pose2, wrap_angle
+
+POSES = 8
+"""Number of poses that are stored."""
+
+
+class PoseHistory:
+    """The most recent poses, from samples of the signal `pose`."""
+
+    def __init__(self) -> None:
+        self._poses: deque[tuple[float, Sequence[float]]] = deque(maxlen=POSES)
+
+    def take(self, samples: Sequence[Stamped[Signals]]) -> None:
+        """Store the poses among some samples, oldest first."""
+        for sample in samples:
+            if "pose" in sample.value:
+                self._poses.append((sample.t, sample.value["pose"]))
+
+    def at(self, t: float) -> Pose2 | None:
+        """Pose at a time [s], world frame, as `along` gives it."""
+        found = self.along(np.array([t]))
+        if found is None:
+            return None
+        x, y, yaw = found[0].tolist()
+        return Pose2(x, y, wrap_angle(yaw))
+
+    def along(self, times: Array) -> Array | None:
+        """Poses at some times, interpolated; the first or the last pose outside of what is stored.
+
+        Args:
+            times: Times, shape (n,) [s].
+
+        Returns:
+            Poses, world frame, shape (n, 3) [m, m, rad], yaw without jumps; None if one of them is unknown.
+        """
+        if not self._poses:
+            return None
+        stamps = np.array([t for t, _ in self._poses])
+        poses = np.array([pose for _, pose in self._poses], float)
+        known = np.isfinite(poses[:, 2])
+        poses[known, 2] = np.unwrap(poses[known, 2])
+        found = np.column_stack([np.interp(times, stamps, poses[:, axis]) for axis in range(3)])
+        return found if np.isfinite(found).all() else None

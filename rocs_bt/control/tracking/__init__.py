@@ -1,0 +1,7 @@
+"""Tracking of the objects around a robot from the ranges of one sensor: segments, circle fits and Kalman filters."""
+
+from .beams import Beams, Scan
+from .segments import Segments, segments_of
+from .tracker import Tracker, TrackerSettings, TrackerUpdate, Tracks
+
+__all__ = ["Beams", "Scan", "Segments", "Tracker", "TrackerSettings", "TrackerUpdate", "Tracks", "segments_of"]
