@@ -136,16 +136,16 @@ def test_the_graph_is_written_twice_a_second():
 
 
 def test_the_signals_say_when_and_how_near_what_moves_will_be():
-    world = World((3.0, 1.0, 0.2), body=BODY).steps(40, moving=(0.0, -0.2))  # now at 0.6 m to the left
+    world = World((2.0, 1.4, 0.2), body=BODY).steps(40, moving=(0.0, -0.4))  # now at 0.6 m to the left
     world.speed = 0.9
-    world.steps(1, moving=(0.0, -0.2))
-    # The robot's front is at the mover's near side after 2.55 / 0.9 = 2.83 s; the mover is then at its middle.
-    assert world.signal("collision_time") == pytest.approx(2.83, abs=0.15)
+    world.steps(1, moving=(0.0, -0.4))
+    # The robot's front is at the mover's near side after 1.55 / 0.9 = 1.72 s; the mover is then at its middle.
+    assert world.signal("collision_time") == pytest.approx(1.75, abs=0.1)
     assert world.signal("predicted_clearance") < 0.0
     world.speed = 0.0
-    world.steps(1, moving=(0.0, -0.2))
+    world.steps(1, moving=(0.0, -0.4))
     assert world.signal("collision_time") == math.inf
-    assert world.signal("predicted_clearance") == pytest.approx(2.55, abs=0.15)
+    assert world.signal("predicted_clearance") == pytest.approx(1.55, abs=0.15)
     world.steps(1, blind=True)
     assert math.isnan(world.signal("collision_time"))
 
