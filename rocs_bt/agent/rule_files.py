@@ -11,12 +11,15 @@ from queue import SimpleQueue
 from ..action import Action
 from ..clock import Clock
 from ..errors import InputError, unknown
-from ..event import EventSink, RulesReplaced
+from ..event import EventSink, GuardInfo, RulesReplaced
 from ..expression import Environment
 from ..files import read_text
 from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
 from ..words import inactive_rule
+
+Describe = Callable[[str, RuleSet], tuple[GuardInfo, ...]]
+"""Describes the guards of an agent's rules."""
 
 POLL = 0.2
 """Interval at which the thread of a RuleWatch checks the files [s]."""
@@ -92,9 +95,11 @@ class RuleFile:
         self.model.replace(rules)
         return rules
 
-    def reload_as(self, agent: str, clock: Clock, sink: EventSink) -> None:
+    def reload_as(
+        self, agent: str, clock: Clock, sink: EventSink, describe: Describe = lambda agent, rules: ()
+    ) -> None:
         """Reload the file, and emit a RulesReplaced event of the agent, with all that a replay needs."""
-        before, texts = self._texts, dict[str, str]()
+        before, texts, guards = self._texts, dict[str, str](), tuple[GuardInfo, ...]()
         try:
             rules = self.reload()
         except InputError as error:
@@ -106,6 +111,7 @@ class RuleFile:
             robot = self._knowledge.graph.attributes(agent).get("model", agent)
             inactive = [inactive_rule(rule.name, [robot], rule.missing).rstrip(".") for rule in rules.inactive]
             accepted, detail, texts = True, "; ".join([active, *inactive]), self._texts
+            guards = describe(agent, rules)
         sink.emit(
             RulesReplaced(
                 t=clock.now(),
@@ -115,6 +121,7 @@ class RuleFile:
                 detail=detail,
                 before=before,
                 texts=texts,
+                guards=guards,
             )
         )
 
@@ -138,10 +145,20 @@ class RuleWatch:
         clock: Clock of the events.
         sink: Sink that receives the RulesReplaced events; it must be thread-safe.
         watching: Whether files are reloaded when they have changed, and not only on request.
+        describe: Description of an agent's new guards, for the events.
     """
 
-    def __init__(self, files: Iterable[tuple[str, RuleFile]], clock: Clock, sink: EventSink, *, watching: bool) -> None:
+    def __init__(
+        self,
+        files: Iterable[tuple[str, RuleFile]],
+        clock: Clock,
+        sink: EventSink,
+        *,
+        watching: bool,
+        describe: Describe = lambda agent, rules: (),
+    ) -> None:
         self._files = list(files)
+        self._describe = describe
         self._clock = clock
         self._sink = sink
         self._watching = watching
@@ -181,10 +198,10 @@ class RuleWatch:
         """Reload the requested files, and if the files are watched all changed ones, now."""
         while not self._requested.empty():
             agent, file = self._requested.get()
-            file.reload_as(agent, self._clock, self._sink)
+            file.reload_as(agent, self._clock, self._sink, self._describe)
         for agent, file in self._files if self._watching else ():
             if file.changed():
-                file.reload_as(agent, self._clock, self._sink)
+                file.reload_as(agent, self._clock, self._sink, self._describe)
 
     def _run(self) -> None:
         try:

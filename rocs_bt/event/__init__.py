@@ -22,6 +22,7 @@ from .acting import (
 )
 from .deciding import (
     BlackboardChanged,
+    GuardInfo,
     NodeTicked,
     Replanned,
     RuleChanged,
@@ -74,6 +75,7 @@ __all__ = [
     "Fanout",
     "FollowerStepped",
     "GoalEntered",
+    "GuardInfo",
     "KnowledgeChanged",
     "LandingBegan",
     "Level",

@@ -41,6 +41,62 @@ class RuleChanged(Event, frozen=True, kw_only=True):
         return Level.WARNING if self.phase.startswith("fired") else Level.DEBUG
 
 
+class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
+    """Guard of a reflex rule.
+
+    Attributes:
+        rule: Rule as `file/Rule`.
+        when: Condition on which the rule latches, as written.
+        until: Condition that releases it, as written; empty if there is none.
+        sources: Both conditions over signals and numbers only, or only the first.
+        comparisons: Texts of all comparisons in both conditions, as written, in order; of a chain one for each sign. A
+            `held` or `once` has its own, behind those that it is about.
+        units: Unit of each comparison's sides; may be empty.
+        doc: Description of the rule in one sentence.
+        action: Name of the action that the robot executes.
+        priority: Priority of the rule.
+        place: File and line of the rule, such as `avoid_collision.toml:38`.
+        thresholds: Values of the named thresholds in both conditions, with units, after overrides by the robot.
+        hold: Time for which `when` must hold until the rule latches [s].
+        cooldown: Time from latching, or from release if `level`, to the next latching [s].
+        level: Whether the rule is a level rule.
+        modes: Modes of the agent in which the rule is active; empty for all.
+        on_invalid: Policy while `when` is not known: `clear`, `trip` or `hold`.
+        max_hold: Time after which `hold` becomes `trip` [s].
+        limits: Limits of the range sensors with signals that the guard reads: value [m], and a sentence about it.
+        only_invalid: Whether `when` can never hold, so that only invalid signals make the rule act.
+    """
+
+    rule: str
+    when: str
+    until: str = ""
+    sources: tuple[str, ...] = ()
+    comparisons: tuple[str, ...] = ()
+    units: tuple[str, ...] = ()
+    doc: str = ""
+    action: str = ""
+    priority: int = 0
+    place: str = ""
+    thresholds: Mapping[str, str] = {}
+    hold: float = 0.0
+    cooldown: float = 0.0
+    level: bool = False
+    modes: tuple[str, ...] = ()
+    on_invalid: str = "clear"
+    max_hold: float = 0.0
+    limits: tuple[tuple[float, str], ...] = ()
+    only_invalid: bool = False
+
+    @property
+    def faults(self) -> str:
+        """Contradiction that only a damaged recording has, as a sentence; empty if there is none."""
+        if not 1 <= len(self.sources) <= 2:
+            return f"the guard of '{self.rule}' has no condition"
+        if len(self.units) != len(self.comparisons):
+            return f"the comparisons of '{self.rule}' do not have one unit each"
+        return ""
+
+
 class RulesReplaced(Event, frozen=True, kw_only=True):
     """A rule file changed during the run: its new rules were activated, or refused, and the old rules kept.
 
@@ -50,6 +106,7 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
         detail: Description of the active rules, or faults of the file.
         before: Texts of the old rules, by path relative to the rule file's folder; empty if the new ones were refused.
         texts: Texts of the new rules, likewise.
+        guards: Guards of the new rules.
     """
 
     rules: str
@@ -57,6 +114,7 @@ class RulesReplaced(Event, frozen=True, kw_only=True):
     detail: str
     before: Mapping[str, str] = {}
     texts: Mapping[str, str] = {}
+    guards: tuple[GuardInfo, ...] = ()
 
     @property
     def sentence(self) -> str:

@@ -4,6 +4,7 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
+from ..event import GuardInfo
 from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_differences
 from .figures import write_figures
 from .folder_lock import FolderLock
@@ -12,7 +13,6 @@ from .header import (
     Beam,
     BodyInfo,
     Fan,
-    GuardInfo,
     Outline,
     Place,
     RequirementInfo,

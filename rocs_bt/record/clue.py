@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from .header import AgentInfo, GuardInfo, Outline, Point, RunHeader
+from ..event import GuardInfo
+from .header import AgentInfo, Outline, Point, RunHeader
 from .track import Curve, TrackSet
 
 Numbers = NDArray[np.float64]
@@ -40,6 +41,10 @@ class Clues:
         self._agents = {agent.name: agent for agent in header.agents}
         self._bodies = {body.name: body for body in header.bodies}
         self._guards = {(a.name, guard.rule): (guard, _read(guard, a)) for a in header.agents for guard in a.guards}
+
+    def replace(self, agent: str, guard: GuardInfo) -> None:
+        """Take the new guard of a rule, from now on."""
+        self._guards[agent, guard.rule] = guard, _read(guard, self._agents[agent])
 
     def due(self, agent: str, source: str, t: float) -> bool:
         """Whether a clue to a repeated event of a rule or leaf is due: the last one is a second old."""

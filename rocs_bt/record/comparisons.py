@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..event import RulesReplaced
-from ..expression import Node, parse
+from ..event import GuardInfo, RulesReplaced
+from ..expression import parse
 from .condition import Condition, Found, Numbers, run_starts
-from .header import AgentInfo, GuardInfo
+from .header import AgentInfo
 from .samples import environment_of, modes, samples
 from .states import GuardState
 from .tracks import Tracks
@@ -36,9 +36,9 @@ class Comparisons:
     """
 
     def __init__(self, tracks: Tracks, only: Collection[str] = ()) -> None:
-        self._tracks = tracks
+        self._tracks, self._only = tracks, only
         self._done = {agent.name: -math.inf for agent in tracks.header.agents}
-        self._guards = {agent.name: guards_of(agent, only) for agent in tracks.header.agents if agent.signals}
+        self._guards = {a.name: guards_of(a, a.guards, only) for a in tracks.header.agents if a.signals}
         self._heard = 0  # events
 
     def update(self, *, over: bool = False) -> None:
@@ -55,26 +55,33 @@ class Comparisons:
                 rows, entered = x.tolist(), modes(self._tracks, agent.name, t)
                 for guard in guards:
                     guard.add(self._tracks, agent.name, t, x, rows, entered)
+                guards[:] = (guard for guard in guards if guard.end > t[-1])
 
     def _replace(self) -> None:
-        """Follow a guard until its rule file is replaced: the new one is not in the header."""
-        events = self._tracks.events
+        """Follow the guards of a rule file until it is replaced, and from then on the new ones."""
+        events, agents = self._tracks.events, {agent.name: agent for agent in self._tracks.header.agents}
         for event in events[self._heard :]:
-            if isinstance(event, RulesReplaced) and event.accepted:
-                for guard in self._guards.get(event.agent, []):
-                    if guard.info.rule.rpartition("/")[0] == event.rules:
-                        guard.replaced = min(guard.replaced, event.t)
+            if isinstance(event, RulesReplaced) and event.accepted and event.agent in self._guards:
+                guards = self._guards[event.agent]
+                new = [guard for guard in event.guards if not guard.faults]
+                for guard in guards:
+                    if guard.info.rule.rpartition("/")[0] == event.rules and guard.end > event.t:
+                        guard.end = event.t
+                        guard.next = next((info for info in new if info.rule == guard.info.rule), None)
+                guards += guards_of(agents[event.agent], new, self._only, event.t)
         self._heard = len(events)
 
 
-def guards_of(agent: AgentInfo, only: Collection[str] = ()) -> list[Guard]:
-    """Guards of an agent's rules, or of some; without those that only their rule file can read."""
+def guards_of(
+    agent: AgentInfo, infos: Sequence[GuardInfo], only: Collection[str] = (), begin: float = -math.inf
+) -> list[Guard]:
+    """Guards of an agent's rules, or of some, from a time on [s]; without those that only their rule file can read."""
     found = []
     environment = environment_of(agent)
-    for info in agent.guards:
+    for info in infos:
         try:
             if not only or info.rule in only:
-                found.append(Guard(info, [parse(text, environment) for text in info.sources]))
+                found.append(Guard(info, [Condition(parse(text, environment)) for text in info.sources], begin))
         except InputError:  # a guard with names that only its rule file knows
             continue
     return found
@@ -85,13 +92,15 @@ class Guard:
 
     Attributes:
         info: Description of the guard.
-        replaced: Time at which the rule's file was replaced [s].
+        begin: Time from which it is the guard of its rule [s].
+        end: Time at which the rule's file was replaced [s].
+        next: Description of the guard of the rule from then on; None if the new file has none.
     """
 
-    def __init__(self, info: GuardInfo, trees: Sequence[Node]) -> None:
-        self.info = info
-        self.replaced = math.inf
-        self._conditions = [Condition(tree) for tree in trees]
+    def __init__(self, info: GuardInfo, conditions: Sequence[Condition], begin: float = -math.inf) -> None:
+        self.info, self.begin, self.end = info, begin, math.inf
+        self.next: GuardInfo | None = None
+        self._conditions = conditions
         self._names = [f"{info.rule}\n{i}" for i in range(len(info.comparisons))]
         self._since = self._unknown = math.nan  # begins of the runs in which the guard counts, and is not known [s]
         self._counted = self._latched = False
@@ -116,16 +125,18 @@ class Guard:
             rows: The samples as lists.
             entered: Mode of the agent at these times.
         """
-        n = bisect_left(t, self.replaced)
-        if n:
-            t, found = t[:n], [condition(t[:n], x[:n], rows[:n]) for condition in self._conditions]
-            self._put(tracks, agent, t, [row for each in found for row in each.rows], found[0].near)
-            self._keep(tracks, agent, np.array(t), found[0], entered)
-        if n < len(entered):
-            nothing = [np.full((1, 3), math.nan) for _ in self._names]
-            self._put(tracks, agent, [self.replaced], nothing, np.array([math.nan]))
-            tracks.begun(agent, "guard", self.info.rule).put(self.replaced, GuardState(replaced=True))
-            self.replaced = -math.inf
+        own = slice(bisect_left(t, self.begin), bisect_left(t, self.end))
+        if own.start < own.stop:
+            found = [condition(t[own], x[own], rows[own]) for condition in self._conditions]
+            self._put(tracks, agent, t[own], [row for each in found for row in each.rows], found[0].near)
+            self._keep(tracks, agent, np.array(t[own]), found[0], entered[own])
+        if own.stop < len(t):
+            more, nothing = len(self.next.comparisons) if self.next else 0, np.full((1, 3), math.nan)
+            for name in self._names[more:]:
+                tracks.samples(agent, "compare", name, 3).extend([self.end], nothing)
+            if self.next is None:
+                tracks.samples(agent, "near", self.info.rule, 1).extend([self.end], nothing[:, :1])
+                tracks.begun(agent, "guard", self.info.rule).put(self.end, GuardState(replaced=True))
 
     def _put(self, tracks: Tracks, agent: str, t: Sequence[float], rows: Sequence[Numbers], near: Numbers) -> None:
         for name, row in zip(self._names, rows, strict=True):

@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from ..event import TreeNode
+from ..event import GuardInfo, TreeNode
 from ..geometry import Pose2
 from ..signal import Signal
 from ..units import parse_unit
@@ -232,53 +232,6 @@ class RequirementInfo(msgspec.Struct, frozen=True, kw_only=True):
     doc: str = ""
 
 
-class GuardInfo(msgspec.Struct, frozen=True, kw_only=True):
-    """Guard of a reflex rule.
-
-    Attributes:
-        rule: Rule as `file/Rule`.
-        when: Condition on which the rule latches, as written.
-        until: Condition that releases it, as written; empty if there is none.
-        sources: Both conditions over signals and numbers only, or only the first.
-        comparisons: Texts of all comparisons in both conditions, as written, in order; of a chain one for each sign. A
-            `held` or `once` has its own, behind those that it is about.
-        units: Unit of each comparison's sides; may be empty.
-        doc: Description of the rule in one sentence.
-        action: Name of the action that the robot executes.
-        priority: Priority of the rule.
-        place: File and line of the rule, such as `avoid_collision.toml:38`.
-        thresholds: Values of the named thresholds in both conditions, with units, after overrides by the robot.
-        hold: Time for which `when` must hold until the rule latches [s].
-        cooldown: Time from latching, or from release if `level`, to the next latching [s].
-        level: Whether the rule is a level rule.
-        modes: Modes of the agent in which the rule is active; empty for all.
-        on_invalid: Policy while `when` is not known: `clear`, `trip` or `hold`.
-        max_hold: Time after which `hold` becomes `trip` [s].
-        limits: Limits of the range sensors with signals that the guard reads: value [m], and a sentence about it.
-        only_invalid: Whether `when` can never hold, so that only invalid signals make the rule act.
-    """
-
-    rule: str
-    when: str
-    until: str = ""
-    sources: tuple[str, ...] = ()
-    comparisons: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
-    doc: str = ""
-    action: str = ""
-    priority: int = 0
-    place: str = ""
-    thresholds: Mapping[str, str] = {}
-    hold: float = 0.0
-    cooldown: float = 0.0
-    level: bool = False
-    modes: tuple[str, ...] = ()
-    on_invalid: str = "clear"
-    max_hold: float = 0.0
-    limits: tuple[tuple[float, str], ...] = ()
-    only_invalid: bool = False
-
-
 class SensorInfo(msgspec.Struct, frozen=True, kw_only=True):
     """Sensor of an agent.
 
@@ -370,10 +323,8 @@ class RunHeader(msgspec.Struct, frozen=True, kw_only=True):
             if not abs(value) <= (MOST if isinstance(value, int) else LARGEST):
                 raise ValueError(f"it has the number {value:g}")
         for agent in self.agents:
-            if bare := [guard.rule for guard in agent.guards if not 1 <= len(guard.sources) <= 2]:
-                raise ValueError(f"the guard of '{bare[0]}' has no condition")
-            if bare := [guard.rule for guard in agent.guards if len(guard.units) != len(guard.comparisons)]:
-                raise ValueError(f"the comparisons of '{bare[0]}' do not have one unit each")
+            if wrong := next(filter(None, (guard.faults for guard in agent.guards)), ""):
+                raise ValueError(wrong)
             for declared in agent.signals:
                 if not declared.name:
                     raise ValueError(f"a signal of '{agent.name}' has no name")

@@ -24,6 +24,7 @@ from ..event import (
     ContactBegan,
     Event,
     FollowerStepped,
+    GuardInfo,
     KnowledgeChanged,
     MapChanged,
     MinClearanceLowered,
@@ -34,6 +35,7 @@ from ..event import (
     PathPlanned,
     RobotPushed,
     RuleChanged,
+    RulesReplaced,
     RunControlled,
     ScriptActed,
     SensorFailed,
@@ -164,6 +166,12 @@ class Tracks(TrackSet):
         made = self._actors.get(event.body) or ActorMotion(body, self.header.start)
         return self._actors.setdefault(event.body, made).take(event)
 
+    def guard(self, agent: str, rule: str, t: float) -> GuardInfo | None:
+        """Guard of a rule at a time: that of the header, until its file is replaced."""
+        infos = (guard for info in self.header.agents if info.name == agent for guard in info.guards)
+        new: GuardInfo | None = self.steps(agent, "guards", rule).at(t)
+        return new or next((guard for guard in infos if guard.rule == rule), None)
+
     def moves(self, agent: str, actuator: str) -> bool:
         """Whether an actuator moves its robot: it is the first that was commanded."""
         return self._movers.setdefault(agent, actuator) == actuator
@@ -272,6 +280,13 @@ def _push(tracks: Tracks, event: RobotPushed) -> None:
 
 def _script(tracks: Tracks, event: ScriptActed) -> None:
     tracks.begun(event.agent, "script", f"{event.topic}\n{event.name}").put(event.t, event)
+
+
+def _replaced(tracks: Tracks, event: RulesReplaced) -> None:
+    for guard in event.guards:
+        if not guard.faults:
+            tracks.begun(event.agent, "guards", guard.rule).put(event.t, guard)
+            tracks.clues.replace(event.agent, guard)
 
 
 def _release(tracks: Tracks, event: MotionReleased) -> None:
@@ -417,6 +432,7 @@ TOPICS: Mapping[str, Mapping[type[Event], Callable[[Tracks, Any], None]]] = {
     "atomic": {AtomicStarted: _put("atomic")},
     "push": {RobotPushed: _push},
     "script": {ScriptActed: _script},
+    "guards": {RulesReplaced: _replaced},
     "hold": {MotionHeld: _put("hold", "actuator", "reason"), MotionReleased: _release},
     "follower": {FollowerStepped: _follower},
     "map": {MapChanged: _put("map")},  # each value is a change; the map is the sum of all so far

@@ -6,14 +6,13 @@ The page gives the same answer (studio/web/why.js).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..errors import InputError, unknown
+from ..event import GuardInfo
 from ..words import inactive_rule
 from .clue import limit_text
 from .comparisons import Comparisons
-from .header import GuardInfo
 from .moment import SLACK, Moment
 from .states import GuardState, RuleState
 from .tracks import Tracks
@@ -89,7 +88,7 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     """
     moment = Moment(tracks, t, agent)
     info, state = moment.info, moment.value("rule", rule)
-    known = [*(guard.rule for guard in info.guards), *info.inactive]
+    known = [*dict.fromkeys([*(guard.rule for guard in info.guards), *tracks.of(agent, "guards")]), *info.inactive]
     if rule not in known and state is None:
         raise InputError(unknown("rule", rule, known, f"The agent '{agent}'"))
     if rule in info.inactive:
@@ -97,15 +96,14 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     if state is not None and state.active:
         return WhyNot(rule, "it fired, and its action is active")
     if state is not None and state.waits:
-        return WhyNot(rule, _waits(info.guards, rule, state))
+        return WhyNot(rule, _waits(moment, rule, state))
     if moment.since("stopped") < t - SLACK:
         return WhyNot(rule, f"the agent was stopped{since(moment.since('stopped'), t)}")
     if tracks.get(agent, "guard", rule) is None:
         Comparisons(tracks, [rule]).update(over=True)
-    found = moment.value("guard", rule)
-    if found is None:
+    found, guard = moment.value("guard", rule), tracks.guard(agent, rule, moment.now)
+    if found is None or guard is None:
         return WhyNot(rule, "the values of its guard are not recorded")
-    guard = next(guard for guard in info.guards if guard.rule == rule)
     held = tuple(_held(moment, guard, index) for index in found.held)
     because = " and ".join(map(str, held))
     return WhyNot(
@@ -113,13 +111,13 @@ def why_not(tracks: Tracks, t: float, agent: str, rule: str) -> WhyNot:
     )
 
 
-def _waits(guards: Sequence[GuardInfo], rule: str, state: RuleState) -> str:
+def _waits(moment: Moment, rule: str, state: RuleState) -> str:
     """That a rule waits for another, and why."""
-    priority = {guard.rule: guard.priority for guard in guards}
-    above = priority.get(state.behind, -math.inf) > priority.get(rule, math.inf)
+    other, own = (moment.tracks.guard(moment.agent, name, moment.now) for name in (state.behind, rule))
+    above = other is not None and own is not None and other.priority > own.priority
     fired = "" if state.firing is None else f", fired last at t = {state.firing[0]:.2f} s,"
-    other = (state.behind or "another rule").rpartition("/")[2]
-    return f"it is latched{fired} and waits for {other}{', which has a higher priority' if above else ''}"
+    name = (state.behind or "another rule").rpartition("/")[2]
+    return f"it is latched{fired} and waits for {name}{', which has a higher priority' if above else ''}"
 
 
 def _held(moment: Moment, guard: GuardInfo, index: int) -> Held:
@@ -132,7 +130,7 @@ def _held(moment: Moment, guard: GuardInfo, index: int) -> Held:
 def _back(guard: GuardInfo, state: GuardState, t: float) -> str:
     """What keeps a rule back if no comparison does."""
     if state.replaced:
-        return "its rule file was replaced, and the new guard is not recorded"
+        return "its rule file was replaced, and the new one does not have it"
     if state.mode is not None:
         modes = " or ".join(f"'{mode}'" for mode in guard.modes)
         return f"it acts in mode {modes} only, and the mode is '{state.mode}'"

@@ -147,11 +147,7 @@ def agent_info(scenario: ScenarioSpec, agent: Agent) -> AgentInfo:
         nodes=agent.plan.tree_nodes() if isinstance(agent.plan, TreePlan) else (),
         signals=signals_of(agent),
         axes=() if locomotion.wheels else locomotion.values,
-        guards=tuple(
-            _limited(agent, guard_info(file.model.rules, rule, Environment.of(agent.knowledge.signals)))
-            for file in agent.rule_files
-            for rule in file.model.rules.rules
-        ),
+        guards=tuple(guard for file in agent.rule_files for guard in guards_of(agent, file.model.rules)),
         sensors=tuple(_sensors(agent)),
     )
 
@@ -166,6 +162,12 @@ def _sensors(agent: Agent) -> Iterator[SensorInfo]:
         for each in monitor.monitored:
             others = tuple(name for name in derived if name not in written)
             yield SensorInfo(name=each.sensor.name, signals=tuple(written), derived=others)
+
+
+def guards_of(agent: Agent, rules: RuleSet) -> tuple[GuardInfo, ...]:
+    """Descriptions of the guards of an agent's rules."""
+    environment = Environment.of(agent.knowledge.signals)
+    return tuple(_limited(agent, guard_info(rules, rule, environment)) for rule in rules.rules)
 
 
 def _limited(agent: Agent, guard: GuardInfo) -> GuardInfo:

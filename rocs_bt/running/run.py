@@ -21,7 +21,7 @@ from .build_agents import worldless_agents
 from .control import CommandDesk, taken_commands
 from .episode import Episode, Stage
 from .hardware_stage import HardwareStage
-from .header import plain_header, run_command, with_scenery, without_world
+from .header import guards_of, plain_header, run_command, with_scenery, without_world
 from .memory import Memory
 from .options import RunOptions
 from .requirements import requirement_faults
@@ -184,7 +184,14 @@ class Run:
         )
         self._swaps = SwapSchedule(swaps, agents, catalog)
         files = [(agent.name, file) for agent in agents for file in agent.rule_files]
-        self._rules = RuleWatch(files, stage.clock, self._relay, watching=options.watch_rules)
+        named = {agent.name: agent for agent in agents}
+        self._rules = RuleWatch(
+            files,
+            stage.clock,
+            self._relay,
+            watching=options.watch_rules,
+            describe=lambda agent, rules: guards_of(named[agent], rules),
+        )
         self.header = plain_header(
             spec,
             agents,

@@ -110,7 +110,7 @@ def test_holds_cooldowns_and_modes_are_those_of_the_rules_themselves(seed):
     guards = []
     for rule in rules.rules:
         info = guard_info(rules, rule, ENVIRONMENT)
-        guards.append(Guard(info, [parse(text, ENVIRONMENT) for text in info.sources]))
+        guards.append(Guard(info, [Condition(parse(text, ENVIRONMENT)) for text in info.sources]))
     tracks, t, mode = Tracks(RunHeader(scenario="s", seed=0)), 1.0, "drive"
     times, x, entered, told = [], [], [], []
     for _ in range(60):

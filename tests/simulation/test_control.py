@@ -10,6 +10,8 @@ from rocs_bt import replay, run
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ListSink, RulesReplaced, RunControlled, SubtreeSwapped
 from rocs_bt.record import Recording
+from rocs_bt.record.tracks import Tracks
+from rocs_bt.record.why_not import why_not
 from rocs_bt.running import RunCommand
 
 FIRST = '<root BTCPP_format="4"><BehaviorTree ID="own"><Sleep name="nap" msec="9000"/></BehaviorTree></root>'
@@ -174,3 +176,38 @@ def test_a_run_with_reloaded_rules_replays(project, restored):
     if restored:
         rules.write_text(old)
     assert replay(recording, Catalog(project)) is None
+
+
+def test_after_a_reload_the_new_guard_explains(project):
+    """Its comparisons and thresholds; the old one explains what was before, and a rule that is gone has none."""
+    file = project / "rules/avoid_collision.toml"
+    text = file.read_text()
+    changed = text.replace('flinch_near = "0.20 m"', 'flinch_near = "0.19 m"').replace(
+        'when = "around < min(flinch_near, to_goal)"', 'when = "around < flinch_near and speed < 7 m/s"'
+    )
+    head, _, rest = changed.partition("[rule.AvoidCollision]")
+
+    class Editor(Person):
+        def take(self):
+            if self.asked == 9:
+                file.write_text(head + rest[rest.index("[rule.AvoidCourse]") :])
+            return super().take()
+
+    editor = Editor({11: [{"kind": "reload", "rules": "avoid_collision"}]})
+    run("own", Catalog(project), duration=1.0, control=editor, report=False, out=project / "run")
+    tracks = Tracks.of_recording(Recording.open(project / "run"))
+    (event,) = (e for e in tracks.events if isinstance(e, RulesReplaced))
+    assert event.accepted, event.detail
+    flinch, avoid = "avoid_collision/Flinch", "avoid_collision/AvoidCollision"
+    before, after = event.t - 0.05, event.t + 0.1
+    found = [tracks.guard("R2", flinch, t).thresholds["flinch_near"] for t in (before, event.t, after)]
+    assert found == ["0.2 m", "0.19 m", "0.19 m"]
+    first = why_not(tracks, before, "R2", flinch)
+    assert [held.text for held in first.held] == ["around < min(flinch_near, to_goal)"]
+    second = why_not(tracks, after, "R2", flinch)
+    assert [held.text for held in second.held] == ["around < flinch_near"]
+    assert second.held[0].right == pytest.approx(0.19)
+    assert tracks.curve("R2", "compare", f"{flinch}\n1").at(after)[1:] == pytest.approx([7.0, 1.0])
+    assert why_not(tracks, before, "R2", avoid).held
+    gone = why_not(tracks, after, "R2", avoid).because
+    assert gone == "its rule file was replaced, and the new one does not have it"

@@ -52,7 +52,7 @@ def test_a_broken_actuator_is_said_to_be_scripted(tmp_path):
 def test_the_doors_of_a_scenario_say_what_the_script_means(tmp_path):
     run("team", CATALOG, duration=2.0, out=tmp_path, report=False)
     tracks = Tracks.of_recording(Recording.open(tmp_path))
-    states = sorted(tracks.get(name, "actor").v for name in ("door_1", "door_2", "door_3"))
+    states = sorted(tracks.steps(name, "actor").v for name in ("door_1", "door_2", "door_3"))
     assert states == [["moves", "open"], ["shut"], ["shut"]]
     lines = [line.text for line in tracks.log if line.agent == "" and "door" in line.text]
     name = lines[0].partition(" ")[0]

@@ -7,7 +7,7 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.event import BodyMoved, NodeTicked, RuleChanged, TicketChanged
-from rocs_bt.record.header import BodyInfo, Outline
+from rocs_bt.record.header import BodyInfo
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
 from rocs_bt.record.tracks import Tracks
@@ -151,11 +151,9 @@ def gated(tmp_path_factory):
     """Report of a run with a door that shuts between 2 and 3.5 s."""
     folder, known = tmp_path_factory.mktemp("gate"), synthetic.header()
     leaf = ((-0.5, -0.03), (0.5, -0.03), (0.5, 0.03), (-0.5, 0.03))
-    walls = tuple(
-        Outline(name=f"wall {x}", points=((x, 0.9), (x + 2.0, 0.9), (x + 2.0, 1.1), (x, 1.1))) for x in (-2.6, 0.6)
-    )
-    bodies = (*known.bodies, BodyInfo(name="gate", hull=leaf))
-    recorder = Recorder(folder / "run.mcap", msgspec.structs.replace(known, bodies=bodies, outlines=walls))
+    states = {"open": (1.2, 1.0, 0.0), "shut": (0.0, 1.0, 0.0)}
+    bodies = (*known.bodies, BodyInfo(name="gate", hull=leaf, script="slide", states=states))
+    recorder = Recorder(folder / "run.mcap", msgspec.structs.replace(known, bodies=bodies))
     for i in range(200):
         x = 1.2 - 0.04 * max(0, min(i - 40, 30))
         recorder.emit(BodyMoved(t=i * 0.05, body="gate", x=x, y=1.0, yaw=0.0))
@@ -168,13 +166,13 @@ def gated(tmp_path_factory):
 @pytest.mark.usefixtures("screen")
 def test_each_movement_of_a_door_is_in_the_log_and_on_the_axis(browser, gated):
     show(browser, gated)
-    assert each(browser, ".log .actor span") == ["gate begins to move", "gate is shut since 3.50 s"]
+    assert each(browser, ".log .actor span") == ["gate begins to move (scripted)", "gate is shut since 3.50 s"]
     blue = browser.evaluate("getComputedStyle(document.documentElement).getPropertyValue('--actor')")
     assert blue not in STYLE.split("--actor")[0]  # the colour of nothing else
     assert "scripted" in text(browser, ".legend")
     press(browser, "Home")
     press(browser, ".")
-    assert text(browser, ".log .here span") == "gate begins to move"
+    assert text(browser, ".log .here span") == "gate begins to move (scripted)"
     browser.evaluate("document.querySelector('.log .actor:last-child').click()")
     assert "gate|actor|" in browser.evaluate("new Promise((r) => setTimeout(() => r(unescape(location.hash)), 250))")
     assert faults(browser) == []

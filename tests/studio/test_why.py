@@ -162,7 +162,7 @@ SIDES = [
     ({"since": 9.0}, (), "its guard holds"),
     ({"since": 9.0, "blind": True}, (), "its guard cannot be evaluated, which counts as true"),
     ({}, (), "nothing that it compares can make its guard true"),
-    ({"replaced": True}, (), "its rule file was replaced, and the new guard is not recorded"),
+    ({"replaced": True}, (), "its rule file was replaced, and the new one does not have it"),
 ]
 GUARD = GuardInfo(
     rule="f/R",

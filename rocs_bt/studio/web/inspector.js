@@ -160,7 +160,7 @@ export class Inspector extends View {
 
   /** @returns {Said} */
   rule(agent, name, t, track) {
-    const { run } = this, state = track?.at(t), address = `${agent}|rule|${name}`, about = run.guards[agent]?.[name];
+    const { run } = this, state = track?.at(t), address = `${agent}|rule|${name}`, about = run.guard(agent, name, t);
     const fired = track?.hits ?? [], again = fired.length - (track?.v.at(-1)?.fired ?? 0), times = (n) => (n === 1 ? "once" : `${n} times`);
     const total = `${times(fired.length)}${again ? `, ${again} of them again while it was latched` : ""}`, { because } = whyNot(run, agent, name, t);
     const next = [row("fired", fired.length ? total : "never")], around = [fired.findLast((s) => s < t - 1e-3), fired.find((s) => s > t + 1e-3)];
@@ -177,7 +177,7 @@ export class Inspector extends View {
 
   /** The comparisons of a guard: whether each is true, both sides, and by how much. @returns {Row[]} */
   guard(agent, rule, t) {
-    const { run } = this, guard = run.guards[agent]?.[rule], since = run.get(agent, "guard", rule)?.at(t)?.since;
+    const { run } = this, guard = run.guard(agent, rule, t), since = run.get(agent, "guard", rule)?.at(t)?.since;
     const lasting = guard?.hold ? [row("for", `${three(guard.hold)} s${since === undefined ? "" : `: held for ${seconds(t - since)}`}`)] : [];
     const sides = (guard?.sides ?? []).map(({ name, text, unit }) => {
       const track = run.get(agent, "compare", name), [left, right, holds] = track?.at(t) ?? [NaN, NaN, NaN], gap = Math.abs(left - right);

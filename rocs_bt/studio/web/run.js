@@ -212,6 +212,12 @@ export class Run {
     return !address || this.tracks.has(address) || (this.agents.includes(agent) && Boolean(there[topic]));
   }
 
+  /** Guard of a rule at a time: that of the header, until its file is replaced. */
+  guard(agent, rule, t) {
+    const found = this.get(agent, "guards", rule)?.at(t);
+    return found ? guardOf(found) : this.guards[agent]?.[rule];
+  }
+
   get(agent, topic, name = "") { return this.tracks.get(`${agent}|${topic}|${name}`); }
 
   of(agent, topic) { return this.topics.get(`${agent}|${topic}`) ?? []; }

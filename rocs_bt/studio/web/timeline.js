@@ -144,7 +144,7 @@ export class Timeline extends Lanes {
   }
 
   rules(agent) {
-    const { run } = this, names = new Set([...Object.keys(run.guards[agent] ?? {}), ...run.of(agent, "rule").map((r) => r.name)]);
+    const { run } = this, names = new Set([...Object.keys(run.guards[agent] ?? {}), ...["guards", "rule"].flatMap((topic) => run.of(agent, topic).map((r) => r.name))]);
     return [...names].flatMap((name) => {
       const track = run.get(agent, "rule", name), near = run.get(agent, "near", name), address = `${agent}|rule|${name}`;
       const bar = ({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" });
@@ -156,7 +156,7 @@ export class Timeline extends Lanes {
 
   /** Both sides of each comparison of a guard, as rows below the rule that is selected. */
   comparisons(agent, rule) {
-    return (this.run.guards[agent]?.[rule]?.sides ?? []).flatMap(({ name, text, unit }) => {
+    return (this.run.guard(agent, rule, this.cursor.t)?.sides ?? []).flatMap(({ name, text, unit }) => {
       const track = this.run.get(agent, "compare", name);
       return track ? [{ address: track.address, label: text, kind: "inner", least: CURVE, curve: track, sides: true, unit }] : [];
     });

@@ -180,7 +180,7 @@ const answer = (run, agent, t) => {
 
 /** What keeps a rule back if no comparison does. */
 const back = (guard, { replaced, mode, since, blind, ready }, t) => {
-  if (replaced) return "its rule file was replaced, and the new guard is not recorded";
+  if (replaced) return "its rule file was replaced, and the new one does not have it";
   if (mode !== undefined) return `it acts in mode ${guard.modes.map((each) => `'${each}'`).join(" or ")} only, and the mode is '${mode}'`;
   if (since === undefined) return "nothing that it compares can make its guard true";
   const unknown = "its guard cannot be evaluated, which counts as true", hold = guard.hold ?? 0, reasons = [];
@@ -193,11 +193,11 @@ const back = (guard, { replaced, mode, since, blind, ready }, t) => {
 /** Why a rule did not fire at a time: the reason, and the comparisons that held it back. */
 export const whyNot = (run, agent, rule, t) => {
   const now = t + SLACK, state = run.get(agent, "rule", rule)?.at(now), stopped = run.get(agent, "stopped")?.t[0];
-  const off = run.inactive[agent]?.[rule], guard = run.guards[agent]?.[rule], found = run.get(agent, "guard", rule)?.at(now);
+  const off = run.inactive[agent]?.[rule], guard = run.guard(agent, rule, now), found = run.get(agent, "guard", rule)?.at(now);
   if (off) return { because: off.replace(/\.+$/, ""), held: [] };
   if (state?.active) return { because: "it fired, and its action is active", held: [] };
   if (state?.waits) {
-    const above = run.guards[agent]?.[state.behind]?.priority > guard?.priority ? ", which has a higher priority" : "";
+    const above = run.guard(agent, state.behind, now)?.priority > guard?.priority ? ", which has a higher priority" : "";
     const fired = state.firing ? `, fired last at t = ${fixed(state.firing[0], 2)} s,` : "";
     return { because: `it is latched${fired} and waits for ${last(state.behind || "another rule")}${above}`, held: [] };
   }
