@@ -21,7 +21,7 @@ from .. import event as ev
 from ..errors import RecordingError
 from ..event import Event
 from ..nesting import check_nesting
-from .wire import FORMS, Command, Reading, Signals
+from .wire import FORMS, Command, Reading, Signals, non_finite, restore
 
 #: Kinds of events that can be decoded.
 KINDS: tuple[type[Event], ...] = tuple(
@@ -54,7 +54,6 @@ TOPICS: dict[type[Event], str] = {
 SCHEMA_PREFIX = "rocs_bt."
 #: Exceptions that encoding raises for an event with unsupported values.
 UNFIT = (TypeError, ValueError, OverflowError, RecursionError, struct.error)
-_DOUBLE = struct.Struct(">d")
 _WHOLE = frozenset((str, bytes, int, bool, type(None)))  # types that cannot contain a NaN
 
 
@@ -141,10 +140,9 @@ def decode(data: bytes) -> Event | FORMS:
         if b'"non_finite"' not in data or data.startswith(_NAMED):
             return cast(Event | FORMS, _DECODE(data))
         fields = msgspec.json.decode(data)
-        for *where, last, bits in fields.pop("non_finite", ()):
-            reduce(lambda at, key: at[key], where, fields)[last] = _DOUBLE.unpack(bytes.fromhex(bits))[0]
+        restore(fields, fields.pop("non_finite", ()))
         return cast(Event | FORMS, msgspec.convert(fields, _ANY))
-    except (msgspec.DecodeError, msgspec.ValidationError, LookupError, TypeError, ValueError, struct.error) as error:
+    except (msgspec.DecodeError, msgspec.ValidationError, TypeError, ValueError, AttributeError) as error:
         raise RecordingError(f"a message cannot be read back: {error}; it begins with {data[:80]!r}.") from error
 
 
@@ -173,16 +171,5 @@ def _finite(values: Iterable[Any]) -> bool:
 
 def _exact(event: Event | FORMS) -> bytes:
     fields = msgspec.to_builtins(event, enc_hook=plain)
-    found = list(_non_finite(fields, ()))
+    found = list(non_finite(fields))
     return msgspec.json.encode({**fields, "non_finite": found} if found else fields)
-
-
-def _non_finite(value: Any, where: tuple[Any, ...]) -> Any:
-    if isinstance(value, float) and not math.isfinite(value):
-        yield [*where, _DOUBLE.pack(value).hex()]
-    elif isinstance(value, dict):
-        for key, inner in value.items():
-            yield from _non_finite(inner, (*where, key))
-    elif isinstance(value, (list, tuple)):
-        for index, inner in enumerate(value):
-            yield from _non_finite(inner, (*where, index))

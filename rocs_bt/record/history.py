@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import groupby, pairwise
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,28 +66,6 @@ class BodyHistory:
         return np.stack([np.interp(times, self.t, self.pose[:, i]) for i in (0, 1)], axis=1)
 
 
-class Command(NamedTuple):
-    """Commands of one actuator: times [s], shape (n,), and values in SI units, shape (n, w)."""
-
-    t: Series
-    values: Series
-
-
-class Activation(NamedTuple):
-    """Activation of a rule: its name, and its interval [s]."""
-
-    rule: str
-    begin: float
-    end: float
-
-
-class Worst(NamedTuple):
-    """Minimum margin of a requirement: its name and its time [s]."""
-
-    name: str
-    t: float
-
-
 class AgentHistory:
     """Intervals and events of one agent.
 
@@ -96,14 +73,14 @@ class AgentHistory:
         commands: Commands by actuator.
         routes: Intervals of the route that moved the robot.
         atomic: Starts of atomic actions.
-        worst: Minimum margins of the requirements.
+        worst: Name of each requirement with a minimum margin, and the time of this margin [s].
     """
 
     def __init__(self, tracks: Tracks, name: str, findings: tuple[Finding, ...]) -> None:
-        self.commands = {n: Command(np.array(c.t), c.rows()) for n, c in tracks.curves_of(name, "command").items()}
+        self.commands = tracks.curves_of(name, "command")
         self.routes: list[Span] = tracks.steps(name, "route").spans(tracks.end)
         self.atomic: list[AtomicStarted] = tracks.steps(name, "atomic").v
-        self.worst = [Worst(f.name, f.worst) for f in findings if f.margin is not None and f.worst is not None]
+        self.worst = [(f.name, f.worst) for f in findings if f.margin is not None and f.worst is not None]
         self._tracks, self._name = tracks, name
 
     @property
@@ -112,15 +89,15 @@ class AgentHistory:
         acting = [s for s in self.routes if s.value in ("deliberative", "reactive")]
         return [b.begin for a, b in pairwise(acting) if a.value != b.value]
 
-    def reflexes(self) -> list[Activation]:
-        """Activations of all rules, each from its firing until its end, in the order of their beginning."""
+    def reflexes(self) -> list[Span]:
+        """Activations of rules, each with its rule, from its firing until its end; in the order of their beginning."""
         found = []
         for rule, track in self._tracks.steps_of(self._name, "rule").items():
             spans = track.spans(self._tracks.end)
             for (active, _), group in groupby(spans, key=lambda span: (span.value.active, span.value.fired)):
                 parts = list(group)
                 if active:
-                    found.append(Activation(rule, parts[0].begin, parts[-1].end))
+                    found.append(Span(parts[0].begin, parts[-1].end, rule))
         return sorted(found, key=lambda each: each.begin)
 
     def runs(self) -> list[Span]:

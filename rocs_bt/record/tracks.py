@@ -9,6 +9,7 @@ from the events; everything that shows, explains or measures a run reads them.
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
@@ -45,8 +46,8 @@ from ..event import (
     TicketChanged,
     pack,
 )
-from .actors import ActorMotion, ActorMoved
-from .alternation import Alternation, Turns
+from .actors import ActorMotion
+from .alternation import Turns
 from .clue import Clues
 from .codec import KINDS
 from .header import RunHeader
@@ -67,8 +68,13 @@ class Tracks(TrackSet):
     Attributes:
         header: Header of the run.
         events: Events that are not emitted in every period, in order.
-        facts: Names of the facts about each node, by agent and node.
         end: Time of the last event [s].
+        movers: Actuator that moves each robot, the first that was commanded; empty after its stop.
+        turns: Alternations of rules and actions so far, by agent.
+        clues: Finder of clues.
+        facts: Names of the facts about each node, by agent and node.
+        actors: Movements so far, by body.
+        scanners: Number of rays by agent and sensor.
     """
 
     def __init__(self, header: RunHeader, topics: Collection[str] = (), signals: Collection[str] = ()) -> None:
@@ -79,16 +85,15 @@ class Tracks(TrackSet):
         self._log: list[LogLine] = []
         self._logged = 0
         self.end = header.start
-        self._movers: dict[str, str] = {}
+        self.movers: dict[str, str] = {}
         self._running: dict[tuple[str, int], TicketChanged] = {}
-        self._turns: dict[str, Turns] = {}
+        self.turns: defaultdict[str, Turns] = defaultdict(Turns)
         self.clues = Clues(header, self)
         self.facts: dict[tuple[str, str], set[str]] = {}
-        self._bodies = {body.name: body for body in header.bodies}
-        self._actors: dict[str, ActorMotion] = {}
+        self.actors = {body.name: ActorMotion(body, header.start) for body in header.bodies}
         self._ages = {(a.name, s.name): s.max_age for a in header.agents for s in a.signals if s.max_age is not None}
-        self._scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
-        self._scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
+        self.scanners = {(b.name, name): len(beams) for b in header.bodies for name, beams in b.beams.items()}
+        self.scanners |= {(b.name, name): fan.rays for b in header.bodies for name, fan in b.fans.items()}
         self._folds: dict[type[Event], list[Callable[[Tracks, Any], None]]] = {}
         for name in topics or TOPICS:
             for kind, fold in TOPICS[name].items():
@@ -138,8 +143,8 @@ class Tracks(TrackSet):
         if isinstance(track, Curve):
             return track
         age = self._ages.get((agent, name), math.inf) if topic == "signal" else math.inf
-        rays = self._scanners.get((agent, name), 0) if topic == "scan" else 0
-        begun = Scans(rays, min(2400, 6000 // len(self._scanners))) if rays else Curve(width, age)
+        rays = self.scanners.get((agent, name), 0) if topic == "scan" else 0
+        begun = Scans(rays, min(2400, 6000 // len(self.scanners))) if rays else Curve(width, age)
         return self.add(Key(agent, topic, name), begun)
 
     def run(self, event: TicketChanged) -> None:
@@ -154,36 +159,11 @@ class Tracks(TrackSet):
         found = [event for (name, _), event in self._running.items() if name == agent]
         return min(found, key=lambda event: event.priority, default=None)  # "HIGH" < "NORMAL"
 
-    def alternation(self, event: TicketChanged) -> Alternation | None:
-        """Alternation of an agent's rules and actions after a change of a ticket; None if there is none."""
-        return self._turns.setdefault(event.agent, Turns()).take(event, self.curve(event.agent, "pose"))
-
-    def movement(self, event: BodyMoved) -> ActorMoved | None:
-        """What an actor begins or ends with a pose; None if nothing, or if the body is not in the header."""
-        body = self._bodies.get(event.body)
-        if body is None:
-            return None
-        made = self._actors.get(event.body) or ActorMotion(body, self.header.start)
-        return self._actors.setdefault(event.body, made).take(event)
-
     def guard(self, agent: str, rule: str, t: float) -> GuardInfo | None:
         """Guard of a rule at a time: that of the header, until its file is replaced."""
         infos = (guard for info in self.header.agents if info.name == agent for guard in info.guards)
         new: GuardInfo | None = self.steps(agent, "guards", rule).at(t)
         return new or next((guard for guard in infos if guard.rule == rule), None)
-
-    def moves(self, agent: str, actuator: str) -> bool:
-        """Whether an actuator moves its robot: it is the first that was commanded."""
-        return self._movers.setdefault(agent, actuator) == actuator
-
-    def stop(self, agent: str, t: float) -> None:
-        """Note that an agent was stopped: from then on nothing moves it, whatever is commanded."""
-        self._movers[agent] = ""
-        self.begun(agent, "route").put(t, "idle")
-
-    def is_scanner(self, agent: str, sensor: str) -> bool:
-        """Whether the header describes the rays of a sensor."""
-        return (agent, sensor) in self._scanners
 
 
 def _put(topic: str, name: str = "", value: str = "") -> Callable[[Tracks, Any], None]:
@@ -207,7 +187,8 @@ def _pose(tracks: Tracks, event: BodyMoved) -> None:
 
 def _actor(tracks: Tracks, event: BodyMoved) -> None:
     """A body without an agent is an actor; what it begins and ends has a sentence in the log."""
-    if not event.agent and (change := tracks.movement(event)) is not None:
+    actor = None if event.agent else tracks.actors.get(event.body)
+    if actor is not None and (change := actor.take(event)) is not None:
         tracks.begun(event.body, "actor").put(change.since, change.state)
         tracks.events.append(change)
 
@@ -225,7 +206,7 @@ def _signal(tracks: Tracks, event: SignalsWritten) -> None:
 
 
 def _scan(tracks: Tracks, event: SensorRead) -> None:
-    if tracks.is_scanner(event.agent, event.sensor):
+    if (event.agent, event.sensor) in tracks.scanners:
         tracks.samples(event.agent, "scan", event.sensor, len(event.data) // 8).add(event.t, event.data)
 
 
@@ -253,7 +234,7 @@ def _tilt(tracks: Tracks, event: BodyMoved) -> None:
 def _command(tracks: Tracks, event: ActuatorCommanded) -> None:
     tracks.samples(event.agent, "command", event.actuator, len(event.data) // 8).add(event.t, event.data)
     tracks.begun(event.agent, "route", event.actuator).put(event.t, event.route)
-    if tracks.moves(event.agent, event.actuator):
+    if tracks.movers.setdefault(event.agent, event.actuator) == event.actuator:
         tracks.begun(event.agent, "route").put(event.t, event.route)
 
 
@@ -266,7 +247,8 @@ def _drive(tracks: Tracks, event: ActuatorCommanded) -> None:
 
 
 def _stop(tracks: Tracks, event: AgentStopped) -> None:
-    tracks.stop(event.agent, event.t)
+    tracks.movers[event.agent] = ""  # from then on nothing moves it, whatever is commanded
+    tracks.begun(event.agent, "route").put(event.t, "idle")
     tracks.begun(event.agent, "stopped").first(event.t, event.by)
 
 
@@ -380,7 +362,7 @@ def _ticket(tracks: Tracks, event: TicketChanged) -> None:
 
 
 def _alternation(tracks: Tracks, event: TicketChanged) -> None:
-    found = tracks.alternation(event)
+    found = tracks.turns[event.agent].take(event, tracks.curve(event.agent, "pose"))
     if found is not None or tracks.get(event.agent, "alternation") is not None:
         tracks.begun(event.agent, "alternation").put(event.t, found)
 

@@ -9,7 +9,9 @@ from __future__ import annotations
 import math
 import struct
 from array import array
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 import msgspec
@@ -134,7 +136,7 @@ class Outgoing:
                 numbers = unpack(part)
                 values[name] = numbers[0] if size == 1 else numbers
                 if not math.isfinite(sum(numbers)):
-                    _note(lost, numbers, ("values", name), size == 1)
+                    lost += non_finite(values[name], ("values", name))
             else:
                 values[name] = repeat
         return Signals(
@@ -162,7 +164,7 @@ class Outgoing:
             return event
         values, lost = unpack(event.data), NonFinite()
         if not math.isfinite(sum(values)):
-            _note(lost, values, ("values",))
+            lost += non_finite(values, ("values",))
         return Reading(
             t=event.t, agent=event.agent, sensor=event.sensor, stamp=event.stamp, values=[*values], non_finite=lost
         )
@@ -174,10 +176,9 @@ class Outgoing:
         axes = self._axes.get(event.agent, ())
         if len(axes) != len(values):
             axes = ("left", "right") if len(values) == 2 else [f"wheel_{i}" for i in range(1, len(values) + 1)]
-        if not math.isfinite(sum(values)):
-            for name, value in zip(axes, values, strict=True):
-                _note(lost, (value,), ("values", name), True)
         given: dict[str, Number] = dict(zip(axes, values, strict=True))
+        if not math.isfinite(sum(values)):
+            lost += non_finite(given, ("values",))
         return Command(
             t=event.t, agent=event.agent, actuator=event.actuator, route=event.route, values=given, non_finite=lost
         )
@@ -196,7 +197,7 @@ class Incoming:
             RecordingError: The message, of a damaged recording, repeats what was not read.
         """
         if isinstance(message, FORMS) and message.non_finite:
-            _restore(message)
+            restore({"values": message.values}, message.non_finite)
         if isinstance(message, Signals):
             return self._signals(message)
         if isinstance(message, Reading):
@@ -241,24 +242,27 @@ class Incoming:
         return _pack(value if isinstance(value, list) else (value,))
 
 
-def _restore(message: FORMS) -> None:
-    """Put back the values that are not finite."""
+def non_finite(value: Any, where: tuple[str | int, ...] = ()) -> Iterator[list[str | int]]:
+    """Places of the numbers in plain data that are not finite, each with the bits of the number."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield [*where, _DOUBLE.pack(value).hex()]
+    elif isinstance(value, (dict, list, tuple)):
+        for key, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from non_finite(inner, (*where, key))
+
+
+def restore(value: Any, found: Iterable[Sequence[Any]]) -> None:
+    """Put back into plain data the numbers that `non_finite` has found.
+
+    Raises:
+        RecordingError: A place does not exist, or has no bits.
+    """
     try:
-        for where, *inner, bits in message.non_finite:
-            values: Any = message.values if where == "values" else None
-            for key in inner[:-1]:
-                values = values[key]
-            values[inner[-1]] = _DOUBLE.unpack(bytes.fromhex(str(bits)))[0]
+        for *where, last, bits in found:
+            reduce(getitem, where, value)[last] = _DOUBLE.unpack(bytes.fromhex(bits))[0]
     except (LookupError, TypeError, ValueError, struct.error) as error:
-        raise RecordingError(f"a message at t = {message.t:g} s cannot be read back: {error!r}.") from error
+        raise RecordingError(f"numbers of a message that are not finite cannot be read back: {error!r}.") from error
 
 
 def _pack(values: Iterable[Number]) -> bytes:
     return array("d", [math.nan if value is None else value for value in values]).tobytes()
-
-
-def _note(lost: NonFinite, values: Sequence[float], where: tuple[str, ...], single: bool = False) -> None:
-    """Note the bits of values that are not finite, each with its place in the message."""
-    for index, value in enumerate(values):
-        if not math.isfinite(value):
-            lost.append([*where, *(() if single else (index,)), _DOUBLE.pack(value).hex()])

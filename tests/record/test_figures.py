@@ -142,7 +142,7 @@ def test_commands_of_wheels_are_shown_with_the_true_speeds(run):
     for wheel in (0, 1):
         (commanded,) = artists(canvas, f"commands-0-R2-{wheel}-command")
         (true,) = artists(canvas, f"commands-0-R2-{wheel}-true")
-        np.testing.assert_array_equal(commanded.get_ydata()[:-1], command.values[:, wheel])
+        np.testing.assert_array_equal(commanded.get_ydata()[:-1], command.rows()[:, wheel])
         np.testing.assert_array_equal(true.get_ydata(), run.bodies["R2"].wheels[:, wheel])
 
 

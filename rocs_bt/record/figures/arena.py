@@ -115,11 +115,11 @@ class Arena(Figure):
 
     def _worst(self, axes: Axes, run: History, name: str, gid: str) -> None:
         """Draw a cross at the robot's position at the minimum margin of each requirement."""
-        for k, worst in enumerate(run.agents[name].worst):
-            (position,) = run.bodies[name].at(worst.t)
+        for k, (requirement, t) in enumerate(run.agents[name].worst):
+            (position,) = run.bodies[name].at(t)
             axes.plot(*position, "x", color=WORST, ms=8, mew=1.8, gid=f"{gid}-worst-{k}", zorder=6.5)
             style: dict[str, Any] = {"textcoords": "offset points", "color": WORST, "fontsize": 7.5, "zorder": 7}
-            axes.annotate(worst.name, position, (8, -8 - 9 * k), **style)
+            axes.annotate(requirement, position, (8, -8 - 9 * k), **style)
 
     def _other(self, axes: Axes, run: History, name: str, i: int) -> None:
         body = run.bodies[name]

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..history import BodyHistory, Command, History, Series
+from ..history import BodyHistory, History, Series
+from ..track import Curve
 from .figure import INK, MUTED, Figure, line_style, shade_reflexes
 
 if TYPE_CHECKING:
@@ -38,7 +39,7 @@ class Commands(Figure):
         rows = [
             (name, i, label)
             for name, command in found
-            for i, label in enumerate(_labels(axes_of.get(name, ()), command.values.shape[1]))
+            for i, label in enumerate(_labels(axes_of.get(name, ()), command.width))
         ]
         if not rows:
             return
@@ -57,9 +58,10 @@ class Commands(Figure):
     def _row(self, axes: Axes, run: History, name: str, i: int, r: int, tag: str) -> None:
         gid = f"{self.name}-{r}-{name}-{i}"
         command = motion_command(run, name)
-        if command is not None and i < command.values.shape[1]:
+        if command is not None and i < command.width:
             style = {**line_style(r), "linewidth": 0.9}
-            commanded = np.append(command.values[:, i], command.values[-1, i])
+            values = command.rows()[:, i]
+            commanded = np.append(values, values[-1])
             times = np.append(command.t, run.end)
             axes.step(times, commanded, where="post", color=INK, label=f"commanded{tag}", gid=f"{gid}-command", **style)
         body, of = run.bodies.get(name), next((a.axes for a in run.header.agents if a.name == name), ())
@@ -84,12 +86,12 @@ def _labels(axes: Sequence[str], count: int) -> Sequence[str]:
     return [f"{name} [m/s]" for name in names]
 
 
-def motion_command(run: History, agent: str) -> Command | None:
+def motion_command(run: History, agent: str) -> Curve | None:
     """Commands of the wheels' actuator: the first with as many values as the body has wheels, else the first of all.
 
     None if the agent has no commands.
     """
     commands = list(run.agents[agent].commands.values()) if agent in run.agents else []
     body = run.bodies.get(agent)
-    fits = [c for c in commands if body is not None and c.values.shape[1] == body.wheels.shape[1]]
+    fits = [c for c in commands if body is not None and c.width == body.wheels.shape[1]]
     return next(iter([*fits, *commands]), None)

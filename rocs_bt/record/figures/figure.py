@@ -149,13 +149,13 @@ def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> Non
         gid: Prefix of the ids of the lines.
         named: Whether to label the lines with the requirements' names.
     """
-    for k, worst in enumerate(agent.worst):
-        axes.axvline(worst.t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-worst-{k}")
+    for k, (name, t) in enumerate(agent.worst):
+        axes.axvline(t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-worst-{k}")
         if named:
-            left = worst.t > 0.5 * sum(axes.get_xlim())
+            left = t > 0.5 * sum(axes.get_xlim())
             axes.annotate(
-                worst.name,
-                (worst.t, 1.0),
+                name,
+                (t, 1.0),
                 (-3 if left else 3, -2 - 9 * k),
                 xycoords=("data", "axes fraction"),
                 textcoords="offset points",

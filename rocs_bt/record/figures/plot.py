@@ -60,8 +60,8 @@ class Activation(Figure):
 def _rows(run: History, name: str) -> dict[str, list[Span]]:
     agent = run.agents[name]
     rows: dict[str, list[Span]] = {"route": agent.routes}
-    for rule, begin, end in agent.reflexes():
-        rows.setdefault(f"rule {rule.rpartition('/')[2]}", []).append(Span(begin, end, rule))
+    for span in agent.reflexes():
+        rows.setdefault(f"rule {span.value.rpartition('/')[2]}", []).append(span)
     for span in agent.runs():
         rows.setdefault(f"{span.value.action}()", []).append(span)
     return rows
