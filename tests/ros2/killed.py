@@ -96,10 +96,11 @@ def driven(
     transport: str,
     *options: str,
     real_time: bool = True,
+    first: str = "",
 ) -> Iterator[DrivenRobot]:
-    """A robot that EXP1's agent drives from a process of its own."""
+    """A robot that EXP1's agent drives from a process of its own, which runs the code `first` at its start."""
     write_project(folder, transport=transport)
-    for name, text in {"main.py": MAIN, "trapped.py": TRAPPED}.items():
+    for name, text in {"main.py": first + MAIN, "trapped.py": TRAPPED}.items():
         (folder / name).write_text(text)
     robot = counterpart(*OPTIONS, *start_of(1), *options, distribution=HERE[transport])
     agent = subprocess.Popen([sys.executable, *([] if real_time else [AWAKE]), "main.py"], cwd=folder)
@@ -153,6 +154,21 @@ def stops_in_time(
         with driven(counterpart, folder / str(len(took)), transport, *options, real_time=real_time) as robot:
             took.append(case(robot))
     assert min(took) <= limit
+
+
+def is_held_and_goes_on(counterpart: Callable[..., RobotProcess], folder: Path, transport: str) -> None:
+    """Stop the publisher for a while: the agent's process, the second publisher, stops the robot, and the run goes on.
+
+    However late the publisher is continued here, it is not killed.
+    """
+    patient = "from rocs_bt.drivers.isolated import silence\nsilence.HUNG = 1e9\n"
+    with driven(counterpart, folder, transport, *HOLDS, real_time=False, first=patient) as robot:
+        publisher = robot.publisher
+        publisher.suspend()
+        robot.until_zero(time.time(), 1)
+        publisher.resume()
+        robot.wait_until_moving()
+        assert robot.publisher == publisher
 
 
 def ten_deaths_of_drives(counterpart: Callable[..., RobotProcess], folder: Path, transport: str, death: str) -> None:

@@ -10,7 +10,7 @@ from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 
 from ..deaths import DEATHS
-from .killed import QUICK, driven, stops_in_time, ten_deaths_of_drives
+from .killed import QUICK, driven, is_held_and_goes_on, stops_in_time, ten_deaths_of_drives
 from .transport_contract import until
 
 
@@ -26,6 +26,10 @@ def test_each_process_has_a_node_name_of_its_own(counterpart, tmp_path):
         driven(counterpart, tmp_path, "dds"),
     ):
         until(lambda: both <= {endpoint.node for endpoint in observer.endpoints()})
+
+
+def test_a_publisher_that_is_stopped_for_a_while_holds_the_robot_only(counterpart, tmp_path):
+    is_held_and_goes_on(counterpart, tmp_path, "dds")
 
 
 @pytest.mark.soak
