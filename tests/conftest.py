@@ -23,7 +23,7 @@ from rocs_bt.signal import Signal
 from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
 from . import awake as waking
-from . import chromium
+from . import chromium, needs
 
 # No test is one of speed. `make test` tries the same examples in each run, `make soak` new ones.
 hypothesis.settings.register_profile("repeatable", deadline=None, derandomize=True)
@@ -194,10 +194,7 @@ def awake(monkeypatch, request):
 
 @pytest.fixture(scope="module")
 def browser(tmp_path_factory):
-    path = chromium.find()
-    if path is None:
-        pytest.skip(f"no Chromium: none of {', '.join(chromium.NAMES)} is installed")
-    browser = chromium.Browser(path, tmp_path_factory.mktemp("chromium"))
+    browser = chromium.Browser(needs.browser(), tmp_path_factory.mktemp("chromium"))
     yield browser
     browser.close()
 

@@ -102,7 +102,7 @@ class Recording:
             raise RecordingError(f"the recording '{file}' cannot be read: {error.strerror}.") from error
         try:
             header, contents = _opened(opened, file)
-        except BaseException:
+        except BaseException:  # raised again, after the file is closed
             opened.close()
             raise
         return cls(file, opened, header, contents)

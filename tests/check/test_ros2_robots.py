@@ -13,6 +13,8 @@ from rocs_bt.check import check_content, check_scenario
 from rocs_bt.check.ros2 import ros2_faults
 from rocs_bt.drivers.ros2.parameters import TAKES
 
+from .. import needs
+
 ROBOT = """\
 format = "robot/3"
 base = "pioneer_p3dx"
@@ -34,7 +36,7 @@ def faults(folder: Path, **keys: str) -> list[str]:
 
 
 def test_types_and_fields_that_exist_are_fine(tmp_path: Path) -> None:
-    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    needs.package("rosbags")
     assert faults(tmp_path, type="sensor_msgs/msg/Range", path="range") == []
 
 
@@ -47,14 +49,14 @@ def test_types_and_fields_that_exist_are_fine(tmp_path: Path) -> None:
     ],
 )
 def test_unknown_types_and_fields_are_faults_at_the_sensor(tmp_path: Path, keys: dict[str, str], wanted: str) -> None:
-    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    needs.package("rosbags")
     (fault,) = faults(tmp_path, **keys)
     assert fault.startswith(":4: ")
     assert wanted in fault
 
 
 def test_a_sensor_of_each_type_that_has_a_short_form_is_checked(tmp_path: Path) -> None:
-    pytest.importorskip("rosbags", reason="needs the extra ros2")
+    needs.package("rosbags")
     robot = Catalog().load_robot("pioneer_p3dx")
     sensor = robot.sensors[0]
     for name, takes in TAKES.items():

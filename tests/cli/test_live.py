@@ -1,6 +1,5 @@
 """`run --live`: the page is told, shown while the run goes on and after it, and goes with Ctrl-C."""
 
-import fcntl
 import json
 import re
 import signal
@@ -11,6 +10,7 @@ import urllib.request
 
 import pytest
 
+from .. import needs
 from ..waiting import GUARD
 
 
@@ -68,7 +68,7 @@ sys.exit(call(sys.argv[1:]))
 """
 
 
-@pytest.mark.skipif(not hasattr(fcntl, "F_SETPIPE_SZ"), reason="pipes of this system cannot be made small")
+@needs.linux("can make pipes small")
 def test_a_page_that_is_stopped_keeps_neither_the_run_nor_the_command_from_ending(tmp_path):
     command = ["run", "exp1", "--live", "--for", "0.3", "--no-report", "--out", tmp_path / "run"]
     done = subprocess.run([sys.executable, "-c", STOPPED, *command], capture_output=True, text=True, timeout=GUARD)

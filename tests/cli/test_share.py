@@ -1,10 +1,10 @@
 """`rocs-bt share keys`."""
 
-import pytest
-
 from rocs_bt.cli.main import call
 
-pytest.importorskip("cryptography", reason="needs the extra 'share'")
+from .. import needs
+
+needs.package("cryptography")
 
 
 def test_keys_are_made_for_each_member_and_later_ones_join_the_group(tmp_path, capsys):

@@ -12,11 +12,12 @@ from rocs_bt.compare.cluster import dask_executor
 from rocs_bt.compare.record import encode_record
 from rocs_bt.errors import InputError
 
+from .. import needs
 from ..waiting import GUARD
 from .patient import Patient
 
-dask = pytest.importorskip("dask", reason="the extra 'cluster' is not installed")
-distributed = pytest.importorskip("distributed", reason="the extra 'cluster' is not installed")
+dask = needs.package("dask")
+distributed = needs.package("distributed")
 pytestmark = pytest.mark.filterwarnings("ignore")  # Dask's own, of a worker that was killed
 
 

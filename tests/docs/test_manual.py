@@ -17,6 +17,8 @@ import rocs_bt
 from rocs_bt.cli import docs
 from rocs_bt.cli.main import COMMANDS, call
 
+from .. import needs
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCS = ROOT / "docs"
 PAGES = {
@@ -30,8 +32,7 @@ INTERNAL = {  # modules and packages that the API reference omits
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
-    for package in ("sphinx", "myst_parser", "furo", "sphinx_click"):
-        pytest.importorskip(package, reason="building the manual needs the docs extra")
+    needs.package(*needs.MANUAL)
     spec = importlib.util.spec_from_file_location("build_manual", DOCS / "build.py")
     build = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(build)

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from rocs_bt.drivers.isolated import silence
 from rocs_bt.drivers.isolated.silence import GRACE, HUNG, TICK, Silence
 
+from .. import needs
 from ..awake import one_processor
 from ..waiting import until
 
@@ -128,7 +129,7 @@ def test_half_of_the_time_without_a_processor_doubles_the_time_to_hung(waited):
     assert count * TICK == pytest.approx(2 * (MAX_AGE + GRACE), abs=0.5 * MAX_AGE)
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how long a thread waits for a processor")
+@needs.linux("tells how long a thread waits for a processor")
 def test_the_time_without_a_processor_is_that_of_the_system():
     with one_processor():
         busy = [subprocess.Popen([sys.executable, "-c", "while True: pass"]) for _ in range(2)]

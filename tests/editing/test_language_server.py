@@ -13,6 +13,7 @@ import pytest
 
 from rocs_bt.cli.main import call
 
+from .. import needs
 from ..noise import write_noisy_project
 from .conftest import MISSION
 from .test_worker import NODE
@@ -87,7 +88,7 @@ class Client:
 
 @pytest.fixture
 def client(yard):
-    pytest.importorskip("pygls", reason="pygls is not installed: the extra `editor`")
+    needs.package("pygls")
     client = Client(yard)
     try:
         client.start()
@@ -161,7 +162,7 @@ def test_all_four_kinds_of_files_are_served(client, yard, file, old, new, messag
 
 
 def test_content_that_prints_does_not_reach_the_editor(tmp_path):
-    pytest.importorskip("pygls", reason="pygls is not installed: the extra `editor`")
+    needs.package("pygls")
     folder = write_noisy_project(tmp_path / "loud")
     client = Client(folder)
     try:

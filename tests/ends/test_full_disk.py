@@ -8,7 +8,6 @@ import os
 import re
 import resource
 import shutil
-import subprocess
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,6 +18,8 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.record import Recording, recorder
 
+from .. import needs
+
 RUN = ("-m", "rocs_bt", "run")
 FULL = os.strerror(errno.ENOSPC)
 
@@ -26,13 +27,8 @@ FULL = os.strerror(errno.ENOSPC)
 @pytest.fixture
 def small_disk(tmp_path: Path) -> Iterator[Path]:
     """A disk of 200 kB."""
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=200k", "tmpfs", disk], capture_output=True, text=True)
-    if mounted.returncode:
-        pytest.skip(f"no disk can be mounted here: {mounted.stderr.strip()}")
-    yield disk
-    subprocess.run(["umount", disk], check=True)
+    with needs.disk(tmp_path / "disk", "200k") as disk:
+        yield disk
 
 
 def test_on_a_full_disk_the_run_goes_on_and_says_what_is_missing(small_disk, start):

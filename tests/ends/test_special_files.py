@@ -21,7 +21,9 @@ import rocs_bt as package
 from rocs_bt import files
 from rocs_bt.cli.main import call, group
 
-pytestmark = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no named pipes here")
+from .. import needs
+
+pytestmark = needs.posix("has no named pipes")
 
 ENGINE = Path(package.__file__).parent
 MESH = '<mujoco><asset><mesh name="m" file="m.stl"/></asset></mujoco>'

@@ -13,6 +13,8 @@ from rocs_bt import InputError, Recording, run
 from rocs_bt.cli.main import call
 from rocs_bt.record import FolderLock
 
+from .. import needs
+
 HOLD = """
 import sys, pathlib
 from rocs_bt.cli.main import call
@@ -80,12 +82,7 @@ def test_a_folder_in_which_a_run_writes_is_read_up_to_its_newest_event_and_gets_
 
 
 def test_a_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, monkeypatch, capsys):
-    disk = tmp_path / "disk"
-    disk.mkdir()
-    mount = ["mount", "-t", "tmpfs", "-o", "size=2m", "tmpfs", str(disk)]
-    if subprocess.run(mount, capture_output=True).returncode:
-        pytest.skip("no disk can be mounted here")
-    try:
+    with needs.disk(tmp_path / "disk", "2m") as disk:
         monkeypatch.chdir(tmp_path)
         run("exp1", out=disk / "run", duration=0.2, report=False)
         subprocess.run(["mount", "-o", "remount,ro", disk], check=True)
@@ -96,8 +93,6 @@ def test_a_folder_that_cannot_be_written_is_refused_before_the_run(tmp_path, mon
         for line in ("replay disk/run", "replay disk/run --why 0.1", "export disk/run --rosbag bag"):
             assert call(line.split()) == 0, line
         assert files(disk / "run") == before
-    finally:
-        subprocess.run(["umount", disk], check=True)
 
 
 def test_the_proposed_folder_does_not_exist(tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from rocs_bt.event import BodyMoved, KnowledgeChanged, ListSink, PeerAppeared, P
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
 
+from .. import needs
+
 
 def play(scenario, seed=1, out=None, **kwargs):
     sink = ListSink()
@@ -89,7 +91,7 @@ def test_agents_share_on_wall_time_too(tmp_path):
     (tmp_path / "scenarios").mkdir()
     for listen in ("", 'listen = "127.0.0.1:0"\n'):
         if listen:
-            pytest.importorskip("zenoh", reason="needs the extra 'share'")
+            needs.package("zenoh")
         text = f'format = "scenario/2"\nbase = "exp3_shortsighted"\n[share]\n{listen}'
         (tmp_path / "scenarios" / "wall.toml").write_text(text, "utf-8")
         sink = ListSink()

@@ -17,6 +17,8 @@ from rocs_bt.reactive import RuleModel
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
 
+from .. import needs
+
 AT = 2.0  # [s]
 
 
@@ -83,7 +85,7 @@ def test_on_the_command_line_the_engine_failed_and_the_run_is_told_all_the_same(
     assert "Rotten: a worm" in shown
 
 
-@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="kill -9 is there on POSIX only")
+@needs.posix("has no kill -9")
 def test_a_run_killed_half_way_leaves_a_recording_that_replays(tmp_path, capsys):
     code = (
         "import os, signal, sys\n"

@@ -15,11 +15,12 @@ import pytest
 
 from rocs_bt.knowledge.share.keys import make_keys
 
-pytest.importorskip("zenoh", reason="needs the extra 'share'")
-
+from .. import needs
 from ..waiting import GUARD, until
 from . import test_share_processes as processes
 from .test_share_processes import agree, pass_time
+
+needs.package("zenoh")
 
 PORT = 7447
 

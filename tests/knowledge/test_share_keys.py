@@ -8,7 +8,9 @@ import pytest
 from rocs_bt.errors import InputError
 from rocs_bt.knowledge.share.keys import VALID, Keys, make_keys
 
-pytest.importorskip("cryptography", reason="needs the extra 'share'")
+from .. import needs
+
+needs.package("cryptography")
 
 MEMBER = ("authority.pem", "member.pem", "member.key", "group.key")
 GROUP = ("authority.key", "authority.pem", "group.key")

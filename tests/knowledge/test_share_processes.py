@@ -14,12 +14,12 @@ import pytest
 
 from rocs_bt.errors import InputError
 from rocs_bt.knowledge.share.keys import Keys, make_keys
-
-pytest.importorskip("zenoh", reason="needs the extra 'share'")
-
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork, check_address
 
+from .. import needs
 from ..waiting import GUARD, until
+
+needs.package("zenoh")
 
 PROGRAM = Path(__file__).with_name("share_process.py")
 

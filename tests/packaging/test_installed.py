@@ -17,6 +17,8 @@ from pathlib import Path
 
 import pytest
 
+from .. import needs
+
 ROOT = Path(__file__).resolve().parents[2]
 FORMS = ["wheel", "editable", "checkout"]
 CONTENT = ("planners", "rules", "robots", "scenarios")
@@ -36,8 +38,7 @@ DATA = (  # of each kind that no import asks for
     "studio/web/studio.css",
 )
 
-pytest.importorskip("build", reason="building needs the test extra")
-pytest.importorskip("hatchling", reason="building needs the test extra")
+needs.package("build", "hatchling")
 
 
 def do(*command: str | Path, cwd: Path | None = None, **environment: str) -> str:
@@ -128,8 +129,7 @@ def test_the_wheels_are_the_same_and_carry_content_and_licence(built):
 
 
 def test_wheels_and_sdist_carry_the_manual(built):
-    for package in ("sphinx", "myst_parser", "furo", "sphinx_click"):
-        pytest.importorskip(package, reason="building the manual needs the docs extra")
+    needs.package(*needs.MANUAL)
     with tarfile.open(built["sdist"]) as archive:
         names = archive.getnames()
     assert any(n.endswith("/rocs_bt/_manual/index.html") for n in names)
@@ -139,10 +139,10 @@ def test_wheels_and_sdist_carry_the_manual(built):
 
 
 def test_docs_finds_the_manual_of_an_installation(command, request, tmp_path):
-    pytest.importorskip("furo", reason="building the manual needs the docs extra")
+    needs.package(*needs.MANUAL)
     arguments, environment = command
     if "wheel" not in request.node.name:
-        pytest.skip("a checkout has the manual that make docs built")
+        pytest.skip("a checkout has no manual before `make docs`")
     page = Path(do(*arguments, "docs", "--path", cwd=tmp_path, **environment).strip())
     assert page.parts[-3:] == ("rocs_bt", "_manual", "index.html")
     assert "rocs_bt" in page.read_text("utf-8")

@@ -10,11 +10,12 @@ import pytest
 
 from rocs_bt.reactive.kernel_backend import kernel_missing
 
+from .. import needs
+
 ROOT = Path(__file__).resolve().parents[2]
 BINARY = "rocs_bt/reactive/_kernel.abi3.so"
 
-pytest.importorskip("build", reason="building needs the test extra")
-pytest.importorskip("hatchling", reason="building needs the test extra")
+needs.package("build", "hatchling")
 
 
 @pytest.fixture(scope="module")
@@ -40,7 +41,7 @@ def kernel(hook, tmp_path_factory):
     """The kernel, compiled here."""
     made = tmp_path_factory.mktemp("kernel") / "kernel.so"
     if reason := hook.compile_kernel(ROOT / hook.SOURCE, made):
-        pytest.skip(f"it cannot be compiled here: {reason}")
+        pytest.skip(f"the C kernel cannot be compiled here: {reason}")
     return made
 
 
@@ -51,10 +52,8 @@ def test_where_it_compiles_it_was_built_and_serves():
 
 def test_only_the_module_is_seen_from_outside(kernel):
     """Names such as `step` would be taken for those of other libraries."""
-    try:
-        done = subprocess.run(["nm", "-D", "--defined-only", kernel], capture_output=True, text=True)
-    except OSError:
-        pytest.skip("there is no nm")
+    nm = needs.program("nm", "lists the names of a library")
+    done = subprocess.run([nm, "-D", "--defined-only", kernel], capture_output=True, text=True)
     names = {line.split()[-1].lstrip("_") for line in done.stdout.splitlines()}
     seen = {name for name in names if name not in ("init", "fini", "bss_start", "edata", "end")}
     assert seen == {"PyInit__kernel"}

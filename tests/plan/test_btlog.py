@@ -14,6 +14,7 @@ from rocs_bt.trees.btlog import BtLog
 from rocs_bt.trees.nodes import BUILTIN, Input, Leaf
 from rocs_bt.trees.xml import load_xml
 
+from .. import needs
 from ..waiting import until
 
 STATUSES = {"R": Status.RUNNING, "S": Status.SUCCESS, "F": Status.FAILURE}
@@ -165,7 +166,7 @@ def test_a_place_that_cannot_be_written_is_told(mind, tmp_path):
         BtLog(tmp_path / "nowhere" / "R1.btlog", plan.tree, plan.name)
 
 
-@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no disk here is always full")
+@needs.linux("has /dev/full, a disk that is always full")
 def test_a_full_disk_stops_no_robot(mind, tmp_path):
     plan = mind.start(Scripted("a", does="RRR"))
     log = BtLog(tmp_path / "R1.btlog", plan.tree, plan.name)
@@ -232,7 +233,7 @@ WITH_LEAVES = """
 
 
 def test_a_log_is_built_as_one_of_the_cpp_engine(logged, mind, tmp_path):
-    bt = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    bt = needs.package("behaviortreepy")
     made = {tag: type(tag, (Scripted,), {"does": script}) for tag, script in LEAVES.items()}
     mind.mission.board["x"] = 4
     ours, _, changes = logged(load_xml(WITH_LEAVES, {**BUILTIN, **made}), 9)

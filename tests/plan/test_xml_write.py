@@ -7,7 +7,6 @@ from enum import Enum
 from pathlib import Path
 
 import py_trees
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -17,6 +16,8 @@ from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, O
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
 from rocs_bt.units import SPEED
+
+from .. import needs
 
 NODES = mission_nodes(action_table())
 TEXTS = st.text(
@@ -89,7 +90,7 @@ def test_what_is_written_is_loaded_as_the_same_tree_and_written_the_same(root):
 
 
 def test_random_trees_of_the_conformance_tests_survive_writing():
-    pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    needs.package("behaviortreepy")
     spec = importlib.util.spec_from_file_location(
         "conformance_for_writing", Path(__file__).parents[1] / "trees" / "test_conformance.py"
     )

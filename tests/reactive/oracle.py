@@ -2,11 +2,9 @@
 
 from fractions import Fraction
 
-import pytest
+import z3
 
 from rocs_bt.expression import evaluate
-
-z3 = pytest.importorskip("z3", reason="z3-solver, the oracle, is not installed")
 
 
 def exact(value):

@@ -8,11 +8,11 @@ import pytest
 
 from rocs_bt.expression import compile_expression, compile_node, parse_requirement
 from rocs_bt.reactive import Rule, RuleSet, choose_backend, lower_rules, python_source
-from rocs_bt.reactive.kernel_backend import kernel_missing
 from rocs_bt.reactive.rule_table import carry
 
-no_kernel = pytest.mark.skipif(bool(kernel_missing()), reason=kernel_missing())
-BACKENDS = ["python", pytest.param("kernel", marks=no_kernel)]
+from .. import needs
+
+BACKENDS = ["python", pytest.param("kernel", marks=needs.kernel)]
 
 
 @pytest.mark.parametrize("name", BACKENDS)

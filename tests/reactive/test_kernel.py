@@ -14,7 +14,8 @@ from rocs_bt.expression.program import Op
 from rocs_bt.reactive import Rule, choose_backend, lower_rules
 from rocs_bt.reactive.kernel_backend import KernelBackend, compiled, kernel_missing
 
-needs_kernel = pytest.mark.skipif(bool(kernel_missing()), reason=kernel_missing())
+from .. import needs
+
 WILD = [np.nan, np.inf, -np.inf, 0.0, -1.0, 1e9, -1e9, 3.5, 1e300]
 NUMBERS = [-(2**31), -1000, -2, -1, 0, 1, 2, 3, 5, 8, 40, 1000, 2**30, 2**31 - 1]
 
@@ -46,7 +47,7 @@ class TestChoice:
             choose_backend("fortran")
 
 
-@needs_kernel
+@needs.kernel
 def test_it_knows_every_operation():
     from rocs_bt.reactive import _kernel
 
@@ -54,7 +55,7 @@ def test_it_knows_every_operation():
     assert list(Op) == list(range(_kernel.OPERATIONS))
 
 
-@needs_kernel
+@needs.kernel
 class TestBatches:
     def test_the_whole_state_is_that_of_python(self, kernel, random_rules):
         """Also the memory of temporal operations, of which winners may never tell."""
@@ -110,7 +111,7 @@ class TestBatches:
         assert after > before
 
 
-@needs_kernel
+@needs.kernel
 class TestWrongInput:
     def test_a_broken_table_is_refused_or_harmless(self, random_rules):
         """A crash of the interpreter is what would fail here."""

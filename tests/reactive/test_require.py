@@ -13,9 +13,10 @@ from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import RuleModel, add_test_files, choose_backend, load_rules, required_signals, run_tests
 from rocs_bt.reactive.analysis import examine_rules
-from rocs_bt.reactive.kernel_backend import kernel_missing
 from rocs_bt.signal import OPTIONAL_SIGNALS, Signal
 from rocs_bt.units import LENGTH, SPEED
+
+from .. import needs
 
 WHEELS = [Signal("front", 2, (LENGTH,), (0.0, 10.0)), Signal("speed", 1, (SPEED,), (-2.0, 2.0))]
 PLANAR = Environment.packed(WHEELS)
@@ -156,9 +157,7 @@ def test_tests_in_a_file_of_their_own_are_skipped_too(load, tmp_path):
     assert "Did you mean 'Sideways'" in " ".join(map(str, add_test_files(load(text), PLANAR, ACTIONS)[1]))
 
 
-@pytest.mark.parametrize(
-    "backend", ["python", pytest.param("kernel", marks=pytest.mark.skipif(bool(kernel_missing()), reason="no kernel"))]
-)
+@pytest.mark.parametrize("backend", ["python", pytest.param("kernel", marks=needs.kernel)])
 def test_a_file_without_an_active_rule_does_nothing(load, backend):
     rules = load(FILE[: FILE.index("[rule.Ahead]")] + FILE[FILE.index("[rule.Sideways]") :])
     assert (rules.rules, len(rules.inactive)) == ((), 1)

@@ -18,7 +18,9 @@ from rocs_bt.drivers.ros2.dds import DdsTransport
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 
-pytest.importorskip("cyclonedds", reason="no wheel of cyclonedds here")
+from .. import needs
+
+needs.package("cyclonedds")
 
 ROBOT = """\
 format = "robot/3"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import mujoco
@@ -19,6 +18,8 @@ from rocs_bt.simulation import build_world
 from rocs_bt.simulation.video import Video, as_drawn
 from rocs_bt.simulation.viewer import Viewer
 
+from .. import needs
+
 SHIPPED = Path(__file__).parents[2] / "robots"
 
 
@@ -27,7 +28,7 @@ def world(exp1: ScenarioSpec, catalog: Catalog) -> MujocoWorld:
     return build_world(exp1, catalog, 1, NullSink()).world
 
 
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+@needs.linux("can be without a display")
 def test_a_viewer_without_a_display_is_told(world: MujocoWorld, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
@@ -61,10 +62,8 @@ def test_a_video_shows_the_world(world: MujocoWorld, tmp_path: Path, suffix: str
     from PIL import Image
 
     file = tmp_path / f"run{suffix}"
-    try:
+    with needs.opengl():
         video = Video(world, file, size=(160, 120), rate=10.0)
-    except InputError as error:
-        pytest.skip(f"no video can be made here: {error}")
     with video:
         for i in range(9):  # 20 looks a second, ten frames a second
             world.place("R1", Pose2(1.0, -1.0, 0.3 * i))  # so that no two frames are the same
@@ -87,14 +86,12 @@ def red_in_the_middle(file: Path) -> int:
 
 
 def test_the_camera_follows_a_robot(world: MujocoWorld, tmp_path: Path) -> None:
-    try:
+    with needs.opengl():
         for number, pose in enumerate((Pose2(1.2, -1.2, 0.5), Pose2(-1.2, 1.2, 2.0))):
             world.place("R2", pose)
             for follow in ("R2", ""):
                 with Video(world, tmp_path / f"{number}{follow}.png", size=(160, 120), follow=follow) as video:
                     video(0.0)
-    except InputError as error:
-        pytest.skip(f"no video can be made here: {error}")
     seen = {file.stem: red_in_the_middle(file) for file in tmp_path.iterdir()}
     assert min(seen["0R2"], seen["1R2"]) > 20
     assert max(seen["0"], seen["1"]) < 10

@@ -12,9 +12,7 @@ from rocs_bt.editing.worker import Worker
 from rocs_bt.studio.authoring import edit_routes
 from rocs_bt.studio.server import Server
 
-from .. import chromium
-
-pytestmark = [pytest.mark.browser, pytest.mark.skipif(chromium.find() is None, reason="there is no Chromium here")]
+pytestmark = pytest.mark.browser
 
 FILE = "planners/missions/mine.xml"
 MISSION = """<root BTCPP_format="4">
@@ -49,13 +47,6 @@ def site(yard):
     yield server.url
     worker.close()
     server.end()
-
-
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory):
-    found = chromium.Browser(chromium.find(), tmp_path_factory.mktemp("profile"))
-    yield found
-    found.close()
 
 
 class Page:

@@ -3,7 +3,6 @@
 import json
 import math
 import re
-import shutil
 import subprocess
 
 import numpy as np
@@ -21,7 +20,7 @@ from rocs_bt.studio.live import LivePage
 from rocs_bt.studio.page import WEB
 from rocs_bt.studio.report import render_report, write_report
 
-from .. import synthetic
+from .. import needs, synthetic
 from ..pages import steps, unpacked
 
 NOT_FAULTS = ("403 (Forbidden)", "WebGL", "GPU stall")  # of the browser, not of the page
@@ -111,9 +110,7 @@ def test_the_types_of_every_module_are_checked():
 
 
 def test_modules_have_the_types_that_they_declare():
-    tsc = shutil.which("tsc")
-    if tsc is None:
-        pytest.skip("the compiler of TypeScript (tsc) is not installed")
+    tsc = needs.program("tsc", "checks the types of TypeScript")
     found = subprocess.run([tsc, "-p", WEB / "jsconfig.json"], capture_output=True, text=True, timeout=120)
     assert found.stdout == ""
 

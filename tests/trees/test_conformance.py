@@ -20,7 +20,9 @@ from rocs_bt.trees.nodes import BUILTIN, Instant, Leaf, Tree
 from rocs_bt.trees.script import compile_script, parse_script
 from rocs_bt.trees.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, outcome_name
 
-engine = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+from .. import needs
+
+engine = needs.package("behaviortreepy")
 
 OUTCOMES = {"S": SUCCESS, "F": FAILURE, "R": RUNNING, "K": SKIPPED}
 NAMES = {"S": "SUCCESS", "F": "FAILURE", "R": "RUNNING", "K": "SKIPPED"}

@@ -8,7 +8,9 @@ from rocs_bt.trees.nodes import BUILTIN, Tree
 from rocs_bt.trees.status import outcome_name
 from rocs_bt.trees.xml import load_xml
 
-engine = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+from .. import needs
+
+engine = needs.package("behaviortreepy")
 
 ERROR = "an error"
 GIVEN = '<SubTree ID="T" p="{}" v="{{v}}"/>'

@@ -17,6 +17,8 @@ from rocs_bt.trees.script import form
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 from rocs_bt.trees.xml import load_xml, read_document
 
+from .. import needs
+
 pytestmark = pytest.mark.filterwarnings("ignore::rocs_bt.trees.TreeWarning")
 
 
@@ -348,7 +350,7 @@ def _conformance():
 
 @pytest.mark.parametrize("block", range(6))
 def test_what_is_loaded_does_what_the_cpp_engine_loads(block):
-    pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    needs.package("behaviortreepy")
     of = _conformance()
 
     class Loaded(of.Ours):
@@ -373,7 +375,7 @@ def test_what_is_loaded_does_what_the_cpp_engine_loads(block):
 
 def both(text, keys):
     """What our engine and the C++ one make of a document: outcome and board, or `raises`."""
-    cpp = pytest.importorskip("behaviortreepy", reason="there is no wheel of behaviortreepy for this platform")
+    cpp = needs.package("behaviortreepy")
 
     def ours():
         tree = Tree(load_xml(text))

@@ -84,7 +84,7 @@ class Bag:
                 self.topics = {each.topic: self._topic(each) for each in self._connections}
                 self.start, self.end = int(self._reader.start_time), int(self._reader.end_time) - 1
                 empty = not self._reader.message_count or self.start == _NEVER
-            except BaseException:
+            except BaseException:  # raised again, after the bag is closed
                 self.close()
                 raise
         if empty or not self.topics:
@@ -134,12 +134,12 @@ class Bag:
                 yield BagMessage(connection.topic, int(time), bytes(content))
         except (RocsError, GeneratorExit, KeyboardInterrupt):
             raise
-        except Exception as error:
+        except Exception as error:  # rosbags raises its own and those of struct, of codecs and of decompression
             raise RecordingError(f"the bag '{self.path}' is damaged: {_said(error)}.") from error
 
     def close(self) -> None:
         """Close the bag."""
-        with suppress(Exception):
+        with suppress(Exception):  # of a damaged bag; its fault is reported already
             self._reader.close()
 
     def _topic(self, connection: Any) -> BagTopic:
@@ -187,7 +187,7 @@ def _readable(path: Path) -> Iterator[None]:
         yield
     except (RocsError, OSError):
         raise
-    except Exception as error:
+    except Exception as error:  # rosbags raises its own and those of struct, of codecs and of sqlite3
         hint = "If it was cut off, try: mcap recover FILE.mcap -o FIXED.mcap; or: ros2 bag reindex FOLDER"
         raise InputError(Fault(f"the bag '{path}' cannot be read: {_said(error)}.", hint=hint)) from error
 

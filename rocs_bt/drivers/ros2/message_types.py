@@ -128,7 +128,7 @@ class MessageTypes:
         """
         try:
             return self.store.deserialize_cdr(data, name)
-        except Exception as error:
+        except Exception as error:  # of any kind: the data may be anything
             raise DeviceError(f"{len(data)} bytes are no {name}: {error or type(error).__name__}") from error
 
     def _value(self, of: Any, given: Any) -> Any:

@@ -72,7 +72,7 @@ class RclpyTransport:
             self.node = rclpy.create_node(
                 node, context=self.context, namespace=namespace, start_parameter_services=False
             )
-        except Exception as error:
+        except Exception as error:  # rclpy raises those of its C library
             self.context.try_shutdown()
             if isinstance(error, InputError):
                 raise
@@ -161,7 +161,7 @@ class _Writer:
                 raise DeviceError(f"the publisher of '{self.topic}' was closed.")
             try:
                 self._publisher.publish(data)
-            except Exception as error:
+            except Exception as error:  # rclpy raises those of its C library
                 raise DeviceError(f"nothing can be sent on '{self.topic}': {error}") from error
 
     def matched(self) -> int:
