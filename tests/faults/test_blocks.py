@@ -103,6 +103,6 @@ def test_a_run_killed_half_way_leaves_a_recording_that_replays(tmp_path, capsys)
     assert not [e for e in events if isinstance(e, AgentStopped)]
     assert replay(recording, Catalog()) is None
     assert call(["replay", str(tmp_path)]) == 0
-    assert "cut off" in capsys.readouterr().out
+    assert "cut off" in capsys.readouterr().err
     assert call(["replay", str(tmp_path), "--why", "4.5"]) == 0
     assert "4.5" in capsys.readouterr().out
