@@ -1,10 +1,7 @@
 """Writing trees: what is written is loaded as the same tree, and the palette tells what the classes declare."""
 
-import importlib.util
-import sys
 import xml.etree.ElementTree as Et
 from enum import Enum
-from pathlib import Path
 
 import py_trees
 from hypothesis import given
@@ -91,12 +88,8 @@ def test_what_is_written_is_loaded_as_the_same_tree_and_written_the_same(root):
 
 def test_random_trees_of_the_conformance_tests_survive_writing():
     needs.package("behaviortreepy")
-    spec = importlib.util.spec_from_file_location(
-        "conformance_for_writing", Path(__file__).parents[1] / "trees" / "test_conformance.py"
-    )
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
+    from ..trees import test_conformance as module
+
     for seed in range(200):
         root = module.Draw(seed).tree()
         leaves = [type(s.tag, (Leaf,), {"update": lambda self: SUCCESS}) for s in root.all() if s.outcomes]

@@ -2,11 +2,8 @@
 
 # ruff: noqa: E501 - a document stands in one line
 
-import importlib.util
-import sys
 from collections import Counter
 from itertools import product
-from pathlib import Path
 
 import pytest
 
@@ -339,19 +336,10 @@ def test_the_shapes_of_the_published_tutorials_load_and_run(name):
 
 
 # The C++ engine.
-def _conformance():
-    file = Path(__file__).with_name("test_conformance.py")
-    spec = importlib.util.spec_from_file_location("conformance_of_nodes", file)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # its dataclasses look themselves up there
-    spec.loader.exec_module(module)
-    return module
-
-
 @pytest.mark.parametrize("block", range(6))
 def test_what_is_loaded_does_what_the_cpp_engine_loads(block):
     needs.package("behaviortreepy")
-    of = _conformance()
+    from . import test_conformance as of
 
     class Loaded(of.Ours):
         """Ours, but from the text that the C++ engine is given."""
