@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
@@ -46,167 +46,134 @@ _TRUE_POSE = messages.diagonal([EXACT] * 6)
 _TRUE_TWIST = messages.diagonal([EXACT, EXACT, EXACT, UNMEASURED, UNMEASURED, EXACT])
 
 
-class Output(ABC):
-    """Publishes the readings of one or more sensors.
+@dataclass
+class Output:
+    """Publisher of the readings of one or more sensors.
 
     Attributes:
         name: Name of the sensor, or of the topic.
         rate: Rate in control periods.
+        publish: Reads the sensors and publishes; raises DeviceError if a sensor has no sample.
     """
 
-    def __init__(self, name: str, rate: Rate) -> None:
-        self.name = name
-        self.rate = rate
-
-    @abstractmethod
-    def publish(self) -> None:
-        """Read the sensors and publish; a sensor without a sample publishes nothing.
-
-        Raises:
-            DeviceError: A sensor has no sample.
-        """
+    name: str
+    rate: Rate
+    publish: Callable[[], None]
 
 
-class _Scan(Output):
+def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Scan of a lidar."""
+    frame, given = names.frame(sensor.name), sensor.parameters
+    publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", SENSORS, rate)
+    link, pose = links.site(given.site)
+    names.fix(names.frame(link), frame, pose)
+    first, step = -0.5 * given.span, given.span / (given.rays - 1)
 
-    def __init__(self, sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> None:
-        super().__init__(sensor.name, rate)
-        self._sensor, self._frame = sensor, names.frame(sensor.name)
-        self._publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", SENSORS, rate)
-        link, pose = links.site(sensor.parameters.site)
-        names.fix(names.frame(link), self._frame, pose)
-
-    def publish(self) -> None:
-        reading, given = self._sensor.read(), self._sensor.parameters
-        first, step = -0.5 * given.span, given.span / (given.rays - 1)
+    def publish() -> None:
+        reading, limits, period = sensor.read(), given.range, rate.period
         ranges = np.asarray(reading.values, np.float32)
-        self._publisher.send(
-            messages.laser_scan(
-                reading.stamp,
-                self._frame,
-                ranges,
-                first=first,
-                step=step,
-                limits=given.range,
-                period=self.rate.period,
-            )
+        publisher.send(
+            messages.laser_scan(reading.stamp, frame, ranges, first=first, step=step, limits=limits, period=period)
         )
 
+    return Output(sensor.name, rate, publish)
 
-class _Ranges(Output):
+
+def _ranges(sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Ranges of sensors with conical beams, one topic for each beam."""
+    beams, given = [], sensor.parameters
+    for site in given.sites:
+        publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", SENSORS, rate)
+        link, pose = links.site(site)
+        names.fix(names.frame(link), names.frame(site), _beam(pose))
+        beams.append((publisher, names.frame(site)))
 
-    def __init__(self, sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> None:
-        super().__init__(sensor.name, rate)
-        self._sensor = sensor
-        self._beams = []
-        for site in sensor.parameters.sites:
-            publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", SENSORS, rate)
-            link, pose = links.site(site)
-            names.fix(names.frame(link), names.frame(site), _beam(pose))
-            self._beams.append((publisher, names.frame(site)))
-
-    def publish(self) -> None:
-        reading, given = self._sensor.read(), self._sensor.parameters
-        opening = 2.0 * given.half_angle
-        for (publisher, frame), distance in zip(self._beams, reading.values, strict=True):
+    def publish() -> None:
+        reading, opening = sensor.read(), 2.0 * given.half_angle
+        for (publisher, frame), distance in zip(beams, reading.values, strict=True):
             publisher.send(messages.sonar_range(reading.stamp, frame, distance, opening=opening, limits=given.range))
 
+    return Output(sensor.name, rate, publish)
 
-class _Imu(Output):
+
+def _imu(sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
     """Turn rate of a gyro."""
+    frame = names.frame(sensor.name)
+    publisher = names.publisher(topic, "sensor_msgs/msg/Imu", SENSORS, rate)
+    variance = max(sensor.mount.noise**2 + sensor.parameters.bias_noise**2, EXACT)
+    covariance = messages.diagonal([UNMEASURED, UNMEASURED, variance])
+    names.fix(names.frame(BASE), frame, Pose3(0.0, 0.0, 0.0))
 
-    def __init__(self, sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> None:
-        super().__init__(sensor.name, rate)
-        self._sensor, self._frame = sensor, names.frame(sensor.name)
-        self._publisher = names.publisher(topic, "sensor_msgs/msg/Imu", SENSORS, rate)
-        variance = max(sensor.mount.noise**2 + sensor.parameters.bias_noise**2, EXACT)
-        self._covariance = messages.diagonal([UNMEASURED, UNMEASURED, variance])
-        names.fix(names.frame(BASE), self._frame, Pose3(0.0, 0.0, 0.0))
+    def publish() -> None:
+        reading = sensor.read()
+        publisher.send(messages.imu(reading.stamp, frame, reading.values[0], covariance))
 
-    def publish(self) -> None:
-        reading = self._sensor.read()
-        self._publisher.send(messages.imu(reading.stamp, self._frame, reading.values[0], self._covariance))
+    return Output(sensor.name, rate, publish)
 
 
-class _Joints(Output):
+def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> Output:
     """Angles and speeds of the motors that encoders measure."""
+    world = sensor.mount.world
+    named = (str(world.model.joint(int(world.model.dof_jntid[dof])).name) for dof in sensor.motors.joints)
+    joints = [joint.removeprefix(f"{names.robot}/") for joint in named]
+    publisher = names.publisher("joint_states", "sensor_msgs/msg/JointState", STATE, rate)
 
-    def __init__(self, sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> None:
-        super().__init__(sensor.name, rate)
-        self._sensor, model = sensor, sensor.mount.world.model
-        joints = (model.joint(int(model.dof_jntid[dof])).name for dof in sensor.motors.joints)
-        self._names = [str(joint).removeprefix(f"{names.robot}/") for joint in joints]
-        self._publisher = names.publisher("joint_states", "sensor_msgs/msg/JointState", STATE, rate)
-
-    def publish(self) -> None:
-        sensor, world = self._sensor, self._sensor.mount.world
+    def publish() -> None:
         reading = sensor.read()
         measured = [v / f for v, f in zip(reading.values, sensor.parameters.factors, strict=True)]
         travel = isinstance(sensor, WheelTravel)
         angles = measured if travel else world.motor_angles(sensor.motors)
         speeds = world.motor_speeds(sensor.motors) if travel else measured
-        self._publisher.send(messages.joint_state(reading.stamp, self._names, angles, speeds))
+        publisher.send(messages.joint_state(reading.stamp, joints, angles, speeds))
+
+    return Output(sensor.name, rate, publish)
 
 
-class _Odometry(Output):
+def _odometry(read: Callable[[], Motion], rate: Rate, names: RobotPublishers, height: float) -> Output:
     """Odometry of `base_link`, and the transform from `odom` to `base_footprint`, which is below it."""
+    publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
+    tf = names.tf if names.options.odom_to_base else None
+    odom, footprint, base = map(names.frame, (ODOM, FOOTPRINT, BASE))
 
-    def __init__(self, read: Callable[[], Motion], rate: Rate, names: RobotPublishers, height: float) -> None:
-        super().__init__("odom", rate)
-        self._read, self._height = read, height
-        self._publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
-        self._tf = names.tf if names.options.odom_to_base else None
-        self._odom, self._footprint, self._base = map(names.frame, (ODOM, FOOTPRINT, BASE))
+    def publish() -> None:
+        stamp, pose, twist, *errors = read()
+        publisher.send(messages.odometry(stamp, odom, base, pose, twist, errors))
+        if tf is not None:
+            tf.send([messages.transform(stamp, odom, footprint, _below(pose, height))])
 
-    def publish(self) -> None:
-        stamp, pose, twist, *errors = self._read()
-        self._publisher.send(messages.odometry(stamp, self._odom, self._base, pose, twist, errors))
-        if self._tf is not None:
-            self._tf.send([messages.transform(stamp, self._odom, self._footprint, _below(pose, self._height))])
+    return Output("odom", rate, publish)
 
 
-class _Joined(Output):
+def _joined(links: RobotLinks, tf: TfPublishers, rate: Rate, names: RobotPublishers) -> Output:
     """Transforms of the links on joints."""
 
-    def __init__(self, links: RobotLinks, tf: TfPublishers, rate: Rate, names: RobotPublishers) -> None:
-        super().__init__("links", rate)
-        self._links, self._tf, self._frame = links, tf, names.frame
+    def publish() -> None:
+        stamp, found = links.poses()
+        frame = names.frame
+        tf.send([messages.transform(stamp, frame(parent), frame(link), pose) for parent, link, pose in found])
 
-    def publish(self) -> None:
-        stamp, found = self._links.poses()
-        frame = self._frame
-        self._tf.send([messages.transform(stamp, frame(parent), frame(link), pose) for parent, link, pose in found])
+    return Output("links", rate, publish)
 
 
-class _PoseFix(Output):
+def _pose_fix(position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> Output:
     """Noisy measurements of the pose in the map."""
+    publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
+    place, heading = (max(each.mount.noise**2, EXACT) for each in (position, orientation))
+    covariance = messages.diagonal([place, place, place, UNMEASURED, UNMEASURED, heading])
 
-    def __init__(self, position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> None:
-        super().__init__("pose", rate)
-        self._position, self._orientation = position, orientation
-        self._publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
-        place, heading = (max(each.mount.noise**2, EXACT) for each in (position, orientation))
-        self._covariance = messages.diagonal([place, place, place, UNMEASURED, UNMEASURED, heading])
-
-    def publish(self) -> None:
-        position, (yaw,) = self._position.read(), self._orientation.read().values
-        x, y, z = position.values
+    def publish() -> None:
+        reading, (yaw,) = position.read(), orientation.read().values
+        x, y, z = reading.values
         pose = Pose3(x, y, z, yaw=yaw)
-        self._publisher.send(messages.pose_with_covariance(position.stamp, MAP, pose, self._covariance))
+        publisher.send(messages.pose_with_covariance(reading.stamp, MAP, pose, covariance))
+
+    return Output("pose", rate, publish)
 
 
-class _Values(Output):
+def _values(sensor: Sensor, rate: Rate, names: RobotPublishers) -> Output:
     """Values of a sensor for which there is no standard message."""
-
-    def __init__(self, sensor: Sensor, rate: Rate, names: RobotPublishers) -> None:
-        super().__init__(sensor.name, rate)
-        self._sensor = sensor
-        self._publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", SENSORS, rate)
-
-    def publish(self) -> None:
-        self._publisher.send({"data": np.asarray(self._sensor.read().values, np.float64)})
+    publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", SENSORS, rate)
+    return Output(sensor.name, rate, lambda: publisher.send({"data": np.asarray(sensor.read().values, np.float64)}))
 
 
 def robot_outputs(
@@ -224,7 +191,7 @@ def robot_outputs(
     found = [*_pose_outputs(devices, locomotion, names, links), *_sensor_outputs(devices, names, links)]
     if names.tf is not None and len(links.links) > 1:
         rate = min((each.rate for each in found), key=lambda rate: rate.period)
-        found.append(_Joined(links, names.tf, rate, names))
+        found.append(_joined(links, names.tf, rate, names))
     return found
 
 
@@ -240,15 +207,15 @@ def _pose_outputs(
             world = position[0].mount.world
             if names.options.map_to_odom:
                 names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
-            yield _Odometry(partial(_truth, world, names.robot), rate, names, links.height)
+            yield _odometry(partial(_truth, world, names.robot), rate, names, links.height)
         else:
-            yield _PoseFix(position[0], orientation[0], rate, names)
+            yield _pose_fix(position[0], orientation[0], rate, names)
     actuator = next(a for a in devices.robot.actuators if a.name == devices.robot.locomotion.actuator)
     motors = tuple(actuator.parameters.get("motors", ()))
     for sensor in _encoders(devices):
         if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
             odometry = WheelOdometry(sensor, locomotion, motors, links.height)
-            yield _Odometry(odometry, rates[sensor.name], names, links.height)
+            yield _odometry(odometry, rates[sensor.name], names, links.height)
             break
 
 
@@ -262,8 +229,8 @@ def _sensor_outputs(devices: RobotDevices, names: RobotPublishers, links: RobotL
     for encoders in _encoders(devices):
         if covered.isdisjoint(encoders.parameters.motors):
             covered.update(encoders.parameters.motors)
-            yield _Joints(encoders, devices.sensor_rates[encoders.name], names)
-    standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _Scan), (Gyro, "imu", _Imu))
+            yield _joints(encoders, devices.sensor_rates[encoders.name], names)
+    standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _scan), (Gyro, "imu", _imu))
     others = (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)
     for sensor in devices.sensors.values():
         rate = devices.sensor_rates[sensor.name]
@@ -274,9 +241,9 @@ def _sensor_outputs(devices: RobotDevices, names: RobotPublishers, links: RobotL
                 break
         else:
             if isinstance(sensor, RangeCone):
-                yield _Ranges(sensor, rate, names, links)
+                yield _ranges(sensor, rate, names, links)
             elif not isinstance(sensor, others):
-                yield _Values(sensor, rate, names)
+                yield _values(sensor, rate, names)
 
 
 def _encoders(devices: RobotDevices) -> list[WheelSpeed | WheelTravel]:
