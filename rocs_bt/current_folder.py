@@ -34,6 +34,12 @@ def safe_path() -> dict[str, str]:
     return {"PYTHONSAFEPATH": "1", "PYTHONPATH": os.pathsep.join(paths)}
 
 
+def child_environment() -> dict[str, str]:
+    """Environment of an interpreter with option -P that imports this package, and nothing from the current folder."""
+    paths = [_OWN, *filter(None, [safe_path()["PYTHONPATH"]])]
+    return {**os.environ, "PYTHONPATH": os.pathsep.join(paths)}
+
+
 def _without_current_folder(paths: Sequence[str]) -> list[str]:
     here = os.getcwd()
     return [each for each in paths if (path := os.path.abspath(each or here)) != here or path == _OWN]

@@ -6,12 +6,15 @@ import threading
 from collections.abc import Sequence
 from functools import reduce
 from operator import or_
-from typing import IO, Any, Protocol, TypeVar
+from typing import IO, TYPE_CHECKING, Any, TypeVar
 
 import msgspec
 
 from ..event import Event
 from ..record import RunHeader, codec
+
+if TYPE_CHECKING:
+    from .feed import Feed
 
 _KINDS = frozenset(codec.KINDS)
 _ANY: Any = reduce(or_, codec.KINDS)
@@ -35,18 +38,6 @@ class Answer(msgspec.Struct, frozen=True):
     error: str = ""
 
 
-class Target(Protocol):
-    """What takes a run: a feed of a page."""
-
-    def begin(self, header: RunHeader) -> None:
-        """Begin with the header of the run."""
-        ...
-
-    def take(self, events: Sequence[Event]) -> None:
-        """Take new events of the run."""
-        ...
-
-
 class Sender:
     """Writes frames from several threads; a closed pipe loses them."""
 
@@ -65,12 +56,12 @@ class Sender:
         return True
 
 
-def receive(stream: IO[bytes], target: Target) -> None:
-    """Pass a run to a target, until its process has closed the stream or died."""
+def receive(stream: IO[bytes], feed: Feed) -> None:
+    """Pass a run to a feed, until its process has closed the stream or died."""
     if (header := read(stream)) is not None:
-        target.begin(decode(header, RunHeader))
+        feed.begin(decode(header, RunHeader))
     while (data := read(stream)) is not None:
-        target.take(decode_events(data))
+        feed.take(decode_events(data))
 
 
 def encode(value: object) -> bytes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import socket
 import subprocess
@@ -20,7 +19,7 @@ from ..catalog import Catalog
 from ..compare.record import EpisodeRecord
 from ..compare.replay import episode_folder
 from ..compare.store import FILE, Store
-from ..current_folder import safe_path
+from ..current_folder import child_environment
 from ..errors import Fault, InputError, unknown
 from ..files import is_file
 from ..record.folder_lock import free_folder, writer_of
@@ -30,7 +29,6 @@ from .feed import Feed
 from .live import STUDIO
 from .runs import Runs, end_of
 
-_PACKAGES = str(Path(__file__).resolve().parents[2])
 _LINES = 200  # of the output of a run that are kept
 _WIDE = 1000  # [bytes] of a line of the output; a longer one becomes several
 _REST = 2.0  # [s] for the rest of the data and of the output after the end of a process
@@ -221,7 +219,6 @@ class _Child:
         self._folder = folder
         self._printed: deque[tuple[bool, str]] = deque(maxlen=_LINES)  # whether to standard error, and a line
         self._over = threading.Event()
-        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
         self._socket, theirs = socket.socketpair()
         with theirs:
             self._process = subprocess.Popen(
@@ -231,7 +228,7 @@ class _Child:
                 stderr=subprocess.PIPE,
                 cwd=place,
                 pass_fds=[theirs.fileno()],
-                env={**os.environ, "PYTHONPATH": os.pathsep.join(paths), STUDIO: f"{theirs.fileno()} {url}"},
+                env={**child_environment(), STUDIO: f"{theirs.fileno()} {url}"},
                 start_new_session=True,  # Ctrl-C is for the studio, which then ends its runs in order
             )
         self._commands = frames.Sender(self._socket.makefile("wb"))

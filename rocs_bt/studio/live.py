@@ -13,13 +13,12 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from types import TracebackType
 from typing import IO
 
 import msgspec
 
-from ..current_folder import safe_path
+from ..current_folder import child_environment
 from ..errors import InputError
 from ..event import Event
 from ..record import RunHeader
@@ -32,7 +31,6 @@ RATE = 10.0
 STUDIO = "ROCS_BT_STUDIO"
 """Environment variable of a run that the studio has started: number of its socket to the studio, and its URL."""
 
-_PACKAGES = str(Path(__file__).resolve().parents[2])
 _START = 60.0  # [s] time limit for the start of the page's process
 _PATIENCE = 3.0  # [s] duration of a blocked write after which the page's process counts as stalled
 _GOODBYE = 5.0  # [s] time limit for the page's process to read the remaining events, and another one to end
@@ -127,12 +125,11 @@ class LivePage:
 
     def _start(self) -> IO[bytes]:
         """Start the page's process; returns the stream of its commands."""
-        paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
         self._process = process = subprocess.Popen(
             [sys.executable, "-P", "-m", __package__],  # -P: import nothing from the current folder
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+            env=child_environment(),
         )
         if process.stdin is None or process.stdout is None:
             raise RuntimeError("the page's process has no pipes")

@@ -72,11 +72,6 @@ def _sharing(shared: Mapping[str, float] | None) -> list[Number]:
     ]
 
 
-def _counts(counts: Mapping[str, int]) -> str:
-    """Counts by action, such as `Creep 12, GoTo 3`."""
-    return ", ".join(f"{name or 'outside of actions'} {count}" for name, count in counts.items())
-
-
 def _scaled(value: float | None, factor: float) -> float | None:
     return None if value is None else value * factor
 

@@ -48,12 +48,6 @@ def project_routes(
         allow_code: Whether Python files may be changed.
     """
 
-    def start(request: Request) -> Answer:
-        return as_json({"run": launcher.start(request.read(Start))})
-
-    def play(request: Request) -> Answer:
-        return as_json({"run": launcher.play(request.read(Play))})
-
     def copy(request: Request) -> Answer:
         wanted = request.read(_Copy)
         if not allow_code:
@@ -77,8 +71,8 @@ def project_routes(
         ("GET", "events"): lambda request: stream(runs.feed(_run(request))),
         ("GET", "output"): lambda request: as_json(launcher.output(_run(request))),
         ("GET", "episodes"): lambda _: as_json(_episodes(runs)),
-        ("POST", "start"): start,
-        ("POST", "play"): play,
+        ("POST", "start"): lambda request: as_json({"run": launcher.start(request.read(Start))}),
+        ("POST", "play"): lambda request: as_json({"run": launcher.play(request.read(Play))}),
         ("POST", "copy"): copy,
         ("POST", "stop"): stop,
         ("POST", "control"): control,

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import pathlib
 import signal
 import socket
 import subprocess
@@ -14,7 +13,7 @@ import time
 from collections.abc import Sequence
 
 from ...clock import WallClock
-from ...current_folder import safe_path
+from ...current_folder import child_environment
 from ...device import Actuator
 from ...errors import ActuatorError, DeviceError, Fault, InputError
 from ..host import Host
@@ -25,8 +24,6 @@ from .standby import Standby
 
 EXIT_TIMEOUT = 3.0
 """Timeout for an orderly exit of the process [s], after which the process is killed."""
-
-_PACKAGES = str(pathlib.Path(__file__).resolve().parents[3])
 
 
 class IsolatedActuator(Actuator):
@@ -183,7 +180,6 @@ class IsolatedActuator(Actuator):
 
 
 def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:
-    paths = [_PACKAGES, *filter(None, [safe_path()["PYTHONPATH"]])]
     return subprocess.Popen(
         [
             sys.executable,
@@ -195,5 +191,5 @@ def _start(theirs: socket.socket) -> subprocess.Popen[bytes]:
         stdin=subprocess.DEVNULL,
         pass_fds=[theirs.fileno()],
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(paths)},
+        env=child_environment(),
     )

@@ -8,7 +8,7 @@ const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m]
 const NEAR = 2.5; // zoom with which the robot is followed
 const FINE = 2; // [px] between the points of a way that are drawn
 const STEEP = 0.5; // cosine of the elevation below which a beam is not drawn
-const LINE = 14, SIDE = 8, CORE = 7, DOORS = ["open", "shut"]; // [px] height of a label, its distance, half of what it leaves free
+const LINE = 14, SIDE = 8, CORE = 7; // [px] height of a label, its distance, half of what it leaves free
 
 /** Point of a body in the world. */
 const placed = (pose, /** @type {number[]} */ [x, y]) => {
@@ -44,15 +44,15 @@ export const write = (g, boxes, texts, point, size, least = "") => {
   return least && put(g, least, [Math.max(2, Math.min(point[0] + SIDE, size[0] - widthOf(g, least) - 2)), point[1] - SIDE]);
 };
 
-const isDoor = (run, name) => Boolean(run.get(name, "actor")?.v.some((state) => DOORS.includes(state)));
+const isDoor = ({ states = {} }) => Object.keys(states).length > 0;
 
 /** Writes the names of bodies at a time, first that of an agent; `at` tells where the pose of a body is in the picture. */
 export const names = (g, boxes, run, agent, t, at, size) => {
   const first = ({ name }) => Number(name === agent), bodies = [...run.header.bodies].sort((a, b) => first(b) - first(a));
   const points = new Map(bodies.map(({ name }) => [name, run.pose(name, t)]).filter(([, pose]) => pose).map(([name, pose]) => [name, at(pose)]));
   for (const [x, y] of points.values()) boxes.push([x - CORE, y - CORE, x + CORE, y + CORE]);
-  for (const [name, point] of points) {
-    const pose = run.pose(name, t), track = isDoor(run, name) && run.get(name, "actor"), state = track && track.at(t);
+  for (const body of bodies.filter(({ name }) => points.has(name))) {
+    const { name } = body, point = points.get(name), pose = run.pose(name, t), track = isDoor(body) && run.get(name, "actor"), state = track && track.at(t);
     g.fillStyle = color(run.agents.includes(name) ? "ink" : "actor");
     face(g, 12, name === agent ? 600 : 400);
     const dead = run.of(name, "sensor").filter((sensor) => sensor.at(t)).map((sensor) => `, no data of ${sensor.name}`).join("");
@@ -288,8 +288,8 @@ export class Arena extends View {
     for (const { end: [x, y], heard } of scan) if (heard) g.fillRect(this.x(x) - 1.2, this.y(y) - 1.2, 2.4, 2.4);
   }
 
-  body(g, { name, hull = [] }, pose) {
-    const { run, cursor: { t, agent } } = this, shown = name === agent, door = isDoor(run, name);
+  body(g, info, pose) {
+    const { run, cursor: { t, agent } } = this, { name, hull = [] } = info, shown = name === agent, door = isDoor(info);
     const tint = color(run.agents.includes(name) ? run.get(name, "route")?.at(t) ?? "idle" : "actor");
     if (hull.length) {
       this.line(g, hull.map((point) => placed(pose, point)));

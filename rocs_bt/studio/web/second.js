@@ -64,6 +64,8 @@ const worded = (value) => {
   return shown(value?.outcome ?? (value?.phase === undefined ? value : value.active ? "active" : value.latched ? "latched" : "clear"));
 };
 
+const named = ({ topic, name }) => (topic === "ticket" ? `action #${name}` : (name || topic).replaceAll("\n", " "));
+
 /** Panel of the first differences; each is a link to its moment. */
 export const listed = (run, cursor) => ({ box: el(
   "div", { class: "panel", role: "tabpanel" }, el("ol", { class: "log differences" },
@@ -71,7 +73,7 @@ export const listed = (run, cursor) => ({ box: el(
       "a", { href: cursor.address(t, track.address, track.agent), onclick: (event) => { event.preventDefault(); cursor.select(track.address, t); } },
       el("time", {}, seconds(t)),
       el(
-        "span", {}, el("b", {}, kind), ` ${track.agent} ${track.topic === "ticket" ? `action #${track.name}` : (track.name || track.topic).replaceAll("\n", " ")}: `,
+        "span", {}, el("b", {}, kind), ` ${track.agent} ${named(track)}: `,
         (isSecond(track.agent) ? [undefined, track] : [track, twin(run, track.address)]).map((each) => worded(each?.at(t))).join(" / "),
       ),
     ))),

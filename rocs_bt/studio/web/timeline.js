@@ -144,7 +144,8 @@ export class Timeline extends Lanes {
   }
 
   rules(agent) {
-    const { run } = this, names = new Set([...Object.keys(run.guards[agent] ?? {}), ...["guards", "rule"].flatMap((topic) => run.of(agent, topic).map((r) => r.name))]);
+    const { run } = this, tracked = ["guards", "rule"].flatMap((topic) => run.of(agent, topic).map((track) => track.name));
+    const names = new Set([...Object.keys(run.guards[agent] ?? {}), ...tracked]);
     return [...names].flatMap((name) => {
       const track = run.get(agent, "rule", name), near = run.get(agent, "near", name), address = `${agent}|rule|${name}`;
       const bar = ({ from, to, value }) => ({ from, to, fill: value.active ? "reactive" : "latched" });

@@ -44,22 +44,6 @@ export const placed = (
   x, y, z, 1,
 ]);
 
-/** Triangles of a box of half size 1: of each corner its point and normal. */
-const box = () => {
-  const out = [];
-  for (const axis of [0, 1, 2]) for (const side of [-1, 1]) {
-    const u = (axis + 1) % 3, v = (axis + 2) % 3;
-    for (const [a, b] of [[-1, -1], [1, -1], [1, 1], [-1, -1], [1, 1], [-1, 1]]) {
-      const point = [0, 0, 0], normal = [0, 0, 0];
-      point[axis] = normal[axis] = side;
-      point[u] = a;
-      point[v] = b;
-      out.push(...point, ...normal);
-    }
-  }
-  return out;
-};
-
 /** Surface of revolution through a profile of (radius, height, radius and height of the normal). */
 const turned = (profile) => {
   const out = [], at = ([r, z, nr, nz], part) => {
@@ -73,19 +57,21 @@ const turned = (profile) => {
   return out;
 };
 
-/** Upright prism over a polygon, from the ground to a height. */
-const prism = (points, height) => {
+/** Upright prism over a convex polygon, from one height to another: triangles, of each corner its point and normal. */
+const prism = (points, low, high) => {
   const out = [], n = points.length, area = points.reduce((sum, [x, y], i) => sum + x * points[(i + 1) % n][1] - points[(i + 1) % n][0] * y, 0);
   const outline = area > 0 ? points : [...points].reverse();
   for (let i = 0; i < n; i++) {
     const [a, b] = outline[i], [c, d] = outline[(i + 1) % n], length = Math.hypot(c - a, d - b) || 1;
     const normal = [(d - b) / length, (a - c) / length, 0];
-    for (const corner of [[a, b, 0], [c, d, 0], [c, d, height], [a, b, 0], [c, d, height], [a, b, height]]) out.push(...corner, ...normal);
-    if (i > 1) for (const [x, y] of [outline[0], outline[i - 1], outline[i]]) out.push(x, y, height, 0, 0, 1);
+    for (const corner of [[a, b, low], [c, d, low], [c, d, high], [a, b, low], [c, d, high], [a, b, high]]) out.push(...corner, ...normal);
+    const corners = i > 1 ? [outline[0], outline[i - 1], outline[i]] : [];
+    for (const [z, up] of [[low, -1], [high, 1]]) for (const [x, y] of corners) out.push(x, y, z, 0, 0, up);
   }
   return out;
 };
 
+const SQUARE = [[-1, -1], [1, -1], [1, 1], [-1, 1]];
 const ARC = Array.from({ length: 13 }, (_, i) => {
   const angle = -Math.PI / 2 + (Math.PI * i) / 12, c = Math.cos(angle), s = Math.sin(angle);
   return [c, s, c, s];
@@ -115,7 +101,8 @@ export class View3d {
     this.drawn = () => {};
     this.line = null;
     this.program();
-    this.meshes = new Map(Object.entries({ box: box(), sphere: turned(ARC), cylinder: turned(CAN) }).map(([name, data]) => [name, this.mesh(data)]));
+    const known = { box: prism(SQUARE, -1, 1), sphere: turned(ARC), cylinder: turned(CAN) };
+    this.meshes = new Map(Object.entries(known).map(([name, data]) => [name, this.mesh(data)]));
     this.parts = shapes.flatMap((shape) => this.partsOf(shape));
     canvas.addEventListener("pointermove", (event) => this.drag(event));
     canvas.addEventListener("wheel", (event) => {
@@ -155,7 +142,7 @@ export class View3d {
   partsOf({ kind, size, position, quaternion, tint, body }) {
     const local = placed(position, quaternion), [a, b, c] = size;
     const part = (name, at, scale) => ({ mesh: this.meshes.get(name), body, tint, local: times(local, placed(at, undefined, scale)) });
-    if (kind === "prism") return [{ mesh: this.mesh(prism(a, b)), body, tint, local }];
+    if (kind === "prism") return [{ mesh: this.mesh(prism(a, 0, b)), body, tint, local }];
     if (kind === "capsule") return [part("cylinder", [0, 0, 0], [a, a, b]), part("sphere", [0, 0, b], [a, a, a]), part("sphere", [0, 0, -b], [a, a, a])];
     if (kind === "cylinder") return [part("cylinder", [0, 0, 0], [a, a, b])];
     if (kind === "sphere") return [part("sphere", [0, 0, 0], [a, a, a])];
