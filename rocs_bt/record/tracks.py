@@ -105,9 +105,7 @@ class Tracks(TrackSet):
     def of_recording(recording: Recording, topics: Collection[str] = ()) -> Tracks:
         """Tracks of a recording; only the events of the topics are decoded."""
         tracks = Tracks(recording.header, topics)
-        events = recording.events(tracks.kinds)
-        # Threads emit events in nearly the order of their times.
-        tracks.take(events if recording.header.mode == "lockstep" else sorted(events, key=lambda event: event.t))
+        tracks.take(recording.events(tracks.kinds))
         return tracks
 
     @property
@@ -129,8 +127,10 @@ class Tracks(TrackSet):
         self.take((event,))
 
     def take(self, events: Iterable[Event]) -> None:
-        """Take events in the order of their times."""
+        """Take events, all of them later than those before; threads emit them in nearly the order of their times."""
         folds = self._folds
+        if self.header.mode != "lockstep":
+            events = sorted(events, key=lambda event: event.t)
         for event in events:
             if event.t > self.end:
                 self.end = event.t

@@ -27,7 +27,6 @@ from ..knowledge.history.values import plain
 from ..words import inactive_rule
 from .diverge import describe
 from .moment import SLACK, Moment
-from .track import Curve, Steps
 
 _RECENT = 0.5  # [s] interval before the requested time of which events are listed
 _RAISED = 5  # maximum number of listed exceptions of content
@@ -162,24 +161,19 @@ def _pose_of(why: Moment) -> str:
 def _poses(why: Moment, only: str = "") -> list[str]:
     """Last poses of all bodies, or of one."""
     lines = []
-    for key, track in why.tracks.items():
-        if key.topic == "pose" and key.agent in (only or key.agent,) and (found := _last(why, track)) is not None:
+    for body in [only] if only else [key.agent for key, _ in why.tracks.items() if key.topic == "pose"]:
+        if (found := why.tracks.curve(body, "pose").last(why.now)) is not None:
             x, y, yaw, *spatial = found[1]
             height = f", height {spatial[0]:.3f} m" if spatial else ""
-            lines.append(f"{key.agent} at ({x:.3f}, {y:.3f}) m{height}, yaw {yaw:.3f} rad")
+            lines.append(f"{body} at ({x:.3f}, {y:.3f}) m{height}, yaw {yaw:.3f} rad")
     return lines
-
-
-def _last(why: Moment, track: Steps | Curve | None) -> tuple[float, list[float]] | None:
-    """Time [s] and values of the last sample of a track of numbers; None if there is none."""
-    return track.last(why.now) if isinstance(track, Curve) else None
 
 
 def _commands(why: Moment) -> list[str]:
     """Last command of each actuator, and what the safety gate changed of it."""
     lines = []
-    for name, track in why.tracks.of(why.agent, "command").items():
-        if (found := _last(why, track)) is None:
+    for name, track in why.tracks.curves_of(why.agent, "command").items():
+        if (found := track.last(why.now)) is None:
             continue
         t, values = found
         lines.append(f"{name} = {numbers_text(values)} ({why.value('route', name)}){since(t, why.t)}")
@@ -191,14 +185,14 @@ def _commands(why: Moment) -> list[str]:
 
 
 def _follower(why: Moment) -> Iterator[str]:
-    if (found := _last(why, why.tracks.get(why.agent, "follower", "error"))) is not None:
+    if (found := why.tracks.curve(why.agent, "follower", "error").last(why.now)) is not None:
         t, (cross, heading) = found
         rung = why.value("follower", "rung")
         yield f"follower: {cross * 100:+.1f} cm off, heading {heading:+.3f} rad, {rung}{since(t, why.t)}"
 
 
 def _signal(why: Moment, name: str) -> Iterator[str]:
-    if (found := _last(why, why.tracks.get(why.agent, "signal", name))) is not None:
+    if (found := why.tracks.curve(why.agent, "signal", name).last(why.now)) is not None:
         t, values = found
         age = "" if why.t - t < SLACK else f", {why.t - t:.2f} s old"
         yield f"{name} = {numbers_text(values)}{age}"

@@ -3,6 +3,7 @@
 import math
 import random
 
+import msgspec
 import pytest
 
 from rocs_bt.event import (
@@ -192,3 +193,16 @@ def test_the_path_is_that_of_the_running_action():
     ticket(3.0, 3, "SUCCEEDED", "HIGH")
     track = tracks.get("R2", "path")
     assert [track.at(t) and track.at(t)[-1][0] for t in (0.0, 1.2, 1.6, 2.0, 3.0)] == [1.0, 1.0, 2.0, None, None]
+
+
+def test_events_of_threads_are_taken_in_the_order_of_their_times():
+    random_order = random.Random(5)
+    events = synthetic.events(3.0)
+    nearly = sorted(events, key=lambda event: event.t + random_order.uniform(0.0, 0.2))
+    header = msgspec.structs.replace(synthetic.header(), mode="threaded")
+    ordered, taken = Tracks(synthetic.header()), Tracks(header)
+    ordered.take(sorted(nearly, key=lambda event: event.t))
+    taken.take(nearly)
+    for key, track in taken.items():
+        assert track.t == sorted(track.t), key
+        assert track.t == ordered.get(*key).t
