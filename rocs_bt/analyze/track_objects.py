@@ -182,15 +182,16 @@ class TrackObjects(Analyze):
             covariance=chosen.covariance.copy(),
             radius=chosen.radius.copy(),
             seen=chosen.seen.copy(),
-            moves=chosen.moving(self._tracker.settings.min_speed),
+            moves=chosen.fast(self._tracker.settings.min_speed),
             turn_rate=np.zeros(len(chosen)),
             belief=np.tile(PRIOR, (len(chosen), 1)),
         )
         if self._hull is None:
             return
         twist = self.knowledge.robot.twist(t)
-        collision, clearance = math.nan, math.nan
-        if not broken and not math.isnan(twist.forward + twist.turn):
+        known = not broken and not math.isnan(twist.forward + twist.turn)
+        collision = clearance = math.inf if known else math.nan
+        if known and len(chosen):
             ahead = world.movers.predict(t + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
             collision = ahead.collision_time(self._hull, pose, twist)
             clearance = ahead.clearance(self._hull, pose, twist)
@@ -221,7 +222,7 @@ class TrackObjects(Analyze):
     def _believed(self, t: float, index: int) -> _Written:
         tracks = self._tracker.tracks
         x, y, vx, vy = tracks.mean[index].tolist()
-        moves = bool(tracks.moving(self._tracker.settings.min_speed)[index])
+        moves = bool((tracks.movers(t) & tracks.fast(self._tracker.settings.min_speed))[index])
         spread = math.sqrt(max(tracks.covariance[index, 0, 0], tracks.covariance[index, 1, 1]))
         pose = Pose2(x, y, math.atan2(vy, vx) if moves else 0.0)
         return _Written(t, pose, float(tracks.existence[index]), spread, moves, float(tracks.seen[index]))

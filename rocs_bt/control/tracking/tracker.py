@@ -20,6 +20,7 @@ import numpy.typing as npt
 from ...errors import InputError
 from ..locomotion import Array
 from .beams import Scan
+from .past_scans import PastScans
 from .segments import Segments
 
 Numbers = npt.NDArray[np.int64]
@@ -52,19 +53,11 @@ DETECTION, CLUTTER, INITIAL = 0.8, 0.2, 0.3
 CONFIRMED, FORGOTTEN = 0.6, 0.1
 """Existence from which a track is reported, and below which it is deleted."""
 
-DEVIATIONS, CONVINCED = 2.0, 3
-"""A track moves if its speed exceeds this number of standard deviations; it is a mover after so many such scans."""
+HITS = 3
+"""Number of detections from which a track can be said to move."""
 
-TRAVELLED, TRAVELLED_HIDDEN = 0.08, 0.25
-"""Minimum distance of a mover from the place at which it was at rest [m]; if only a part of it is seen."""
-
-SETTLING = 0.1
-"""Part by which the place of an object that seems to be stationary follows its estimate at each scan."""
-
-ODD_SIZE = 0.05, 0.2
-"""Difference of the apparent radius from that of its track [m], and its part of that radius, by which a segment counts
-as merged with a neighbour: it shifts its track less and is no evidence of motion."""
-
+DEVIATIONS = 2.0
+"""A track is fast if its speed exceeds this number of its standard deviations."""
 
 TENTATIVE = 0.3
 """Time out of view after which an object that has not been confirmed is forgotten [s]."""
@@ -114,9 +107,7 @@ class Tracks:
         seen: Times of the last detections, shape (n,) [s].
         hits: Numbers of detections, shape (n,).
         sized: Numbers of detections of the whole object, which measure its radius, shape (n,).
-        anchor: Positions at which the objects last seemed to be at rest, shape (n, 2) [m].
-        moved: Numbers of scans with a motion, shape (n,).
-        moved_at: Times of the last motion, shape (n,) [s].
+        moved: Times of the last motion, shape (n,) [s].
         confirmed: Whether each track has been reported, shape (n,).
     """
 
@@ -128,9 +119,7 @@ class Tracks:
     seen: Array = field(default_factory=_rows)
     hits: Numbers = field(default_factory=lambda: np.zeros(0, np.int64))
     sized: Numbers = field(default_factory=lambda: np.zeros(0, np.int64))
-    anchor: Array = field(default_factory=lambda: _rows(2))
-    moved: Numbers = field(default_factory=lambda: np.zeros(0, np.int64))
-    moved_at: Array = field(default_factory=_rows)
+    moved: Array = field(default_factory=_rows)
     confirmed: Flags = field(default_factory=lambda: np.zeros(0, np.bool_))
 
     def __len__(self) -> int:
@@ -151,12 +140,6 @@ class Tracks:
         return np.hypot(self.mean[:, 2], self.mean[:, 3])
 
     @property
-    def travelled(self) -> Array:
-        """Distances from the places at which the objects last seemed to be at rest, shape (n,) [m]."""
-        away = self.mean[:, :2] - self.anchor
-        return np.hypot(away[:, 0], away[:, 1])
-
-    @property
     def speed_deviation(self) -> Array:
         """Standard deviations of the less certain velocity, shape (n,) [m/s]."""
         return np.sqrt(np.maximum(self.covariance[:, 2, 2], self.covariance[:, 3, 3]))
@@ -166,13 +149,9 @@ class Tracks:
         fast: Flags = self.speed > np.maximum(min_speed, DEVIATIONS * self.speed_deviation)
         return fast
 
-    def moving(self, min_speed: float) -> Flags:
-        """Whether each object moves at present: its speed is certain, and it has travelled, shape (n,)."""
-        return self.fast(min_speed) & (self.hits >= CONVINCED) & (self.travelled > TRAVELLED)
-
     def movers(self, t: float) -> Flags:
-        """Whether each object has been seen to move within the last `AT_REST` seconds, shape (n,)."""
-        return (self.moved >= CONVINCED) & (t - self.moved_at <= AT_REST)
+        """Whether each object has moved within the last `AT_REST` seconds, shape (n,)."""
+        return t - self.moved <= AT_REST
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,6 +182,7 @@ class Tracker:
     def __init__(self, settings: TrackerSettings | None = None) -> None:
         self.settings = settings or TrackerSettings()
         self.tracks = Tracks()
+        self._past = PastScans()
         self._count = 0
         self._t = math.nan
 
@@ -216,17 +196,18 @@ class Tracker:
         self._predict(t)
         tracks = self.tracks
         rows, columns = _pairs(tracks, segments)
-        odd = self._odd(segments, rows, columns)
         radius = self._sized(segments, rows, columns)
         centres, covariances, errors = segments.fitted(radius)
-        covariances[columns] += odd[:, None, None] ** 2 * np.eye(2)
         late = segments.mean(segments.scan.beams.offsets[segments.beams])[columns] if len(rows) else np.zeros(0)
         measured = centres[columns] - late[:, None] * tracks.mean[rows, 2:]
         self._correct(rows, measured, covariances[columns])
-        whole = segments.hidden[columns] == 0
-        self._relocate(rows, measured, covariances[columns], whole)
-        plain = (odd == 0.0) & (whole | segments.round[columns])
-        self._judge(t, rows[whole & plain], rows[plain], rows, segments.scan)
+        self._relocate(rows, measured, covariances[columns], segments.hidden[columns] == 0)
+        owner = np.zeros(len(segments.scan.ranges), np.int64)
+        numbers = np.zeros(len(segments), np.int64)
+        numbers[columns] = tracks.ids[rows]
+        owner[segments.beams] = np.repeat(numbers, segments.counts)
+        self._past.add(t, segments.scan, owner)
+        self._judge(t, rows, segments.scan)
         fresh = ((segments.hidden == 0) | ((segments.hidden == 1) & segments.round)) & (errors < FLAT)
         fresh[columns] = False
         fresh &= ~_inside(centres, tracks)
@@ -246,14 +227,6 @@ class Tracker:
         tracks.mean = tracks.mean @ step.T
         tracks.covariance = step @ tracks.covariance @ step.T + self.settings.acceleration**2 * push @ push.T
         tracks.existence *= 0.5 ** (dt / self.settings.half_life)
-
-    def _odd(self, segments: Segments, rows: Numbers, columns: Numbers) -> Array:
-        """Differences of the apparent radii from those of the tracks, shape (k,) [m]; 0 where they are plausible."""
-        radius = self.tracks.radius[rows]
-        off = np.abs(segments.radius[columns] - radius)
-        plausible = off <= ODD_SIZE[0] + ODD_SIZE[1] * radius
-        unknown = (segments.hidden[columns] > 0) | (self.tracks.sized[rows] < SURE_SIZE)
-        return np.where(plausible | unknown, 0.0, off)
 
     def _sized(self, segments: Segments, rows: Numbers, columns: Numbers) -> Array:
         """Update the radii of tracks; return the radius of each segment, that of its track if a part is hidden."""
@@ -279,22 +252,14 @@ class Tracker:
         """Restart the positions of objects that are seen whole for the first time: the guessed radius was no motion."""
         tracks, first = self.tracks, whole & (self.tracks.sized[rows] == 1)
         chosen = rows[first]
-        tracks.mean[chosen, :2] = tracks.anchor[chosen] = centres[first]
+        tracks.mean[chosen, :2] = centres[first]
         tracks.covariance[chosen, :2, 2:] = tracks.covariance[chosen, 2:, :2] = 0.0
         tracks.covariance[chosen, :2, :2] = noise[first]
 
-    def _judge(self, t: float, clear: Numbers, plain: Numbers, rows: Numbers, scan: Scan) -> None:
-        """Update existence and motion of the tracks that the scan shows, or shows to be absent.
-
-        Args:
-            t: Time stamp of the scan [s].
-            clear: Indices of the tracks that the scan shows whole; a part may seem to move.
-            plain: Indices of the tracks that the scan shows for certain, whole or in part, and not merged with others.
-            rows: Indices of all tracks with a detection.
-            scan: The scan.
-        """
-        tracks = self.tracks
-        seen, whole, usual = (_mask(len(tracks), of) for of in (rows, clear, plain))
+    def _judge(self, t: float, rows: Numbers, scan: Scan) -> None:
+        """Update existence and motion of the tracks that the scan shows, at indices `rows`, or shows to be absent."""
+        tracks, seen = self.tracks, np.zeros(len(self.tracks), np.bool_)
+        seen[rows] = True
         missed, unseen = np.zeros_like(seen), np.flatnonzero(~seen)
         missed[unseen] = scan.sees_past(tracks.mean[unseen, :2], tracks.radius[unseen])
         there = tracks.existence * np.where(seen, DETECTION, np.where(missed, 1.0 - DETECTION, 1.0))
@@ -302,13 +267,10 @@ class Tracker:
         tracks.existence = there / (there + absent)
         tracks.seen[seen] = t
         tracks.hits += seen
-        still = seen & ~tracks.fast(self.settings.min_speed)
-        tracks.anchor[still] += SETTLING * (tracks.mean[still, :2] - tracks.anchor[still])
-        moving, convinced = tracks.moving(self.settings.min_speed), tracks.moved >= CONVINCED
-        moving &= whole | (usual & (convinced | (tracks.travelled > TRAVELLED_HIDDEN)))
-        tracks.moved += moving
-        tracks.moved[still & ~convinced] = 0
-        tracks.moved_at[moving] = t
+        fast = seen & (tracks.hits >= HITS) & tracks.fast(self.settings.min_speed)
+        for i in np.flatnonzero(fast & ~tracks.movers(t)):
+            fast[i] = self._past.moved(int(tracks.ids[i]))
+        tracks.moved[fast] = t
 
     def _start(self, t: float, centres: Array, covariances: Array, radius: Array) -> None:
         n = len(centres)
@@ -324,9 +286,7 @@ class Tracker:
             seen=np.full(n, t),
             hits=np.ones(n, np.int64),
             sized=np.zeros(n, np.int64),
-            anchor=centres,
-            moved=np.zeros(n, np.int64),
-            moved_at=np.full(n, -math.inf),
+            moved=np.full(n, -math.inf),
             confirmed=np.zeros(n, np.bool_),
         )
         self._count += n
@@ -351,12 +311,6 @@ def _inside(points: Array, tracks: Tracks) -> Flags:
     dx, dy = (points[:, None] - tracks.mean[:, :2]).transpose(2, 0, 1)
     inside: Flags = (np.hypot(dx, dy) < tracks.radius).any(axis=1)
     return inside
-
-
-def _mask(count: int, chosen: Numbers) -> Flags:
-    mask = np.zeros(count, np.bool_)
-    mask[chosen] = True
-    return mask
 
 
 def _pairs(tracks: Tracks, segments: Segments) -> tuple[Numbers, Numbers]:
