@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from ..channel import Signals, Stamped
 from ..control.footprint import Footprint
@@ -32,6 +33,12 @@ AHEAD: Array = np.arange(1.0, 25.0) * 0.05
 RECORD_EVERY = 1.0
 """Minimum time between two recorded changes of the map [s]."""
 
+RECENT = 0.1
+"""Time since the last detection of a mover within which its place is certain enough to change the map [s]."""
+
+ROOM = 0.1
+"""Distance from the outline of a mover within which echoes count as the mover's [m]."""
+
 NEAREST = 3
 """Distance from the scanner below which cells are not marked free, because the robot covers them [cells]."""
 
@@ -42,6 +49,9 @@ class LocalMap(Analyze):
     A cell with an echo gains evidence. Cells that a beam crosses within `max_raytrace_range` lose evidence. Occupied
     cells remain until a beam contradicts them, also behind the robot, outside the lidar's view. A Change of kind `map`
     reports that cells became occupied or free.
+
+    The map keeps what does not move. If the robot also has a `TrackObjects`, the echoes of movers are obstacles only
+    until the next scan, and the cells that a mover crosses are cleared.
 
     After each scan it writes the signal `contact_time` [s]: the time until the hull would touch an obstacle of the map
     at the present speed and turn rate of the wheels. It is +inf without contact within 1.2 s, and NaN while a beam is
@@ -117,7 +127,7 @@ class LocalMap(Analyze):
             pose = self._poses.at(sample.t) if SCAN in sample.value else None
             if pose is not None:
                 ranges = np.array(sample.value[SCAN])
-                changed += self._enter(pose, ranges)
+                changed += self._enter(sample.t, pose, ranges)
                 seeing = not np.isnan(ranges).any()
                 self.write(sample.t, {CONTACT: [self._contact(pose, sample.t) if seeing else math.nan]})
         if samples and self._grid.revision != self._recorded and samples[-1].t >= self._record_at:
@@ -151,20 +161,32 @@ class LocalMap(Analyze):
         around = np.column_stack([c * dx + s * dy, c * dy - s * dx])
         return self._footprint.contact_time(around, twist, AHEAD)
 
-    def _enter(self, pose: Pose2, ranges: Array) -> int:
+    def _enter(self, t: float, pose: Pose2, ranges: Array) -> int:
         """Enter one scan into the grid; return the number of changed cells."""
         grid, eye = self._grid, pose.compose(self._scanner.mount)
         grid.centre_on(eye.x, eye.y)
         echoes = np.flatnonzero(ranges <= self._max_range)  # without NaN
         angles, distances = self._scanner.bearings[echoes] + eye.yaw, ranges[echoes]
         hits = np.column_stack([eye.x + distances * np.cos(angles), eye.y + distances * np.sin(angles)])
+        moving, cleared = self._movers_among(t, hits)
         reach = np.where(np.isnan(ranges), 0.0, np.minimum(ranges, self._max_range))
         row, column = math.floor(eye.y / grid.cell), math.floor(eye.x / grid.cell)
         dx, dy = eye.x - (column + 0.5) * grid.cell, eye.y - (row + 0.5) * grid.cell
         passed, (rows, columns) = self._seen_through(dx, dy, eye.yaw, reach), self._disc
         step = self._scanner.span / (len(ranges) - 1)
         cells = np.stack([rows[passed] + row, columns[passed] + column]).T
-        return grid.add_scan(hits, cells, View(eye, self._scanner.span + step))
+        view = View(eye, self._scanner.span + step)
+        return cleared + grid.add_scan(hits[~moving], cells, view, hits[moving])
+
+    def _movers_among(self, t: float, hits: Array) -> tuple[npt.NDArray[np.bool_], int]:
+        """Clear the cells of movers in view; return which echoes are theirs, and the number of changed cells."""
+        movers = self.knowledge.world.movers
+        if movers is None or not (seen := movers.seen >= movers.t - RECENT).any():
+            return np.zeros(len(hits), np.bool_), 0
+        at = movers.mean[seen, :2] + (t - movers.t) * movers.mean[seen, 2:]
+        dx, dy = (hits[:, None] - at).transpose(2, 0, 1)
+        moving: npt.NDArray[np.bool_] = (np.hypot(dx, dy) < movers.radius[seen] + ROOM).any(axis=1)
+        return moving, self._grid.forget(at, movers.radius[seen])
 
     def _seen_through(self, dx: float, dy: float, yaw: float, reach: Array) -> Any:
         """Indices of those cells around the scanner (`self._disc`) that the beams cross.

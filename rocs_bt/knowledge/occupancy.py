@@ -122,6 +122,7 @@ class OccupancyGrid:
         self._echo_counts = np.zeros((self._count, self._count), np.float32)  # at most MAX_ECHOES
         self._corner = np.array([-(self._count // 2), -(self._count // 2)])  # row and column of its first cell
         self._latest: tuple[Array, Cells] = np.zeros((0, 2)), np.zeros((0, 2), np.intp)  # scan that was added last
+        self._moving: Array = np.zeros((0, 2))
         self._view: View | None = None
 
     def cells(self, points: Array) -> Cells:
@@ -149,7 +150,7 @@ class OccupancyGrid:
             self._corner = np.array(wanted)
             self.revision += 1
 
-    def add_scan(self, hits: Array, passed: Cells, view: View | None = None) -> int:
+    def add_scan(self, hits: Array, passed: Cells, view: View | None = None, moving: Array | None = None) -> int:
         """Add one scan: positions of echoes, and cells that a beam passed through.
 
         A cell that is in both counts as an echo. Points outside the grid are ignored.
@@ -158,6 +159,7 @@ class OccupancyGrid:
             hits: Positions of the echoes, world frame [m], shape (k, 2).
             passed: Cells that a beam passed through, shape (m, 2).
             view: Field of view of the scanner; None if it looks in all directions.
+            moving: Positions of the echoes of what moves, shape (k, 2) [m]. They are obstacles until the next scan.
 
         Returns:
             Number of cells that became occupied or ceased to be.
@@ -165,7 +167,8 @@ class OccupancyGrid:
         with self._lock:
             changed = self._add(hits, passed)
             self._latest, self._view = (hits, passed), view
-            self.revision += changed > 0
+            before, self._moving = self._moving, np.zeros((0, 2)) if moving is None else moving
+            self.revision += changed > 0 or len(before) + len(self._moving) > 0
         return changed
 
     def _add(self, hits: Array, passed: Cells) -> int:
@@ -217,6 +220,29 @@ class OccupancyGrid:
             self._add(hits[self._among(chosen, self.cells(hits))], passed[self._among(chosen, passed)])
             self.revision += 1
 
+    def forget(self, centres: Array, radii: Array) -> int:
+        """Reset the cells in some discs to unknown, such as those that something moving crosses.
+
+        Args:
+            centres: Centres of the discs, world frame, shape (k, 2) [m].
+            radii: Their radii, shape (k,) [m].
+
+        Returns:
+            Number of cells that were occupied.
+        """
+        gone = 0
+        with self._lock:
+            for (x, y), radius in zip(centres.tolist(), radii.tolist(), strict=True):
+                (row, column), (top, right) = self.cells(np.array([(x - radius, y - radius), (x + radius, y + radius)]))
+                rows, columns = self._slices(row, top, column, right)
+                i, j = np.ogrid[rows, columns]
+                dx, dy = (j + self._corner[1] + 0.5) * self.cell - x, (i + self._corner[0] + 0.5) * self.cell - y
+                inside = dx * dx + dy * dy <= radius * radius
+                gone += int(np.count_nonzero(self._evidence[rows, columns][inside] > OCCUPIED_ABOVE))
+                self._evidence[rows, columns][inside] = self._echo_counts[rows, columns][inside] = 0.0
+            self.revision += gone > 0
+        return gone
+
     def occupied(self) -> Cells:
         """All occupied cells, shape (k, 2)."""
         with self._lock:
@@ -229,28 +255,37 @@ class OccupancyGrid:
             at, _ = self._flat(self.cells(np.array([[x, y]])))
             return int(_states(self._evidence.reshape(-1)[at])[0]) if len(at) else UNKNOWN
 
-    def window(self, low: tuple[float, float], high: tuple[float, float]) -> Window:
+    def window(self, low: tuple[float, float], high: tuple[float, float], *, moving: bool = True) -> Window:
         """A copy of a rectangle of cells; cells outside the grid are UNKNOWN.
 
         Args:
             low: Point in its south-western cell, world frame [m].
             high: Point in its north-eastern cell, world frame [m].
+            moving: Whether the cells with echoes of what moves are occupied, too.
         """
         (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
         with self._lock:
             rows, columns = self._slices(row, top, column, right)
             states, echoes = _states(self._evidence[rows, columns]), self._echoes[rows, columns].astype(float)
-            first, revision = self._corner.tolist(), self.revision
+            first, revision, movers = self._corner.tolist(), self.revision, self._moving
         padding = _padding(rows, row - first[0], top - first[0]), _padding(columns, column - first[1], right - first[1])
         if any(map(any, padding)):
             states = np.pad(states, padding, constant_values=UNKNOWN)
             echoes = np.pad(echoes, (*padding, (0, 0)))
         echoes[..., 0] += (np.arange(column, right + 1) + 0.5) * self.cell
         echoes[..., 1] += ((np.arange(row, top + 1) + 0.5) * self.cell)[:, None]
+        if moving and len(movers):
+            at = self.cells(movers) - (row, column)
+            inside = ((at >= 0) & (at < states.shape)).all(axis=1)
+            i, j = at[inside].T
+            states[i, j], echoes[i, j] = OCCUPIED, movers[inside]
         return Window(states, echoes, column * self.cell, row * self.cell, self.cell, revision)
 
-    def points(self, low: tuple[float, float], high: tuple[float, float]) -> Array:
-        """Obstacle points in a rectangle of cells, as `window` gives them, world frame [m], shape (k, 2)."""
+    def points(self, low: tuple[float, float], high: tuple[float, float], *, moving: bool = True) -> Array:
+        """Obstacle points in a rectangle of cells, world frame [m], shape (k, 2); arguments as of `window`.
+
+        Of what moves, all echoes in the rectangle of the two points are given.
+        """
         (row, column), (top, right) = self.cells(np.array([low, high])).tolist()
         with self._lock:
             rows, columns = self._slices(row, top, column, right)
@@ -259,8 +294,11 @@ class OccupancyGrid:
             i, j = i + rows.start, j + columns.start
             echoes = self._echoes[i, j]
             cells = np.column_stack([i, j]) + self._corner
+            movers = self._moving
         points: Array = echoes + self.centres(cells)
-        return points
+        if not (moving and len(movers)):
+            return points
+        return np.vstack([points, movers[((movers >= low) & (movers <= high)).all(axis=1)]])
 
     def _slices(self, row: int, top: int, column: int, right: int) -> tuple[slice, slice]:
         """Slices of the cells of a rectangle, last row and column included, that are in the grid."""

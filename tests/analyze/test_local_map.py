@@ -12,7 +12,7 @@ from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, MapChanged
 from rocs_bt.geometry import Pose2
-from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge
+from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge, Movers
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
@@ -169,3 +169,19 @@ def test_recorded_changes_add_up_to_the_map():
             assert cells == {(x, y) for y, x in bench.knowledge.world.occupancy.occupied().tolist()}
     assert len(times) > 5
     assert np.diff(times).min() >= 1.0 - 1e-9
+
+
+def test_what_moves_is_an_obstacle_but_leaves_nothing_in_the_map():
+    bench, pose = Bench(), Pose2(1.25, 0.0)
+    for _ in range(3):
+        bench.look(pose)
+    assert bench.state(WALL + 0.01, 0.5) == OCCUPIED
+    for step in range(8):  # a part of what the scanner hears is somebody's who walks along the wall
+        at = 0.1 * step
+        bench.knowledge.world.movers = Movers.of(bench.clock.now(), np.array([[WALL + 0.02, at, 0.0, 2.0]]), 0.15)
+        assert bench.look(pose, speed=1.0) < 0.6
+        assert bench.state(WALL + 0.01, at + 0.1) == UNKNOWN
+    points = bench.knowledge.world.occupancy.points((1.9, -1.0), (2.1, 2.0))
+    static = bench.knowledge.world.occupancy.points((1.9, -1.0), (2.1, 2.0), moving=False)
+    assert len(points) > len(static) > 0
+    assert not (abs(static[:, 1] - 0.75) < 0.1).any()

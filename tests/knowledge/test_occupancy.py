@@ -148,3 +148,34 @@ def test_a_look_tells_how_many_cells_became_occupied_or_ceased_to_be(looks):
 def test_sizes_that_make_no_grid_are_refused(cell, side):
     with pytest.raises(KnowledgeError, match="grid"):
         OccupancyGrid(cell, side)
+
+
+def test_what_moves_is_an_obstacle_until_the_next_scan():
+    grid, corner = OccupancyGrid(0.1, 10.0), ((-3.0, -3.0), (3.0, 3.0))
+    nothing = np.zeros((0, 2), np.intp)
+    for _ in range(3):
+        grid.add_scan(np.array([[1.0, 1.05]]), nothing)
+    assert grid.add_scan(np.array([[1.0, 1.05]]), nothing, moving=np.array([[-1.02, 0.53]])) == 0
+    revision = grid.revision
+    assert grid.points(*corner).tolist() == pytest.approx(np.array([[1.0, 1.05], [-1.02, 0.53]]))
+    assert sorted(grid.window(*corner).points().tolist()) == pytest.approx(np.array([[-1.02, 0.53], [1.0, 1.05]]))
+    assert len(grid.window(*corner, moving=False).points()) == len(grid.points(*corner, moving=False)) == 1
+    assert grid.state(-1.02, 0.53) == UNKNOWN
+    assert len(grid.occupied()) == 1
+    grid.add_scan(np.array([[1.0, 1.05]]), nothing)
+    assert grid.revision > revision
+    assert len(grid.points(*corner)) == 1
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_cells_in_forgotten_discs_are_unknown_and_others_as_before(seed):
+    rng = np.random.default_rng(seed)
+    grid = OccupancyGrid(0.1, 6.0)
+    for _ in range(3):
+        grid.add_scan(rng.uniform(-3.0, 3.0, (300, 2)), np.zeros((0, 2), np.intp))
+    before = grid.occupied()
+    centres, radii = rng.uniform(-3.5, 3.5, (4, 2)), rng.uniform(0.1, 0.6, 4)
+    away = np.hypot(*(grid.centres(before)[:, None] - centres).transpose(2, 0, 1))
+    gone = (away <= radii).any(axis=1)
+    assert grid.forget(centres, radii) == gone.sum()
+    assert grid.occupied().tolist() == before[~gone].tolist()
