@@ -13,7 +13,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.toml_text import as_data, as_toml, parse_toml
 
 
-@pytest.mark.parametrize("parameters", [{}, {"planner": "lattice"}, {"planner": "any_angle"}])
+@pytest.mark.parametrize("parameters", [{}, {"planner": "visibility"}, {"planner": "any_angle"}])
 def test_the_content_of_a_mind_is_that_of_its_own_parameters(parameters):
     catalog, plain = CachingCatalog(), Catalog()
     planner = plain.load_planner("hybrid")
