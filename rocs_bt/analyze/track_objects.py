@@ -13,11 +13,10 @@ import numpy.typing as npt
 from ..channel import Signals, Stamped
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
-from ..control.tracking import Beams, Scan, Segments, Tracker, TrackerSettings, segments_of
+from ..control.tracking import Beams, MotionBelief, Scan, Segments, Tracker, TrackerSettings, segments_of
 from ..event import Change
 from ..geometry import Pose2
 from ..knowledge import Movers
-from ..knowledge.movers import PRIOR
 from ..signal import Signal
 from ..units import LENGTH, TIME, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, Seconds
 from .analyze import Analyze
@@ -119,7 +118,7 @@ class TrackObjects(Analyze):
         body = self.knowledge.graph.attributes(self.knowledge.agent)
         length, width = body.get("length"), body.get("width")
         self._hull = Footprint(length, width) if length and width else None
-        self._poses = PoseHistory()
+        self._poses, self._motion = PoseHistory(), MotionBelief()
         self._written: dict[int, _Written] = {}
 
     def expects(self) -> Sequence[str]:
@@ -175,6 +174,7 @@ class TrackObjects(Analyze):
         """Replace the movers, and write the signals of the coming seconds."""
         tracks, world = self._tracker.tracks, self.knowledge.world
         chosen = tracks.taken(tracks.confirmed & tracks.movers(t))
+        turn_rate, belief = self._motion.update(t, chosen.ids, chosen.mean)
         world.movers = Movers(
             t=t,
             ids=chosen.ids.copy(),
@@ -183,8 +183,8 @@ class TrackObjects(Analyze):
             radius=chosen.radius.copy(),
             seen=chosen.seen.copy(),
             moves=chosen.fast(self._tracker.settings.min_speed),
-            turn_rate=np.zeros(len(chosen)),
-            belief=np.tile(PRIOR, (len(chosen), 1)),
+            turn_rate=turn_rate,
+            belief=belief,
         )
         if self._hull is None:
             return

@@ -12,6 +12,12 @@ from ..geometry import Pose2, Twist2
 from .footprint import Footprint, first_contact, poses_ahead
 from .locomotion import Array
 
+HYPOTHESES = ("goes on", "turns", "stops")
+"""Hypotheses of how a mover goes on: constant velocity, constant turn rate, or a stop where it is."""
+
+PRIOR = (0.5, 0.3, 0.2)
+"""Probabilities of the hypotheses of a mover of which no motion has been observed yet."""
+
 STEP = 0.05
 """Time step of the search for a collision [s]; nothing that walks passes through an outline within it."""
 
@@ -112,3 +118,17 @@ class Prediction:
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         poses = poses_ahead(twist, ahead) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
         return ahead, self.gaps(hull, poses, self.times[0] + ahead)
+
+
+def displaced(velocity: Array, turn_rate: Array, ahead: Array) -> Array:
+    """Displacements of movers at constant speeds and turn rates, shape (n, k, 2) [m].
+
+    Args:
+        velocity: Present velocities, world frame, shape (n, 2) [m/s].
+        turn_rate: Turn rates, left positive, shape (n,) [rad/s].
+        ahead: Times ahead, shape (k,) [s].
+    """
+    half = 0.5 * turn_rate[:, None] * ahead
+    chord, c, s = ahead * np.sinc(half / np.pi), np.cos(half), np.sin(half)
+    vx, vy = velocity[:, :1], velocity[:, 1:]
+    return np.stack([chord * (c * vx - s * vy), chord * (s * vx + c * vy)], axis=-1)

@@ -8,14 +8,8 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from ..control.prediction import Prediction
+from ..control.prediction import Prediction, displaced
 from .signals import Array
-
-HYPOTHESES = ("goes on", "turns", "stops")
-"""Hypotheses of how a mover goes on: constant velocity, constant turn rate, or a stop where it is."""
-
-PRIOR = (0.7, 0.15, 0.15)
-"""Probabilities of the hypotheses of a mover of which no motion has been observed yet."""
 
 LEAST = 0.02
 """Probability below which a hypothesis is not predicted."""
@@ -83,8 +77,14 @@ class Movers:
         """
         times = np.array(times, float)
         ahead = np.maximum(times - self.t, 0.0)
-        still = np.zeros_like(ahead)
-        moved = np.stack([self._displaced(0.0, ahead), self._displaced(1.0, ahead), self._displaced(0.0, still)])
+        still, velocity, straight = np.zeros_like(ahead), self.mean[:, 2:], np.zeros(len(self))
+        moved = np.stack(
+            [
+                displaced(velocity, straight, ahead),
+                displaced(velocity, self.turn_rate, ahead),
+                displaced(velocity, straight, still),
+            ]
+        )
         moving, standing = self._spread(ahead), self._spread(still)
         margin = np.minimum(np.stack([moving, moving, standing]), MAX_MARGIN)
         weight = np.where(self.moves, self.belief.T, np.eye(3)[:, 2:])
@@ -100,13 +100,6 @@ class Movers:
             owner=self.ids[mover],
             hypothesis=hypothesis,
         )
-
-    def _displaced(self, turning: float, ahead: Array) -> Array:
-        """Displacements after times ahead [s] at a constant speed and a factor of the turn rate, (n, k, 2) [m]."""
-        half = 0.5 * turning * self.turn_rate[:, None] * ahead
-        chord, c, s = ahead * np.sinc(half / np.pi), np.cos(half), np.sin(half)
-        vx, vy = self.mean[:, 2:3], self.mean[:, 3:4]
-        return np.stack([chord * (c * vx - s * vy), chord * (s * vx + c * vy)], axis=-1)
 
     def _spread(self, ahead: Array) -> Array:
         """Standard deviation of a position in its least certain direction after times ahead [s], shape (n, k) [m]."""

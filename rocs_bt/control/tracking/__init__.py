@@ -1,7 +1,18 @@
 """Tracking of the objects around a robot from the ranges of one sensor: segments, circle fits and Kalman filters."""
 
 from .beams import Beams, Scan
+from .motion_belief import MotionBelief
 from .segments import Segments, segments_of
 from .tracker import Tracker, TrackerSettings, TrackerUpdate, Tracks
 
-__all__ = ["Beams", "Scan", "Segments", "Tracker", "TrackerSettings", "TrackerUpdate", "Tracks", "segments_of"]
+__all__ = [
+    "Beams",
+    "MotionBelief",
+    "Scan",
+    "Segments",
+    "Tracker",
+    "TrackerSettings",
+    "TrackerUpdate",
+    "Tracks",
+    "segments_of",
+]
