@@ -47,6 +47,7 @@ class Agent:
         name: Name of the agent and of its robot's node in Knowledge.
         knowledge: Knowledge of the agent (K of MAPE-K).
         monitors, analyzes, plan, execute, arc, pipeline: Blocks of the agent, as in `Blocks`.
+        prompt: Analysers that run before the reflexes in lockstep mode.
         optional: Names of the monitors that have optional sensors only.
         rule_files: Active rule files, which can be reloaded.
         sharing: Knowledge sharing with other agents; None without sharing.
@@ -77,7 +78,9 @@ class Agent:
             monitor.name for monitor in self.monitors if all(m.optional for m in monitor.monitored)
         )
         self._monitors = [(f"monitor {m.name}", m) for m in self.monitors]
-        self._analyzes = [(f"analyze {a.name}", a) for a in self.analyzes]
+        self.prompt = tuple(a for a in self.analyzes if a.before_reflexes and not a.from_knowledge)
+        self._prompt = [(f"analyze {a.name}", a) for a in self.prompt]
+        self._analyzes = [(f"analyze {a.name}", a) for a in self.analyzes if a not in self.prompt]
         self.arc = blocks.arc
         self.pipeline = blocks.pipeline
         self.plan = blocks.plan
@@ -157,6 +160,8 @@ class Agent:
                 self.sharing.run(t)
             for block, monitor in self._monitors:  # noqa: B007 - `block` names the failed block below
                 monitor.run(t, count)
+            for block, analyze in self._prompt:  # noqa: B007 - `block` names the failed block below
+                analyze.run(t)
             block = "reflexes"
             self.react(t)
             for block, analyze in self._analyzes:  # noqa: B007 - `block` names the failed block below

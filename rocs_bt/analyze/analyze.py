@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from itertools import chain
+from typing import ClassVar
 
 from ..channel import AnalyzeSubscriber, MonitorSubscriber, Publisher, Signals, Stamped, check_wire
 from ..event import Change, EventSink, SignalsWritten, Value, pack
@@ -30,7 +31,12 @@ class Analyze(MonitorSubscriber, ABC):
 
     Attributes:
         from_knowledge: Names of expected signals that another analyser writes; set by the agent.
+        before_reflexes: Whether the analyser runs before the reflexes of a period in lockstep mode, so that rules read
+            its signals in the period of the sample. It delays the reflexes, so `process` must be fast. It has no effect
+            if another analyser writes a signal that is expected.
     """
+
+    before_reflexes: ClassVar[bool] = False
 
     def __init__(self, name: str, knowledge: Knowledge, sink: EventSink) -> None:
         super().__init__()

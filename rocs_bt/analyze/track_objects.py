@@ -88,6 +88,8 @@ class TrackObjects(Analyze):
         InputError: No mounts are given and no scanner is known, or a size is not positive.
     """
 
+    before_reflexes = True
+
     def __init__(
         self,
         *args: Any,

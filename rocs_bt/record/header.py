@@ -190,7 +190,7 @@ class SignalInfo(msgspec.Struct, frozen=True, kw_only=True):
         low: Minimum valid value; None for no bound.
         high: Maximum valid value; None for no bound.
         max_age: Validity of a value [s]; None for unlimited.
-        late: Whether an Analyze block writes the signal; in lockstep, this happens after the reflexes of the period.
+        late: Whether an Analyze block writes the signal after the reflexes of the period, in lockstep.
     """
 
     name: str

@@ -226,7 +226,7 @@ def _thresholds(rules: RuleSet, text: str) -> dict[str, str]:
 
 def signals_of(agent: Agent) -> tuple[SignalInfo, ...]:
     """Signals of an agent, in the order of its snapshots."""
-    late = {signal.name for analyze in agent.analyzes for signal in analyze.signals()}
+    late = {signal.name for analyze in agent.analyzes if analyze not in agent.prompt for signal in analyze.signals()}
     table = agent.knowledge.signals
     return tuple(SignalInfo.of(table.spec(name), name in late) for name in table.names)
 

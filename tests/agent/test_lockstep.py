@@ -6,6 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.analyze import ANALYZERS
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import (
     ActuatorCommanded,
@@ -18,6 +19,7 @@ from rocs_bt.event import (
     SignalsWritten,
     TicketChanged,
 )
+from rocs_bt.running.header import signals_of
 from rocs_bt.testing.mock_agent import mock_rates
 
 PERIOD = 0.05
@@ -48,6 +50,19 @@ def test_effects_come_in_their_order(make_agent):
     assert last < kinds.index(RuleChanged)  # reflexes see everything that was read in the period
     commands = [e for e in sink.events if isinstance(e, ActuatorCommanded) and e.t == pytest.approx(10 * PERIOD)]
     assert [e.route for e in commands] == ["reactive"]
+
+
+def test_an_analyser_that_reflexes_read_runs_before_them(make_agent, monkeypatch):
+    monkeypatch.setattr(ANALYZERS["PassRange"], "before_reflexes", True)
+    agent, stage, sink, ahead = make_agent(SimulatedClock(PERIOD))
+    assert [type(analyze).__name__ for analyze in agent.prompt] == ["PassRange"]
+    play(agent, stage, ahead, [math.inf] * 9)
+    begin = len(sink.events)
+    play(agent, stage, ahead, [math.inf, 0.15])
+    kinds = [type(e) for e in sink.events[begin:] if e.t == pytest.approx(10 * PERIOD)]
+    assert kinds.index(SignalsWritten) < kinds.index(Change) < kinds.index(RuleChanged)
+    late = {signal.name for signal in signals_of(agent) if signal.late}
+    assert late.isdisjoint(signal.name for analyze in agent.prompt for signal in analyze.signals())
 
 
 def test_plan_runs_when_it_is_due_or_called_and_not_between(make_agent):
