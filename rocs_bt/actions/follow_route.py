@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -13,8 +13,11 @@ from ..action import Action, ActionFailed, Body, Reason
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.path import Path
+from ..control.space_time import SIDES, Manners
+from ..errors import InputError
 from ..geometry import Pose2
-from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetresPerSecond, PositiveSeconds
+from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
+from .among import Among
 from .ground import known_speed
 from .heading import ALONG
 from .path_action import Height, PathAction
@@ -62,6 +65,9 @@ class FollowRoute(PathAction):
     clearance is the gap between the hull and the obstacles of the robot's own map along the route. The speed grows from
     `creep` without clearance to `cruise` at a clearance of `ease`.
 
+    While something moves near a robot that tracks it, the robot plans its motion in space and time around the route: it
+    waits, yields, backs away or passes. See docs/navigation.md.
+
     A route that begins behind the robot is driven backward until there is room to turn, as far as the ground behind is
     seen to be free or was driven. The action fails as STUCK if a smaller turn on the spot would swing the hull into an
     obstacle. A robot with another heading than `along` does neither: it drives sideways or backward as the heading
@@ -76,6 +82,9 @@ class FollowRoute(PathAction):
         tolerance: Distance from the goal at which it is reached, 0 for the goal's tolerance [m].
         passing: Whether the goal also counts as reached by a moving robot, which can stop within the tolerance.
         patience: Time without progress after which the action fails as STUCK [s].
+        wait: The same while something moves near the robot [s].
+        personal_space: Gap to what moves below which closeness costs time [m].
+        pass_on: Side on which the robot prefers to pass others: `right`, `left` or `either`.
         heading: Yaw on the way: `along` the route, `keep`, an angle such as `90 deg`, or `look_at PLACE`.
             An angle holds on arrival, too, within 5 deg.
         height: Height to fly at [m], 0.15 m away from what `above` and `below` detect; no change by default.
@@ -91,8 +100,22 @@ class FollowRoute(PathAction):
     tolerance: Annotated[Metres, NOT_NEGATIVE] = 0.0
     passing: bool = False
     patience: PositiveSeconds = 3.0
+    wait: PositiveSeconds = 10.0
+    personal_space: PositiveMetres = 0.35
+    pass_on: str = "right"
     heading: str = ALONG
     height: Height = math.inf
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if wrong := _unknown_side(self.pass_on):
+            raise InputError(f"{wrong}.")
+
+    @classmethod
+    def misfits(cls, parameters: Mapping[str, Any], knowledge: Knowledge) -> Iterator[tuple[str, str]]:
+        yield from super().misfits(parameters, knowledge)
+        if wrong := _unknown_side(parameters.get("pass_on", SIDES[0])):
+            yield "pass_on", wrong
 
     def decompose(self, body: Body) -> Iterator[Action]:
         world = body.knowledge.world
@@ -108,6 +131,7 @@ class FollowRoute(PathAction):
 
     def _drive(self, body: Body) -> Iterator[Action]:
         drive, room = self.path_drive(body, self.cruise, LATERAL, TURN_FIRST), _Room(body)
+        among = Among(body, drive, self.cruise, Manners(personal_space=self.personal_space, side=self.pass_on))
         driven: Sequence[Sequence[float]] | None = None
         anchor, since = None, body.clock.now()
         while True:
@@ -122,8 +146,12 @@ class FollowRoute(PathAction):
             rise = drive.height_error()
             if anchor is None or not math.hypot(pose.distance(anchor[0]), rise - anchor[1]) <= PROGRESS:
                 anchor, since = (pose, rise), now
-            elif now - since > self.patience:
-                raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {self.patience:g} s")
+            elif now - since > (patience := self.wait if among.active else self.patience):
+                raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {patience:g} s")
+            if (action := among.step(pose, self.points)) is not None:
+                driven, drive.backward = None, False
+                yield action
+                continue
             if driven is not self.points:
                 driven = self.points
                 path = Path([list(p[:2]) for p in driven])
@@ -155,6 +183,11 @@ class FollowRoute(PathAction):
         if not self.passing or np.hypot(*(path.position(path.length) - goal[:2])) > near:
             return 0.0
         return min(self.cruise, math.sqrt(2.0 * near * body.locomotion.axis_limits("vx").max_acceleration))
+
+
+def _unknown_side(side: str) -> str:
+    """Reason why a text is no side; empty if it is one."""
+    return "" if side in SIDES else f"pass_on must be {', '.join(SIDES[:-1])} or {SIDES[-1]}, found '{side}'"
 
 
 class _Room:

@@ -244,6 +244,16 @@ class PathDrive:
             values = self._altitude.added(values)
         return hold(body, values.tolist(), body.period)
 
+    def start(self, pose: Pose2) -> tuple[Pose2, Twist2, float]:
+        """Pose and velocity of the robot when the next command takes effect, and the time until then [s].
+
+        Args:
+            pose: Present pose, world frame.
+        """
+        if not self._owns_motion and (measured := self._measured()) is not None:
+            return pose, self._body.locomotion.twist(measured), 0.0
+        return self._follower.start(pose)
+
     def brake(self) -> Action:
         """Return the action that commands the body not to move in the plane in this period."""
         self._owns_motion = False

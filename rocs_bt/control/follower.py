@@ -175,6 +175,14 @@ class Follower:
         took = self._timer() - start if self._timer else math.nan
         return Command(self._values.copy(), rung, cross, heading, took)
 
+    def start(self, pose: Pose2) -> tuple[Pose2, Twist2, float]:
+        """Pose and commanded velocity when the next command takes effect, and the time until then [s].
+
+        Args:
+            pose: Present pose of the robot, world frame.
+        """
+        return self._predict(pose)[0], self._twist, self._delay
+
     def _take_over(self, measured: Array) -> bool:
         """Adopt measured values of the motion; False if they are not finite."""
         speeds = np.asarray(measured, dtype=float)

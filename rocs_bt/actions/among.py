@@ -1,0 +1,132 @@
+"""Among: drives along a route among movers, as long as there are any near the robot."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from ..action import Action, Body
+from ..control.footprint import Footprint
+from ..control.locomotion import Array
+from ..control.prediction import Prediction
+from ..control.reference import TURN_RATE, TimedReference
+from ..control.space_time import PARTS, Limits, Manners, SpaceTime, TimedPlan
+from ..control.way_field import WayField
+from ..event import PathPlanned
+from ..geometry import Pose2
+from ..knowledge import Movers
+from .path_drive import PathDrive
+
+NEAR = 7.0
+"""Distance within which movers count [m]."""
+
+REACH = 8.0
+"""Half the side of the square around the robot in which it plans [m]."""
+
+PLAN_EVERY, FIELD_EVERY = 0.1, 0.3
+"""Times between two plans, and between two updates of the way [s]."""
+
+PROBABLE = 0.1
+"""Probability below which a hypothesis of a mover's motion does not count."""
+
+SLOW = 0.25
+"""Speed below which a mover counts as standing, so that the way leads around it [m/s]."""
+
+BACK = 0.8
+"""Greatest speed in reverse [m/s]."""
+
+ACCELERATION, DECELERATION, TURN_ACCELERATION = 2.0, 3.5, 5.0
+"""Greatest planned rates of change of speed [m/s2] and turn rate [rad/s2]."""
+
+TOUCH = 0.08
+"""Gap to a mover below which a stationary robot with no good plan stays where it is [m]."""
+
+
+class Among:
+    """Motion of a robot among the movers of its Knowledge, while there are any near it.
+
+    Args:
+        body: Robot.
+        drive: Follower of its paths.
+        cruise: Forward speed [m/s].
+        manners: Behaviour among people.
+    """
+
+    def __init__(self, body: Body, drive: PathDrive, cruise: float, manners: Manners) -> None:
+        self._body, self._drive = body, drive
+        known = body.knowledge.graph.attributes(body.knowledge.agent)
+        length, width = known.get("length"), known.get("width")
+        self._hull = Footprint(length, width) if length and width else None
+        self._search: SpaceTime | None = None
+        if self._hull is not None:
+            limits = body.locomotion
+            self._search = SpaceTime(
+                self._hull,
+                Limits(
+                    cruise=min(cruise, limits.axis_limits("vx").max_speed),
+                    back=min(BACK, limits.axis_limits("vx").max_speed),
+                    turn_rate=min(TURN_RATE, limits.turn_limit),
+                    acceleration=min(ACCELERATION, limits.acceleration_limit),
+                    deceleration=min(DECELERATION, limits.acceleration_limit),
+                    turn_acceleration=min(TURN_ACCELERATION, limits.turn_acceleration_limit),
+                ),
+                manners,
+            )
+        self._field: WayField | None = None
+        self._renewed = self._planned = -math.inf
+        self._reference: TimedReference | None = None
+
+    @property
+    def active(self) -> bool:
+        """Whether something moved near the robot in this period."""
+        return self._field is not None
+
+    def step(self, pose: Pose2, route: Sequence[Sequence[float]]) -> Action | None:
+        """Action for this period; None if nothing moves near the robot.
+
+        Args:
+            pose: Pose of the robot, world frame.
+            route: Route from the robot to the goal, world frame [m].
+        """
+        movers, grid = self._body.knowledge.world.movers, self._body.knowledge.world.occupancy
+        if self._search is None or movers is None or grid is None or not _near(movers, pose).any():
+            self._field = self._reference = None
+            return None
+        now, late = self._body.clock.now(), 0.5 * self._body.period
+        reference = self._reference
+        due = reference is None or now - self._planned >= PLAN_EVERY - late
+        # The way is renewed between two plans, so that no period computes both.
+        if self._field is None or (not due and now - self._renewed >= FIELD_EVERY - late):
+            self._renew(pose, np.array([point[:2] for point in route]), movers)
+            self._renewed = now
+        if reference is None or due:
+            self._planned, plan = now, self._plan(pose, movers)
+            reference = self._reference = TimedReference(plan.times, plan.poses, self._body.clock.now)
+            self._body.note(PathPlanned, points=tuple(map(tuple, plan.poses[::PARTS, :2].tolist())))
+        return self._drive.follow(pose, reference)
+
+    def _renew(self, pose: Pose2, route: Array, movers: Movers) -> None:
+        grid, here = self._body.knowledge.world.occupancy, np.array(pose[:2])
+        assert grid is not None
+        assert self._hull is not None
+        points = grid.points(tuple(here - REACH), tuple(here + REACH))
+        self._field = WayField(here, REACH, points, self._hull)
+        slow = np.hypot(movers.mean[:, 2], movers.mean[:, 3]) < SLOW
+        standing = np.column_stack([movers.mean[:, :2], movers.radius])[slow]
+        self._field.lead(route, standing)
+
+    def _plan(self, pose: Pose2, movers: Movers) -> TimedPlan:
+        assert self._search is not None
+        assert self._field is not None
+        start, twist, delay = self._drive.start(pose)
+        begin = self._body.clock.now() + delay
+        prediction: Prediction = movers.predict(self._search.times(begin)).above(PROBABLE)
+        return self._search.plan(begin, start, twist, self._field, prediction)
+
+
+def _near(movers: Movers, pose: Pose2) -> npt.NDArray[np.bool_]:
+    near: npt.NDArray[np.bool_] = np.hypot(movers.mean[:, 0] - pose.x, movers.mean[:, 1] - pose.y) < NEAR
+    return near

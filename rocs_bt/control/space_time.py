@@ -1,0 +1,297 @@
+"""SpaceTime: motion among movers, planned by a beam search in space and time.
+
+A plan is a sequence of layers. In each of them the robot ramps to one of a few target speeds and turn rates. Staying,
+turning on the spot and driving back are targets like all others, so that waiting and yielding need no rules of their
+own. The search keeps the cheapest states of each layer that differ from each other (beam search; Lowerre, The HARPY
+speech recognition system, 1976). The costs are times: of driving to the goal, of coming close, and of contacts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from ..geometry import Pose2, Twist2
+from .footprint import Footprint
+from .locomotion import Array
+from .prediction import Prediction
+from .way_field import WayField
+
+LAYERS, LAYER, PARTS = 8, 0.4, 2
+"""Number of layers of a plan, duration of a layer [s], and poses in a layer at which gaps are checked."""
+
+WIDTH = 48
+"""Number of states that are kept after each layer."""
+
+MARGIN = 0.06
+"""Gap to a predicted disc that counts as contact [m]."""
+
+MAX_MARGIN = 0.36
+"""Greatest share of the uncertainty of a position in that gap [m]: what is far ahead must not close the way."""
+
+SOON = 0.9
+"""Inverse of the time ahead at which a contact counts half [1/s], because a new plan comes before it."""
+
+DRIVEN, BY_SPEED, STRUCK = 50.0, 25.0, 25.0
+"""Cost of a contact into which the robot drives [s], of that per speed [s2/m], and of one in which it stays [s]."""
+
+STAYING = 0.06
+"""Speed below which a robot stays [m/s]."""
+
+CLOSE = 3.0
+"""Cost per second within the personal space at zero gap and a speed of about 0.9 m/s."""
+
+WRONG_SIDE, PASSING = 0.4, 1.2
+"""Share of that cost for a mover on the side on which the robot prefers to pass, and the gap from which it is 0 [m]."""
+
+TIGHT, SOLID = 0.02, 40.0
+"""Static gap below which driving costs extra [m], and that cost [s2/m]."""
+
+SIDES = ("right", "left", "either")
+"""Sides on which a robot may prefer to pass others."""
+
+REVERSE = 1.5
+"""Additional cost of a second in reverse."""
+
+KEY = (0.25, 0.25, 0.4, 0.4)
+"""Differences of x [m], y [m], yaw [rad] and speed [m/s] below which two states of a layer count as one."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Manners:
+    """How a robot behaves among people.
+
+    Attributes:
+        personal_space: Gap below which closeness costs [m].
+        side: Side on which it prefers to pass others, of `SIDES`.
+    """
+
+    personal_space: float = 0.35
+    side: str = "right"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Limits:
+    """Limits of planned motions.
+
+    Attributes:
+        cruise: Forward speed [m/s].
+        back: Speed in reverse [m/s].
+        turn_rate: Turn rate [rad/s].
+        acceleration, deceleration: Rates of change of the speed [m/s2].
+        turn_acceleration: Rate of change of the turn rate [rad/s2].
+    """
+
+    cruise: float
+    back: float
+    turn_rate: float
+    acceleration: float
+    deceleration: float
+    turn_acceleration: float
+
+
+class TimedPlan(NamedTuple):
+    """Planned motion.
+
+    Attributes:
+        times: Times of the poses, from the start on, shape (n,) [s].
+        poses: x [m], y [m], yaw [rad], world frame, continuous yaw, shape (n, 3).
+        contact: Greatest probability of a contact that the plan accepts.
+        cost: Cost of the plan, the rest of the way included [s].
+    """
+
+    times: Array
+    poses: Array
+    contact: float
+    cost: float
+
+
+class _States(NamedTuple):
+    """n states at the end of a layer.
+
+    `hit` is the probability of contacts so far, and `held` the way that was left when the last of them began [m].
+    """
+
+    x: Array
+    y: Array
+    yaw: Array
+    v: Array
+    w: Array
+    cost: Array
+    hit: Array
+    held: Array
+
+    def of(self, chosen: npt.NDArray[np.intp]) -> _States:
+        return _States(*(column[chosen] for column in self))
+
+
+class SpaceTime:
+    """Planner of motions among movers.
+
+    Args:
+        hull: Outline of the robot.
+        limits: Limits of the motions.
+        manners: Behaviour among people.
+    """
+
+    def __init__(self, hull: Footprint, limits: Limits, manners: Manners) -> None:
+        self._hull, self._limits, self._manners = hull, limits, manners
+        turns = np.array([0.0, -0.44, 0.44, -1.0, 1.0]) * limits.turn_rate
+        ahead = [(share * limits.cruise, turn) for share in (0.3, 0.65, 1.0) for turn in turns.tolist()]
+        on_the_spot = [(0.0, turn) for turn in (0.0, -limits.turn_rate, limits.turn_rate)]
+        back = [(-share * limits.back, turn) for share in (0.4, 1.0) for turn in (0.55 * turns[[0, 3, 4]]).tolist()]
+        self._v, self._w = np.array([*on_the_spot, *ahead, *back]).T
+        self._h = LAYER / PARTS
+        self._ramp = self._h * (np.arange(PARTS)[:, None] + 0.5)  # middles of the parts of a layer [s]
+
+    def times(self, start: float) -> Array:
+        """Times at which `plan` needs the prediction, for a plan from a time on, shape (LAYERS * PARTS,) [s]."""
+        return np.asarray(start + self._h * np.arange(1, LAYERS * PARTS + 1), float)
+
+    def plan(self, t: float, start: Pose2, twist: Twist2, way: WayField, prediction: Prediction) -> TimedPlan:
+        """Plan a motion.
+
+        Args:
+            t: Time of the start [s].
+            start: Pose at the start, world frame.
+            twist: Velocity at the start, body frame; its lateral part is ignored.
+            way: Obstacles that do not move, and the way to the goal.
+            prediction: Predicted movers at the times of `times(t)`.
+        """
+        one = np.ones(1)
+        states = _States(*(value * one for value in (*start, twist.forward, twist.turn, 0.0, 0.0, 0.0)))
+        gap = float(way.gaps(states.x, states.y, np.cos(states.yaw), np.sin(states.yaw))[0])
+        tight = min(TIGHT, gap - 0.005)  # a robot that is close already may leave
+        poses: list[Array] = []
+        parents: list[npt.NDArray[np.intp]] = []
+        total = np.zeros(1)
+        for layer in range(LAYERS):
+            count, wide = len(states.x), len(self._v)
+            parent = np.repeat(np.arange(count), wide)
+            before = states.of(parent)
+            states, driven = self._ramped(
+                before, np.tile(self._v, count), np.tile(self._w, count), layer, way, tight, prediction
+            )
+            states, rest = self._rest(states, before, way)
+            total = states.cost + rest
+            kept = np.array([int(total.argmin())]) if layer == LAYERS - 1 else self._different(states, total)
+            poses.append(driven[:, :, kept])
+            parents.append(parent[kept])
+            states, total = states.of(kept), total[kept]
+        best, rows = 0, list[Array]()
+        for driven, parent in zip(reversed(poses), reversed(parents), strict=True):
+            rows.append(driven[:, :, best].T)
+            best = int(parent[best])
+        path = np.concatenate([[tuple(start)], *reversed(rows)])
+        times = np.concatenate([[t], self.times(t)])
+        return TimedPlan(times, path, float(states.hit[0]), float(total[0]))
+
+    def _ramped(
+        self, s: _States, v: Array, w: Array, layer: int, way: WayField, tight: float, prediction: Prediction
+    ) -> tuple[_States, Array]:
+        """States after a layer of ramps from states (n) to target speeds and turn rates, and poses (3, PARTS, n)."""
+        limits, h = self._limits, self._h
+        up = np.where(s.v >= 0.0, limits.acceleration, limits.deceleration)
+        down = np.where(s.v > 0.0, limits.deceleration, limits.acceleration)
+        faster, turned, swing = v - s.v, w - s.w, limits.turn_acceleration
+        reached = s.v + np.clip(faster, -down * LAYER, up * LAYER)
+        turning = s.w + np.clip(turned, -swing * LAYER, swing * LAYER)
+        cost = s.cost + LAYER + 0.03 * np.abs(turning - s.w) + 0.04 * np.abs(reached - s.v)
+        cost += 0.03 * LAYER * np.abs(turning) + REVERSE * LAYER * (reached < -0.05)
+        if layer == 0:
+            cost += 0.02 * (np.abs(turned) + np.abs(faster))
+        ramp = self._ramp
+        speed = s.v + np.minimum(np.maximum(faster, -down * ramp), up * ramp)
+        turn = s.w + np.minimum(np.maximum(turned, -swing * ramp), swing * ramp)
+        yaw = s.yaw + h * np.cumsum(turn, axis=0)
+        middle = yaw - 0.5 * h * turn
+        x = s.x + h * np.cumsum(speed * np.cos(middle), axis=0)
+        y = s.y + h * np.cumsum(speed * np.sin(middle), axis=0)
+        c, sine, fast, hit = np.cos(yaw), np.sin(yaw), np.abs(speed), s.hit
+        gap = way.gaps(x, y, c, sine)
+        added = np.where(gap < tight, SOLID * fast + 5.0 * (fast > 0.05), 0.0)
+        added += 0.6 * h * fast * np.clip(0.25 - gap, 0.0, 0.25)
+        if len(prediction):
+            k = slice(layer * PARTS, (layer + 1) * PARTS)
+            company, hit = self._company(np.stack([x, y, c, sine]), fast, hit, k, prediction)
+            added += company
+        cost += added.sum(axis=0)
+        return _States(x[-1], y[-1], yaw[-1], reached, turning, cost, hit, s.held), np.stack([x, y, yaw])
+
+    def _company(self, poses: Array, fast: Array, hit: Array, k: slice, prediction: Prediction) -> tuple[Array, Array]:
+        """Costs of closeness and contacts, shape (PARTS, n), and the probability of contacts until their end, (n).
+
+        Args:
+            poses: x [m], y [m], cosine and sine of the yaw, world frame, shape (4, PARTS, n).
+            fast: Speed at each pose [m/s], shape (PARTS, n).
+            hit: Probability of contacts before, shape (n).
+            k: Predicted times of the poses.
+            prediction: Predicted movers, m rows.
+        """
+        manners, hull = self._manners, self._hull
+        at, outer = prediction.positions[:, k], prediction.radius + MARGIN
+        outer = outer[:, None] + np.minimum(prediction.margin[:, k], MAX_MARGIN)
+        reach = hull.outer + PASSING + float(outer.max())
+        low, high = poses[:2].min(axis=(1, 2)) - reach, poses[:2].max(axis=(1, 2)) + reach
+        near = ((at >= low) & (at <= high)).all(axis=-1).any(axis=1)
+        if not near.any():
+            return np.zeros_like(fast), hit
+        # Single precision relative to one of the poses suffices and takes half the time.
+        origin, weight = poses[:2, 0, 0].copy(), prediction.weight[near].astype(np.float32)
+        there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[:, :, None]  # (2, PARTS, 1, m)
+        outer = outer[near].T[:, None]
+        poses[:2] -= origin[:, None, None]
+        x, y, c, s = poses.astype(np.float32)[..., None]
+        dx, dy = there[0] - x, there[1] - y
+        aside, ahead = c * dy - s * dx, np.abs(c * dx + s * dy)
+        ahead -= np.float32(0.5 * hull.length)
+        beside = np.abs(aside)
+        beside -= np.float32(0.5 * hull.width)
+        np.maximum(ahead, 0.0, out=ahead)
+        np.maximum(beside, 0.0, out=beside)
+        ahead *= ahead
+        beside *= beside
+        ahead += beside
+        over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
+        over -= outer.astype(np.float32)
+        probable = np.where(over < 0.0, weight, np.float32(0.0)).max(axis=-1).astype(float)
+        soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
+        price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
+        deep = np.clip(0.3 - over.min(axis=-1) / 0.3, 0.4, 1.3)
+        so_far = np.maximum.accumulate(np.concatenate([hit[None], probable]), axis=0)
+        cost = np.diff(so_far, axis=0) * price * deep  # a contact counts once, when it begins
+        close = np.maximum(1.0 - over * np.float32(1.0 / manners.personal_space), 0.0)
+        np.minimum(close, 1.0, out=close)
+        if manners.side != "either":
+            wrong = aside < 0.0 if manners.side == "right" else aside > 0.0
+            over *= np.float32(-1.0 / PASSING)
+            over += 1.0
+            np.clip(over, 0.0, 1.0, out=over)
+            over *= wrong
+            over *= np.float32(WRONG_SIDE)
+            close += over
+        cost += CLOSE * self._h * (close @ weight) * (0.25 + fast * fast)
+        return soon * cost, so_far[-1]
+
+    def _rest(self, s: _States, before: _States, way: WayField) -> tuple[_States, Array]:
+        """States (n) with their `held`, and the estimated cost of the way from them to the goal [s].
+
+        Nobody drives through another: what lies behind a probable contact is no progress.
+        """
+        left, ahead = way.to_go(s.x, s.y), 0.25
+        beyond = way.to_go(s.x + ahead * np.cos(s.yaw), s.y + ahead * np.sin(s.yaw))
+        away = np.clip((beyond - left) / ahead + 1.0, 0.0, 2.0) * np.clip(left - 0.5, 0.0, 1.0)
+        held = np.where(s.hit > before.hit, np.maximum(s.held, left), s.held)
+        left = left + s.hit * np.maximum(held - left, 0.0)
+        return s._replace(held=held), left / (0.9 * self._limits.cruise) + 0.6 * away
+
+    def _different(self, s: _States, total: Array) -> npt.NDArray[np.intp]:
+        """The cheapest states that differ from each other, in the order of their costs."""
+        order = np.argsort(total, kind="stable")[: 6 * WIDTH]
+        rows = [np.round(column[order] / step) for column, step in zip((s.x, s.y, s.yaw, s.v), KEY, strict=True)]
+        key = ((rows[0] * 100003.0 + rows[1]) * 1009.0 + rows[2]) * 101.0 + rows[3]
+        _, first = np.unique(key, return_index=True)
+        return order[np.sort(first)[:WIDTH]]

@@ -1,0 +1,103 @@
+"""FollowRoute among people in physics: the shipped mission `navigate`, and a robot that tracks what moves."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from rocs_bt import run
+from rocs_bt.action import make_action
+from rocs_bt.actions.follow_route import FollowRoute
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import InputError
+from rocs_bt.event import BodyMoved, PathPlanned
+from rocs_bt.record import Recording
+
+PERSON = '<body name="{0}" mocap="true" pos="0 0 0.85"><geom name="{0}" type="cylinder" size="0.25 0.85"/></body>'
+WALLS = "".join(
+    f'<geom name="wall_{side}" type="box" size="6 0.05 0.5" pos="3 {y} 0.5"/>' for side, y in (("n", 2), ("s", -2))
+)
+WORLD = '<mujoco><worldbody><geom name="floor" type="plane" size="20 20 0.1"/>{}</worldbody></mujoco>'
+SCENARIO = """
+format = "scenario/2"
+doc = "The robot drives along a hall in which people walk."
+world = "hall"
+duration = "40 s"
+[[place]]
+name = "goal"
+x = "7 m"
+y = "0 m"
+tolerance = "0.5 m"
+[[agent]]
+name = "R"
+robot = "jackal"
+mission = "navigate"
+parameters = {{ goal = "goal"{} }}
+rules = ["contact"]
+x = "0 m"
+y = "0 m"
+success = {{ goal = "goal" }}
+"""
+WALK = """
+[[actor]]
+name = "{}"
+script = "polynomial"
+x = "{} m"
+y = "{} m"
+to_x = "{} m"
+to_y = "{} m"
+speed = "0.8 m/s"
+"""
+
+
+@pytest.fixture
+def walked(tmp_path):
+    def play(*walks, walls=True, parameters=""):
+        (tmp_path / "scenarios/worlds").mkdir(parents=True, exist_ok=True)
+        names = [f"P{i}" for i in range(len(walks))]
+        people = "".join(WALK.format(name, *walk) for name, walk in zip(names, walks, strict=True))
+        (tmp_path / "scenarios/hall.toml").write_text(SCENARIO.format(parameters) + people)
+        bodies = (WALLS if walls else "") + "".join(PERSON.format(name) for name in names)
+        (tmp_path / "scenarios/worlds/hall.xml").write_text(WORLD.format(bodies))
+        return run("hall", Catalog(tmp_path), out=tmp_path / "run", report=False).summary.agents["R"]
+
+    return play
+
+
+def driven(folder):
+    return [(e.t, e.x, e.y) for e in Recording.open(folder).events() if isinstance(e, BodyMoved) and e.body == "R"]
+
+
+@pytest.mark.parametrize(
+    "walks",
+    [[(3.5, 1.6, 3.5, -1.6)], [(6.5, 0.1, 0.5, 0.1)], [(3.0, 1.6, 3.0, -1.6), (5.0, -1.6, 5.0, 1.6)]],
+    ids=["crosses", "oncoming", "two cross"],
+)
+def test_it_arrives_and_nobody_touches_it(walked, walks) -> None:
+    result = walked(*walks)
+    assert (result.outcome, result.collisions, result.struck) == ("success", 0, 0), result.reason
+    assert not result.faults
+
+
+def test_the_planned_motions_are_recorded(walked, tmp_path) -> None:
+    walked((3.5, 1.6, 3.5, -1.6))
+    plans = [e for e in Recording.open(tmp_path / "run").events() if isinstance(e, PathPlanned)]
+    near = [e for e in plans if 1.0 < e.t < 3.0]
+    assert len(near) > 10
+    at = {round(t, 2): (x, y) for t, x, y in driven(tmp_path / "run")}
+    for plan in near:
+        assert math.dist(plan.points[0], at[round(plan.t, 2)]) < 0.3, "a plan begins at the robot"
+
+
+def test_without_movers_it_drives_as_without_a_tracker(walked, tmp_path) -> None:
+    assert walked(walls=False).outcome == "success"
+    tracked = driven(tmp_path / "run")
+    assert max(abs(y) for _, _, y in tracked) < 0.05
+
+
+@pytest.mark.parametrize("side", ["rigth", ""])
+def test_an_unknown_side_is_refused(side) -> None:
+    route = {"points": [[0.0, 0.0], [1.0, 0.0]], "goal": "goal"}
+    with pytest.raises(InputError, match="pass_on must be right, left or either, found"):
+        make_action({"FollowRoute": FollowRoute}, "FollowRoute", {**route, "pass_on": side})
