@@ -37,10 +37,9 @@ def make_monitors(
     monitors, devices = [], {s.name: s for s in robot.sensors}
     for spec in robot.monitors:
         monitored = [
-            MonitoredSensor(
-                sensors[name], rates[name], devices[name].max_age, devices[name].optional, devices[name].frame
-            )
+            MonitoredSensor(sensors[name], rate, device.validity(rate.period), device.optional, device.frame)
             for name in spec.sensors
+            for rate, device in [(rates[name], devices[name])]
         ]
         with located_at(robot.file, spec.line):
             cls = _resolve("monitor", spec.cls, MONITORS, robot, load_class)

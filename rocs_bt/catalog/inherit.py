@@ -17,7 +17,10 @@ from ..toml_text import Key
 
 Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {
-    "sensor": ("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "optional"),
+    "sensor": (
+        *("name", "driver", "signal", "monitor", "rate", "noise", "unit", "max_age", "mount", "optional"),
+        *("latency", "drop_out"),
+    ),
     "actuator": ("name", "driver", "unit", "range", "max_change", "max_command_age", "isolated"),
 }
 """Keys of a `[[sensor]]` or `[[actuator]]` that define the robot's wiring; all others are the driver's."""

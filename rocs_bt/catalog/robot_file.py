@@ -157,6 +157,8 @@ def _sensor(table: Table) -> SensorSpec:
         monitor=table.text("monitor"),
         rate=table.quantity("rate", FREQUENCY, low=0.01) if "rate" in table else None,
         noise=table.quantity("noise", dimension, 0.0, low=0.0),
+        latency=table.quantity("latency", TIME, 0.0, low=0.0, high=10.0),
+        drop_out=table.quantity("drop_out", NONE, 0.0, low=0.0, high=1.0),
         dimension=dimension,
         scale=_scale(table),
         max_age=table.quantity("max_age", TIME, low=0.0, high=math.inf) if "max_age" in table else None,

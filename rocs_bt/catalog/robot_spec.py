@@ -8,6 +8,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..arguments import Positions
 from ..clock import Clock
 from ..control.body_values import body_values
@@ -53,9 +55,11 @@ class SensorSpec:
         monitor: Name of the Monitor that reads the sensor; always one of the robot's `monitors`.
         rate: Rate of readings [Hz]; None for one in each control period.
         noise: Standard deviation of each value, in the SI unit of `dimension`.
+        latency: Time until a reading of the simulated sensor can be read [s].
+        drop_out: Probability that a reading of the simulated sensor is lost.
         dimension: Physical dimension of the values.
         scale: Factor from the declared unit to SI, for values that the driver takes from messages.
-        max_age: Validity of a reading [s]; None for three sensor periods.
+        max_age: Validity of a reading [s]; None for the latency and three sensor periods.
         mount: Pose of the sensor, body frame; None if not given.
         parameters: Arguments of the driver: in SI units for a shipped driver, unconverted for a user's.
         size: Number of values of a reading; None if only a user's driver knows it.
@@ -79,20 +83,23 @@ class SensorSpec:
     optional: bool = False
     line: int = 0
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    latency: float = 0.0
+    drop_out: float = 0.0
 
     def validity(self, period: float) -> float:
         """Time for which a reading is valid [s], by `max_age` or the sensor's period [s]."""
-        return 3.0 * period if self.max_age is None else self.max_age
+        return self.latency + 3.0 * period if self.max_age is None else self.max_age
 
     @property
     def frame(self) -> str:
         """Frame of a pose: `continuous`, as of odometry, or `corrected`, as of a localiser (REP 105).
 
         That of a user's driver is continuous. It is empty in the simulation, where values may have noise, or the robot
-        may turn over; but a position without noise is continuous.
+        may turn over; but a position without noise and jumps is continuous.
         """
         if self.driver != "ros2":
-            return "continuous" if is_reference(self.driver) or (self.driver == "position" and not self.noise) else ""
+            smooth = self.driver == "position" and not self.noise and not self.parameters.get("jump")
+            return "continuous" if smooth or is_reference(self.driver) else ""
         kind = str(self.parameters.get("type", ""))
         transforms = kind.endswith("/TFMessage") and not str(self.parameters.get("frame", "map")).endswith("odom")
         corrected = transforms or "/PoseWithCovariance" in kind or kind.endswith("/PoseStamped")
@@ -249,6 +256,16 @@ class RobotSpec:
         return next((self.positions[name] for name in names if name in self.positions), (0, 0))
 
     @cached_property
+    def faults(self) -> tuple[str, ...]:
+        """Faults that the simulation gives the devices, such as `lidar: latency 0.1 s, drop_out 0.05`."""
+        given = [(s, {"latency": s.latency, "drop_out": s.drop_out, **s.parameters}) for s in self.sensors]
+        found = [
+            (spec, _faults(spec.driver, values))
+            for spec, values in (*given, *((a, a.parameters) for a in self.actuators))
+        ]
+        return tuple(f"{spec.name}: {', '.join(faults)}" for spec, faults in found if faults)
+
+    @cached_property
     def values(self) -> Mapping[str, Quantity]:
         """Constants of the body that rule files may use, by the names of `control.body_values.BODY_VALUES`."""
         return body_values(robot_locomotion(self.locomotion), self.length, self.width)
@@ -287,6 +304,21 @@ class RobotSpec:
             *(a.driver for a in self.actuators),
         )
         return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
+
+
+_FAULTS = {"latency": "s", "drop_out": "", "missing_echo": "", "sweep": "s", "drift": "", "jump": "", "slip": ""}
+"""Unit of each fault of a device in the simulation; that of `drift` and `jump` is that of the driver."""
+
+
+def _faults(driver: str, values: Mapping[str, Any]) -> list[str]:
+    """Faults of a device with a shipped driver, as text, such as `sweep 0.025 s`."""
+    own = {"position": "m", "orientation": "rad"}.get(driver, "")
+    found = {name: values[name] for name in _FAULTS if name in values and not is_reference(driver)}
+    return [
+        " ".join([name, *(f"{each:g}" for each in np.atleast_1d(value)), _FAULTS[name] or own]).strip()
+        for name, value in found.items()
+        if np.any(value)
+    ]
 
 
 def robot_locomotion(spec: LocomotionSpec) -> Locomotion:

@@ -1,16 +1,26 @@
-"""Sensor models of robot sensors, twist sensors, gyros and batteries, which all simulated backends share."""
+"""Sensor models that all simulated backends share: errors of poses, delivery of readings, robot sensors, gyros ..."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable, Mapping
 
 import numpy as np
 
+from ..device import Reading
 from ..geometry import Pose2, Twist3, wrap_angle
-from .parameters import BatteryParameters, GyroParameters, RobotSensorParameters, TwistParameters
+from .parameters import (
+    BatteryParameters,
+    GyroParameters,
+    OrientationParameters,
+    PositionParameters,
+    RobotSensorParameters,
+    TwistParameters,
+)
 
 _EMPTY_SLOT = (0.0, math.inf, 0.0)
+_EARLY = 1e-9  # [s] by which a sum of times may be too large
 _MOVING = 0.02  # [m/s], [rad/s]
 
 
@@ -54,6 +64,69 @@ class RobotSensorModel:
         found.sort(key=lambda sighting: sighting[1])
         slots = (found + [_EMPTY_SLOT] * given.max_peers)[: given.max_peers]
         return [value for slot in slots for value in slot]
+
+
+class PoseError:
+    """Error of a pose sensor beside its noise: a random walk, and an error that is sampled again at random times.
+
+    Args:
+        parameters: Parameters of the sensor.
+        size: Number of values with an error.
+        rng: Random generator of the error.
+    """
+
+    def __init__(self, parameters: PositionParameters | OrientationParameters, size: int, rng: np.random.Generator):
+        self._parameters, self._rng = parameters, rng
+        self._walk, self._jump = np.zeros(size), np.zeros(size)
+        self._stamp = math.nan
+
+    def at(self, stamp: float) -> list[float]:
+        """Errors at a time [s], shape (size,), in the unit of the parameters; the first one is 0."""
+        given, passed = self._parameters, stamp - self._stamp
+        if passed > 0.0:
+            if given.drift:
+                self._walk += given.drift * math.sqrt(passed) * self._rng.standard_normal(self._walk.size)
+            if given.jump and self._rng.random() < -math.expm1(-passed / given.jump_every):
+                self._jump = given.jump * self._rng.standard_normal(self._jump.size)
+        self._stamp = stamp
+        errors: list[float] = (self._walk + self._jump).tolist()
+        return errors
+
+
+class Delivery:
+    """Delivery of readings from a simulated device to the robot: some are lost, the others arrive after a latency.
+
+    The first reading arrives at once, because the robot was there before the start.
+
+    Args:
+        latency: Time from the end of a measurement until its reading can be read [s].
+        drop_out: Probability that a whole reading is lost.
+        rng: Random generator of the losses.
+    """
+
+    def __init__(self, latency: float, drop_out: float, rng: np.random.Generator) -> None:
+        self._latency, self._drop_out, self._rng = latency, drop_out, rng
+        self._measured_at = -math.inf
+        self._under_way: deque[tuple[float, Reading]] = deque()
+        self._arrived: Reading | None = None
+
+    def deliver(self, reading: Reading, t: float) -> Reading:
+        """Take a reading, and return the newest one that has arrived.
+
+        Args:
+            reading: Reading that was measured at present.
+            t: Present time [s]; a second reading of the same time is ignored.
+        """
+        if self._arrived is None or not (self._latency or self._drop_out):
+            self._arrived, self._measured_at = reading, t
+            return reading
+        if t > self._measured_at:
+            self._measured_at = t
+            if not self._drop_out or self._rng.random() >= self._drop_out:
+                self._under_way.append((t + self._latency, reading))
+        while self._under_way and self._under_way[0][0] <= t + _EARLY:
+            self._arrived = self._under_way.popleft()[1]
+        return self._arrived
 
 
 class BatteryModel:

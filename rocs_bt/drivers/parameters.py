@@ -39,19 +39,46 @@ MAX_SIZE = 1000
 MAX_LIDAR_RAYS = 4000
 """Maximum number of rays in a scan of a lidar."""
 
+MAX_SWEEP = 1.0
+"""Maximum sweep of a scan of a lidar [s]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class PositionParameters:
-    """Position sensor: x, y, z of the base [m], world frame."""
+    """Position sensor: x, y, z of the base [m], world frame.
+
+    Attributes:
+        drift: Standard deviation of the change of the error of x and of y in a second, a random walk [m].
+        jump: Standard deviation of the error of x and of y that is sampled again at each jump [m].
+        jump_every: Mean time between two jumps [s]; they come at random.
+    """
 
     size: ClassVar[int] = 3
+    drift: Metres = 0.0
+    jump: Metres = 0.0
+    jump_every: Seconds = 10.0
+
+    def __post_init__(self) -> None:
+        _check_error(self.drift, self.jump, self.jump_every)
 
 
 @dataclass(frozen=True, kw_only=True)
 class OrientationParameters:
-    """Orientation sensor: yaw of the base [rad], world frame."""
+    """Orientation sensor: yaw of the base [rad], world frame.
+
+    Attributes:
+        drift: Standard deviation of the change of the error in a second, a random walk [rad].
+        jump: Standard deviation of the error that is sampled again at each jump [rad].
+        jump_every: Mean time between two jumps [s]; they come at random.
+    """
 
     size: ClassVar[int] = 1
+    drift: Radians = 0.0
+    jump: Radians = 0.0
+    jump_every: Seconds = 10.0
+
+    def __post_init__(self) -> None:
+        _check_error(self.drift, self.jump, self.jump_every)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +126,7 @@ class RangeConeParameters:
         half_angle: Half the opening angle of a beam [rad].
         rays: Number of rays per beam and layer, evenly spaced over the opening angle; the nearest hit is the range.
         layers: Number of layers of rays, evenly spaced over the opening angle; one is a fan in the plane of the body.
+        missing_echo: Probability that a beam gives no echo, for each beam and reading.
     """
 
     sites: tuple[str, ...]
@@ -106,8 +134,10 @@ class RangeConeParameters:
     half_angle: Radians = 0.0
     rays: int = 1
     layers: int = 1
+    missing_echo: float = 0.0
 
     def __post_init__(self) -> None:
+        _check_missing_echo(self.missing_echo)
         if not self.sites:
             raise InputError(Fault("sites must name at least one site of the model, found none."))
         _check_distinct("sites", self.sites)
@@ -144,14 +174,21 @@ class LidarParameters:
         rays: Number of rays per scan.
         span: Angle from the first to the last ray [rad], centred ahead.
         range: Minimum and maximum range [m]; smaller distances are reported as the minimum.
+        missing_echo: Probability that a ray gives no echo, for each ray and scan.
+        sweep: Time from the first ray of a scan to the last; the time stamp of the scan is that of the first [s].
     """
 
     site: str
     rays: int
     span: Radians
     range: tuple[Metres, ...]
+    missing_echo: float = 0.0
+    sweep: Seconds = 0.0
 
     def __post_init__(self) -> None:
+        _check_missing_echo(self.missing_echo)
+        if not 0.0 <= self.sweep <= MAX_SWEEP:
+            raise InputError(Fault(f"sweep must be 0 to {MAX_SWEEP:g} s, found {self.sweep} s."))
         if len(self.range) != 2 or not 0.0 <= self.range[0] < self.range[1] < math.inf:
             raise InputError(Fault(f"range must be the minimum and the maximum distance, found {list(self.range)} m."))
         if not 2 <= self.rays <= MAX_LIDAR_RAYS:
@@ -290,13 +327,19 @@ class VelocityParameters(WheelSpeedParameters):
     Attributes:
         max_acceleration: Acceleration limit of the motor controllers, as linear acceleration of the wheels [m/s2].
         delay: Delay until a command takes effect [s]; a whole number of physics steps.
+        slip: Share of the commanded travel that each wheel loses by slip, in the order of `motors`, or one share for
+            all wheels; encoders do not see it.
     """
 
     max_acceleration: MetresPerSecondSquared = math.inf
     delay: Seconds = 0.0
+    slip: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        if len(self.slip) not in (0, 1, self.size) or not all(0.0 <= share < 1.0 for share in self.slip):
+            message = f"slip must be one share for all wheels or one for each of {self.size}, at least 0 and below 1"
+            raise InputError(Fault(f"{message}, found {list(self.slip)}."))
         if not 0.0 <= self.delay <= 10.0:
             raise InputError(Fault(f"delay must be 0 to 10 s, found {self.delay} s."))
         if not self.max_acceleration > 0.0:
@@ -415,6 +458,18 @@ def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius:
         raise InputError(Fault(f"signs must be 1 or -1 for each of {len(motors)} motors, found {list(signs)}."))
     if not wheel_radius > 0.0:
         raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))
+
+
+def _check_error(drift: float, jump: float, jump_every: float) -> None:
+    if not (0.0 <= drift < math.inf and 0.0 <= jump < math.inf):
+        raise InputError(Fault(f"drift and jump must be 0 or more and finite, found {drift:g} and {jump:g}."))
+    if not jump_every > 0.0:
+        raise InputError(Fault(f"jump_every must be positive, found {jump_every:g} s."))
+
+
+def _check_missing_echo(share: float) -> None:
+    if not 0.0 <= share <= 1.0:
+        raise InputError(Fault(f"missing_echo must be a probability, 0 to 1, found {share:g}."))
 
 
 def _check_distinct(what: str, names: tuple[str, ...]) -> None:

@@ -251,7 +251,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
 
     `inactive` contains the rules that are inactive at the start, each with the required signals that the robot lacks.
     `axes` contains the axes of a motion command, such as `vx`; empty for a robot on wheels. `guards` describes the
-    rules.
+    rules. `faults` names the faults that the simulation gives the robot's devices, such as `lidar: drop_out 0.1`.
     """
 
     name: str
@@ -264,6 +264,7 @@ class AgentInfo(msgspec.Struct, frozen=True, kw_only=True):
     axes: tuple[str, ...] = ()
     guards: tuple[GuardInfo, ...] = ()
     sensors: tuple[SensorInfo, ...] = ()
+    faults: tuple[str, ...] = ()
 
 
 class RunHeader(msgspec.Struct, frozen=True, kw_only=True):

@@ -69,6 +69,7 @@ def _brief(why: Moment) -> list[str]:
         *_part("just before", [_sentence(e) for e in before if _recent(why, e) and not isinstance(e, _MINOR)][-2:]),
         *_part(_pose_of(why), _poses(why, why.agent)),
         *_part("known", ["; ".join(known)] if known else []),
+        *_part("faults", ["; ".join(why.info.faults)] if why.info.faults else []),
     ]
     return lines[:_BRIEF]
 
@@ -108,6 +109,7 @@ def _all(why: Moment) -> Iterator[str]:
     yield from _part("known", [line for name in signals for line in _signal(why, name)])
     changes = {e.kind: e for e in before if isinstance(e, Change)}
     yield from _part("", [f"{e.kind} ({e.source}, t = {e.t:.3f} s): {values_text(e.values)}" for e in changes.values()])
+    yield from _part("faults", [*why.info.faults])
     graph = graph_at(why)
     yield from _part("", [_subject(graph, name) for name in sorted(graph.nodes())])
 

@@ -94,6 +94,7 @@ def with_scenery(header: RunHeader, scenario: ScenarioSpec, simulated: Simulated
     model, scripts = simulated.world.model, {actor.name: actor.script for actor in scenario.actors}
     return msgspec.structs.replace(
         header,
+        agents=tuple(msgspec.structs.replace(a, faults=simulated.robots[a.name].faults) for a in header.agents),
         bodies=(
             *(_body(model, simulated, name, scripts) for name in simulated.world.robots),
             *(_object(model, simulated, name, scripts) for name in simulated.world.objects),

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 from ..device import Reading, Sensor
-from ..drivers.mujoco import MujocoWorld
+from ..drivers.mujoco import MujocoSensor, MujocoWorld
 from ..geometry import Pose2
 
 _RINGS = (0.0, 0.5, 0.99)  # radii of the rings of tried positions, as shares of the goal's tolerance
@@ -72,5 +72,10 @@ def free_goal_poses(
             world.place(robot, pose, height)
             clearance, nearest = world.clearance(robot, limit=1.0)
             if clearance > margin:
-                readings = {name: sensor.read() for name, sensor in (sensors or {}).items()}
+                readings = {name: _measured(sensor) for name, sensor in (sensors or {}).items()}
                 yield FreePose(pose, clearance, nearest, readings)
+
+
+def _measured(sensor: Sensor) -> Reading:
+    """Reading of a sensor at the present pose, also if its readings arrive late."""
+    return sensor.measure() if isinstance(sensor, MujocoSensor) else sensor.read()

@@ -107,13 +107,13 @@ class SensorTopics:
         fan, frame = self._body.fans[sensor], self._names.frame(sensor)
         topic = "scan" if len(self._body.fans) == 1 else f"scan/{sensor}"
         first, limits = -fan.step * (fan.rays - 1) / 2.0, self._limits(sensor, fan.reach)
-        period = 1.0 / spec.rate if spec and spec.rate else 0.0
+        times = (1.0 / spec.rate if spec and spec.rate else 0.0, spec.parameters.get("sweep", 0.0) if spec else 0.0)
 
         def convert(e: ev.SensorRead) -> Iterator[Published]:
             ranges = e.values
             if len(ranges) == fan.rays:
                 at, step = self._names.start + e.stamp, fan.step
-                fields = messages.laser_scan(at, frame, ranges, first=first, step=step, limits=limits, period=period)
+                fields = messages.laser_scan(at, frame, ranges, first=first, step=step, limits=limits, times=times)
                 yield self._names.published(topic, e.t, "sensor_msgs/msg/LaserScan", fields)
 
         return convert

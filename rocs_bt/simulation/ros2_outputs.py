@@ -70,10 +70,10 @@ def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: 
     first, step = -0.5 * given.span, given.span / (given.rays - 1)
 
     def publish() -> None:
-        reading, limits, period = sensor.read(), given.range, rate.period
+        reading, limits, times = sensor.read(), given.range, (rate.period, given.sweep)
         ranges = np.asarray(reading.values, np.float32)
         publisher.send(
-            messages.laser_scan(reading.stamp, frame, ranges, first=first, step=step, limits=limits, period=period)
+            messages.laser_scan(reading.stamp, frame, ranges, first=first, step=step, limits=limits, times=times)
         )
 
     return Output(sensor.name, rate, publish)
@@ -203,7 +203,7 @@ def _pose_outputs(
     position, orientation = _all(devices, Position), _all(devices, Orientation)
     if position and orientation:
         rate = rates[position[0].name]
-        if position[0].mount.noise == orientation[0].mount.noise == 0.0:
+        if position[0].exact and orientation[0].exact:
             world = position[0].mount.world
             if names.options.map_to_odom:
                 names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))

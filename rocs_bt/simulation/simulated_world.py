@@ -147,7 +147,15 @@ def _sensors(
         rng = stream(scenario.name, seed, name, noise_of(spec.name))
         with located_at(robot.file, spec.line), driver.running():
             made[spec.name] = make_sensor(
-                world, name, spec.name, driver.make, driver.parameters, noise=spec.noise, rng=rng
+                world,
+                name,
+                spec.name,
+                driver.make,
+                driver.parameters,
+                noise=spec.noise,
+                rng=rng,
+                latency=spec.latency,
+                drop_out=spec.drop_out,
             )
     return made
 

@@ -58,6 +58,11 @@ noise = "1 cm"
 unit = "m"
 max_age = "0.2 s"
 optional = true
+latency = "10 ms"
+drop_out = 0.1
+drift = "1 cm"
+jump = "10 cm"
+jump_every = "5 s"
 mount = { x = "0.1 m", y = "0 m", yaw = "10 deg" }
 # zzz robot.sensor
 [[actuator]]
@@ -73,6 +78,7 @@ wheel_radius = "0.1 m"
 signs = [1, 1]
 max_acceleration = "3 m/s2"
 delay = "0.1 s"
+slip = [0.1]
 # zzz robot.actuator
 [[monitor]]
 name = "pose"
@@ -348,8 +354,8 @@ def test_a_file_with_every_documented_key_loads(kind, tmp_path):
 MARKED = [(kind, title) for kind, text in FILES.items() for title in re.findall(r"# zzz (\S+)", text)]
 DRIVER = {
     "robot.locomotion": {"vx"},  # a table, below
-    "robot.sensor": set(),
-    "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration", "delay"},
+    "robot.sensor": {"drift", "jump", "jump_every"},
+    "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration", "delay", "slip"},
 }
 
 

@@ -68,7 +68,9 @@ class Velocity(MujocoActuator):
         super().__init__(name, len(wanted.motors), mount)
         self._factors = wanted.factors
         max_change = wanted.max_acceleration / wanted.wheel_radius
-        self._motors = mount.world.motors(mount.robot, wanted.motors, max_change, wanted.delay, wanted.wheel_radius)
+        self._motors = mount.world.motors(
+            mount.robot, wanted.motors, max_change, wanted.delay, wanted.wheel_radius, wanted.slip
+        )
 
     def command(self, values: Sequence[float]) -> None:
         if len(values) != self.size:
@@ -76,7 +78,7 @@ class Velocity(MujocoActuator):
         self.mount.world.drive(self._motors, [v / f for v, f in zip(values, self._factors, strict=True)])
 
     def measured(self) -> list[float]:
-        """True wheel linear speeds [m/s], in the order of the motors."""
+        """True wheel linear speeds [m/s], in the order of the motors; those of the rims, also while they slip."""
         speeds = self.mount.world.motor_speeds(self._motors)
         return [s * f for s, f in zip(speeds, self._factors, strict=True)]
 

@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 
 
 class Lidar(MujocoSensor):
-    """Laser scanner: ranges [m] along rays from one site, from right to left, all at the same time.
+    """Laser scanner: ranges [m] along rays from one site, from right to left, all at the same time or in a sweep.
 
     The rays lie in the x-y plane of the site, so they pitch with the robot. They ignore the body that carries the
     scanner, and echoes of other parts of the robot are removed.
@@ -38,7 +38,10 @@ class Lidar(MujocoSensor):
         bearings = np.array(self.parameters.bearings)
         self._rays = np.stack([np.cos(bearings), np.sin(bearings), np.zeros_like(bearings)], axis=1)
         self._cast = Rays(model, int(model.site_bodyid[self._site]))
-        self._taken: tuple[float, Array] = (math.nan, np.empty(len(bearings)))
+        self._taken: tuple[float, Reading] | None = None
+        self._faults_rng = mount.faults_rng()
+        self._started = mount.world.stamp
+        mount.world.remember(self.parameters.sweep)
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -52,16 +55,21 @@ class Lidar(MujocoSensor):
         return distances
 
     def read(self) -> Reading:
-        world, (low, high) = self.mount.world, self.parameters.range
+        world = self.mount.world
         with world.lock:
-            if world.stamp != self._taken[0]:  # a repeated reading at the same time is equal
-                ranges = self._scan()
-                if self.mount.noise > 0.0:
-                    ranges = ranges + self.mount.rng.normal(0.0, self.mount.noise, len(ranges))
-                np.maximum(ranges, low, out=ranges)
-                ranges[ranges > high] = math.inf
-                self._taken = world.stamp, ranges
-            return Reading(world.stamp, self._taken[1].tolist())
+            if self._taken is None or self._taken[0] != world.stamp:  # a repeated reading at the same time is equal
+                self._taken = world.stamp, super().read()
+            return self._taken[1]
+
+    def measure(self) -> Reading:
+        given, ranges = self.parameters, self._scan()
+        if self.mount.noise > 0.0:
+            ranges = ranges + self.mount.rng.normal(0.0, self.mount.noise, len(ranges))
+        np.maximum(ranges, given.range[0], out=ranges)
+        ranges[ranges > given.range[1]] = math.inf
+        if given.missing_echo:
+            ranges[self._faults_rng.random(len(ranges)) < given.missing_echo] = math.inf
+        return Reading(max(self.mount.world.stamp - given.sweep, self._started), ranges.tolist())
 
     def fan(self) -> Fan:
         """Origin and directions of the rays, body frame, for displays."""
@@ -73,10 +81,19 @@ class Lidar(MujocoSensor):
         return Fan(x=x, y=y, yaw=yaw + first, step=second - first, rays=count, reach=reach)
 
     def _scan(self) -> Array:
-        """Distances along the rays in the present state [m], +inf without a hit, shape (rays,)."""
-        self.mount.world.update_poses()
-        data = self.mount.world.data
-        directions = self._rays @ data.site_xmat[self._site].reshape(3, 3).T
+        """Distances along the rays [m], +inf without a hit, shape (rays,): in the present state, or during a sweep."""
+        world, sweep = self.mount.world, self.parameters.sweep
+        if not sweep:
+            world.update_poses()
+            return self._look(world.data, self._rays)
+        steps = max(round(sweep / world.step), 1)  # the world is the same for all rays of a physics step
+        of_ray = np.rint(np.linspace(-steps, 0.0, len(self._rays))).astype(int)
+        looks = [(step, self._rays[of_ray == step]) for step in range(-steps, 1)]
+        return np.concatenate([self._look(world.past(world.stamp + s * world.step), rays) for s, rays in looks])
+
+    def _look(self, data: Any, rays: Array) -> Array:
+        """Distances along some rays, sensor frame, in one state with updated poses."""
+        directions = rays @ data.site_xmat[self._site].reshape(3, 3).T
         # The cutoff is above the maximum range, so that it does not affect readings near this range.
         cutoff = self.parameters.range[1] + 1.0
         distances = self._cast.distances(data, data.site_xpos[self._site], directions, cutoff)

@@ -127,8 +127,25 @@ class DriverWorld(Protocol):
         """Values of sensors of the model at n addresses, in the present state, shape (n,)."""
         ...
 
+    def past(self, stamp: float) -> Any:
+        """`MjData` with the positions of the physics step nearest to a time within `remember`; poses are updated.
+
+        It is valid until the next call.
+        """
+        ...
+
+    def remember(self, duration: float) -> None:
+        """Keep the positions of all bodies for a time [s], for `past`; the longest of all calls counts."""
+        ...
+
     def motors(
-        self, robot: str, names: Sequence[str], max_change: float = ..., delay: float = ..., radius: float = ...
+        self,
+        robot: str,
+        names: Sequence[str],
+        max_change: float = ...,
+        delay: float = ...,
+        radius: float = ...,
+        slip: Sequence[float] = ...,
     ) -> Motors:
         """Get a handle of velocity motors of a robot's model. An actuator calls this once, in its constructor.
 
@@ -138,6 +155,7 @@ class DriverWorld(Protocol):
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
             radius: Radius of the wheels [m]: a robot with turning wheels drives into what it touches.
+            slip: Share of the travel that each wheel loses, or one share for all; none by default.
 
         Raises:
             UnknownName: The robot's model has no such actuator.
@@ -199,9 +217,17 @@ class Mount:
         robot: Name of the robot, which is the prefix of its elements in the model.
         noise: Standard deviation of each value, SI units.
         rng: Random generator of the device.
+        latency: Time until a reading of the device can be read [s].
+        drop_out: Probability that a reading of the device is lost.
     """
 
     world: DriverWorld
     robot: str
     noise: float = 0.0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(0))
+    latency: float = 0.0
+    drop_out: float = 0.0
+
+    def faults_rng(self) -> np.random.Generator:
+        """New generator for faults of the device, independent of `rng`, so that its noise is equal with and without."""
+        return self.rng.spawn(1)[0]

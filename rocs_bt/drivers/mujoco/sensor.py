@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from ...device import Reading, Sensor
+from ..common import Delivery
 from .mount import Mount
 
 
@@ -31,6 +32,7 @@ class MujocoSensor(Sensor):
         self.mount = mount
         self._sampled_at = math.nan
         self._errors: list[float] = []
+        self._delivery = Delivery(mount.latency, mount.drop_out, mount.faults_rng())
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -48,15 +50,20 @@ class MujocoSensor(Sensor):
         raise NotImplementedError
 
     def read(self) -> Reading:
-        mount, world = self.mount, self.mount.world
+        world = self.mount.world
         with world.lock:
-            values, stamp = self.sample(), world.stamp
-            if mount.noise > 0.0:
-                if stamp != self._sampled_at:  # a repeated reading at the same time is equal
-                    self._sampled_at = stamp
-                    self._errors = mount.rng.normal(0.0, mount.noise, len(values)).tolist()
-                values = [v + e for v, e in zip(values, self._errors, strict=True)]
-            return Reading(stamp, self.limit(values))
+            return self._delivery.deliver(self.measure(), world.stamp)
+
+    def measure(self) -> Reading:
+        """Measure in the present state of the world: `sample` with noise and limits; `mount.world.lock` is held."""
+        mount, stamp = self.mount, self.mount.world.stamp
+        values = self.sample()
+        if mount.noise > 0.0:
+            if stamp != self._sampled_at:  # a repeated reading at the same time is equal
+                self._sampled_at = stamp
+                self._errors = mount.rng.normal(0.0, mount.noise, len(values)).tolist()
+            values = [v + e for v, e in zip(values, self._errors, strict=True)]
+        return Reading(stamp, self.limit(values))
 
     def limit(self, values: list[float]) -> list[float]:
         """Limit values, after noise was added, to the measuring range of the device; by default they are unchanged."""

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import InputError, unknown
+from ...geometry import wrap_angle
 from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
-from ..common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
+from ..common import BatteryModel, GyroModel, PoseError, RobotSensorModel, TwistModel
 from ..parameters import (
     AttitudeParameters,
     BatteryParameters,
@@ -44,10 +45,21 @@ class Position(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
+        given = read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
+        self._error = PoseError(given, 2, mount.faults_rng()) if given.drift or given.jump else None
+
+    @property
+    def exact(self) -> bool:
+        """Whether the readings are ground truth."""
+        return self._error is None and not self.mount.noise
 
     def sample(self) -> list[float]:
-        return self.mount.world.position(self.mount.robot)
+        world = self.mount.world
+        found = world.position(self.mount.robot)
+        if self._error is None:
+            return found
+        x, y = self._error.at(world.stamp)
+        return [found[0] + x, found[1] + y, found[2]]
 
 
 class Orientation(MujocoSensor):
@@ -57,10 +69,18 @@ class Orientation(MujocoSensor):
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
         super().__init__(name, mount)
-        read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
+        given = read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
+        self._error = PoseError(given, 1, mount.faults_rng()) if given.drift or given.jump else None
+
+    @property
+    def exact(self) -> bool:
+        """Whether the readings are ground truth."""
+        return self._error is None and not self.mount.noise
 
     def sample(self) -> list[float]:
-        return [self.mount.world.pose(self.mount.robot).yaw]
+        world = self.mount.world
+        yaw = world.pose(self.mount.robot).yaw
+        return [yaw if self._error is None else wrap_angle(yaw + self._error.at(world.stamp)[0])]
 
 
 class TwistSensor(MujocoSensor):
@@ -165,6 +185,8 @@ class RangeCone(MujocoSensor):
             for ray in range(len(self.parameters.angles))
         ]
         self._addresses = np.array(addresses, dtype=np.intp)
+        self._heard: tuple[float, npt.NDArray[np.bool_]] = (math.nan, np.ones(self.parameters.size, bool))
+        self._faults_rng = mount.faults_rng()
 
     @classmethod
     def prepare(cls, model: Any, name: str, parameters: Mapping[str, Any]) -> None:
@@ -199,7 +221,12 @@ class RangeCone(MujocoSensor):
 
     def limit(self, values: list[float]) -> list[float]:
         low, high = self.parameters.range
-        return [math.inf if v > high else low if v < low else v for v in values]
+        limited = [math.inf if v > high else low if v < low else v for v in values]
+        if share := self.parameters.missing_echo:
+            if self._heard[0] != (stamp := self.mount.world.stamp):  # a repeated reading at the same time is equal
+                self._heard = stamp, self._faults_rng.random(len(limited)) >= share
+            limited = [v if heard else math.inf for v, heard in zip(limited, self._heard[1].tolist(), strict=True)]
+        return limited
 
     def beams(self) -> tuple[Beam, ...]:
         """Origins and directions of the beams, body frame, for displays."""
@@ -294,6 +321,8 @@ def make_sensor(
     *,
     noise: float = 0.0,
     rng: np.random.Generator | None = None,
+    latency: float = 0.0,
+    drop_out: float = 0.0,
 ) -> MujocoSensor:
     """Construct a sensor of a robot in the world.
 
@@ -305,12 +334,15 @@ def make_sensor(
         parameters: Parameters of the driver, SI units.
         noise: Standard deviation of each value, SI units.
         rng: Random generator of the noise; by default one with a fixed seed.
+        latency: Time until a reading can be read [s].
+        drop_out: Probability that a reading is lost.
 
     Raises:
         InputError: The driver is unknown, or parameters do not fit the driver or the model.
     """
     world.body(robot)
-    mount = Mount(world, robot, noise, np.random.default_rng(0) if rng is None else rng)
+    rng = np.random.default_rng(0) if rng is None else rng
+    mount = Mount(world, robot, noise, rng, latency, drop_out)
     return driver_class(SENSORS, driver, "sensor", "mujoco")(name, mount, **parameters)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import math
 import threading
+from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -67,6 +68,11 @@ class WorldState:
         self._sight = LineOfSight(model, self.robots)
         self._revision = 0  # number of the present state, for values that are cached per state
         self._posed = -1
+        self._past: deque[tuple[npt.NDArray[np.float64], ...]] = deque(maxlen=0)  # positions before the last steps
+        self._scratch: Any = None  # MjData of a past state
+        self._grip: dict[
+            int, float
+        ] = {}  # share of the travel that is left, by joint's index in qvel, of slipping wheels
         self._sensor_stages = _sensor_stages(model)
         self._sensed: dict[int, int] = {}  # revision of the values of each stage of sensors
         self._poses: dict[str, tuple[int, Pose2]] = {}
@@ -160,12 +166,18 @@ class WorldState:
     def motor_speeds(self, motors: Motors) -> list[float]:
         """True speeds of motors [rad/s]."""
         with self.lock:
-            return [self._qvel[j] for j in motors.joints]
+            speeds = [self._qvel[j] for j in motors.joints]
+        return self._unslipped(motors, speeds) if self._grip else speeds
 
     def motor_angles(self, motors: Motors) -> list[float]:
         """True angles of motors since the start [rad]."""
         with self.lock:
-            return [self._qpos[a] for a in motors.angles]
+            angles = [self._qpos[a] for a in motors.angles]
+        return self._unslipped(motors, angles) if self._grip else angles
+
+    def _unslipped(self, motors: Motors, values: list[float]) -> list[float]:
+        """Speeds or angles of motors with slip: the model's wheels turn less, so that its robot travels less."""
+        return [value / self._grip.get(joint, 1.0) for value, joint in zip(values, motors.joints, strict=True)]
 
     def joint_positions(self, controls: Controls) -> npt.NDArray[np.float64]:
         """True positions of the joints of actuators [rad or m], shape (n,); NaN without a joint."""
@@ -267,6 +279,28 @@ class WorldState:
         if self._posed != self._revision:
             self._mj.mj_kinematics(self.model, self.data)
             self._posed = self._revision
+
+    def remember(self, duration: float) -> None:
+        """Keep the positions of all bodies for a time [s], for `past`; the longest of all calls counts."""
+        steps = max(round(duration / self.step), self._past.maxlen or 0)
+        self._past = deque(self._past, maxlen=steps)
+        if steps and self._scratch is None:
+            self._scratch = self._mj.MjData(self.model)
+
+    def past(self, stamp: float) -> Any:
+        """MjData with the positions of the physics step nearest to a time [s], and updated poses.
+
+        The time is at most as long ago as asked for by `remember`; before the start, the first positions count. The
+        result is valid until the next call.
+        """
+        with self.lock:
+            ago = min(round((self.stamp - stamp) / self.step), len(self._past))
+            data = self.data
+            positions = self._past[-ago] if ago else (data.qpos, data.mocap_pos, data.mocap_quat)
+            scratch = self._scratch
+            scratch.qpos[:], scratch.mocap_pos[:], scratch.mocap_quat[:] = positions
+            self._mj.mj_kinematics(self.model, scratch)
+            return scratch
 
     def _compute_sensors(self, stage: int) -> None:
         """Compute the sensors of one stage of the model; physics steps compute none."""

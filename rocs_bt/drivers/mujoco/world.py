@@ -154,6 +154,7 @@ class MujocoWorld(WorldState):
         max_change: float = math.inf,
         delay: float = 0.0,
         radius: float = 1.0,
+        slip: Sequence[float] = (),
     ) -> Motors:
         """Get a handle of velocity motors of a robot.
 
@@ -163,6 +164,7 @@ class MujocoWorld(WorldState):
             max_change: Maximum rate of change of a motor's speed [rad/s2].
             delay: Delay of each command [s], a whole number of physics steps.
             radius: Radius of the wheels [m].
+            slip: Share of the travel that each wheel loses, or one share for all; none by default.
 
         Raises:
             UnknownName: The model has no such actuator.
@@ -179,6 +181,8 @@ class MujocoWorld(WorldState):
         joints, angles = ([int(adr[j]) for j in turned] for adr in (self.model.jnt_dofadr, self.model.jnt_qposadr))
         motors = Motors(ids, joints, angles, [0.0] * len(ids), max_change * self.step, delay=late, radius=radius)
         self._motors[robot].append(motors)
+        if any(slip):
+            self._grip |= {joint: 1.0 - slip[i % len(slip)] for i, joint in enumerate(joints)}
         if late:
             self._late.append(motors)
         return motors
@@ -186,6 +190,8 @@ class MujocoWorld(WorldState):
     def drive(self, motors: Motors, speeds: Sequence[float]) -> None:
         """Command the speeds of motors [rad/s], which are approached after the delay, at the maximum rate of change."""
         with self.lock:
+            if self._grip:
+                speeds = [s * self._grip.get(joint, 1.0) for s, joint in zip(speeds, motors.joints, strict=True)]
             if motors.delay:
                 motors.coming.append((self._steps + motors.delay, speeds))
             else:
@@ -276,6 +282,8 @@ class MujocoWorld(WorldState):
                 if not safe and now() > expiry:
                     for gate in self._gates:
                         gate.check()
+                if self._past.maxlen:
+                    self._past.append((data.qpos.copy(), data.mocap_pos.copy(), data.mocap_quat.copy()))
                 for motors in self._late:
                     while motors.coming and motors.coming[0][0] <= self._steps:
                         self._aim(motors, motors.coming.popleft()[1])

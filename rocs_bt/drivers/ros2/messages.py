@@ -36,9 +36,9 @@ def laser_scan(
     first: float,
     step: float,
     limits: Sequence[float],
-    period: float = 0.0,
+    times: tuple[float, float] = (0.0, 0.0),
 ) -> Fields:
-    """Fields of a sensor_msgs/msg/LaserScan with simultaneous rays.
+    """Fields of a sensor_msgs/msg/LaserScan.
 
     Args:
         stamp: Time of the scan [s].
@@ -47,14 +47,15 @@ def laser_scan(
         first: Direction of the first ray, left positive [rad].
         step: Angle from a ray to the next [rad].
         limits: Minimum and maximum range [m].
-        period: Time between scans [s].
+        times: Time between scans, and from the first ray of a scan to the last [s].
     """
     return {
         "header": header(stamp, frame),
         "angle_min": first,
         "angle_max": first + step * (len(ranges) - 1),
         "angle_increment": step,
-        "scan_time": period,
+        "time_increment": times[1] / max(len(ranges) - 1, 1),
+        "scan_time": times[0],
         "range_min": limits[0],
         "range_max": limits[1],
         "ranges": ranges,
