@@ -195,8 +195,7 @@ class TrackObjects(Analyze):
         collision = clearance = math.inf if known else math.nan
         if known and len(chosen):
             ahead = world.movers.predict(t + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
-            collision = ahead.collision_time(self._hull, pose, twist)
-            clearance = ahead.clearance(self._hull, pose, twist)
+            collision, clearance = ahead.contact(self._hull, pose, twist)
         self.write(t, {COLLISION: [collision], CLEARANCE: [clearance]})
 
     def _write(self, t: float, number: int, index: int) -> None:

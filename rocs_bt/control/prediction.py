@@ -79,7 +79,7 @@ class Prediction:
         Args:
             hull: Outline of the robot.
             poses: Poses of the robot, world frame, shape (n, 3) [m, m, rad].
-            times: Time of each pose, shape (n,) [s].
+            times: Time of each pose, shape (n,), or one time for all poses, which is faster, shape (1,) [s].
 
         Returns:
             Gaps, shape (n, m) [m]; negative if they overlap.
@@ -87,11 +87,12 @@ class Prediction:
         positions, _ = self.at(times)
         c, s = np.cos(poses[:, 2:]), np.sin(poses[:, 2:])
         dx, dy = positions[..., 0] - poses[:, :1], positions[..., 1] - poses[:, 1:2]
-        gaps: Array = hull.gap(c * dx + s * dy, c * dy - s * dx) - self.radius
+        gaps = hull.gap(c * dx + s * dy, c * dy - s * dx)
+        gaps -= self.radius
         return gaps
 
-    def collision_time(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> float:
-        """Time from the first predicted time to the first contact of a robot that moves with a constant twist [s].
+    def contact(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> tuple[float, float]:
+        """First contact with a mover, and the smallest gap, of a robot that moves with a constant twist.
 
         A mover that already touches the robot counts only once it has come nearer, so that the robot can leave.
 
@@ -102,14 +103,17 @@ class Prediction:
             horizon: Time ahead within which a contact counts [s]; at most to the last predicted time.
 
         Returns:
-            +inf without contact.
+            Time from the first predicted time to the contact [s], +inf without one; smallest gap [m], +inf without
+            movers.
         """
+        if not len(self):
+            return math.inf, math.inf
         ahead, gaps = self._along(hull, pose, twist, horizon)
-        return first_contact(ahead, gaps, gaps[0]) if len(self) else math.inf
+        return first_contact(ahead, gaps, gaps[0]), float(gaps.min())
 
-    def clearance(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> float:
-        """Smallest gap to a mover within a time ahead [m]; +inf without movers. Arguments as of `collision_time`."""
-        return float(self._along(hull, pose, twist, horizon)[1].min(initial=math.inf))
+    def collision_time(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> float:
+        """Time to the first contact with a mover [s]; see `contact`."""
+        return self.contact(hull, pose, twist, horizon)[0]
 
     def _along(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float) -> tuple[Array, Array]:
         """Times ahead, shape (n,) [s], and gaps at these times, shape (n, m) [m]."""

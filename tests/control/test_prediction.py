@@ -63,6 +63,13 @@ def test_gaps_are_those_of_a_finely_sampled_outline_at_the_moment_of_each_pose(s
             assert gaps[i, row] == pytest.approx(away - prediction.radius[row], abs=2e-3)
 
 
+def test_one_time_for_all_poses_is_that_time_for_each():
+    rng = np.random.default_rng(9)
+    prediction, poses = sampled(rng), rng.uniform(-2.0, 2.0, (7, 3))
+    each = prediction.gaps(HULL, poses, np.full(7, prediction.times[2] + 0.05))
+    assert prediction.gaps(HULL, poses, prediction.times[2:3] + 0.05).tolist() == each.tolist()
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_margins_are_interpolated_like_positions(seed):
     rng = np.random.default_rng(seed)
@@ -91,7 +98,7 @@ def test_a_collision_comes_when_the_driven_outline_reaches_a_disc(seed):
             before = gaps
         if (gaps < np.where(before > 0.0, 0.0, before - 0.008)).any():
             expected = min(expected, float(t))
-    assert prediction.clearance(HULL, pose, twist, horizon) == pytest.approx(least, abs=0.12)
+    assert prediction.contact(HULL, pose, twist, horizon)[1] == pytest.approx(least, abs=0.12)
     found = prediction.collision_time(HULL, pose, twist, horizon)
     if math.isinf(expected):
         assert math.isinf(found)
@@ -103,7 +110,7 @@ def test_with_nobody_there_nothing_collides():
     nobody = Movers.of(0.0, np.empty((0, 4))).predict([0.0, 1.0])
     assert nobody.gaps(HULL, np.zeros((3, 3)), np.zeros(3)).shape == (3, 0)
     assert nobody.collision_time(HULL, Pose2(0.0, 0.0), Twist2(1.0)) == math.inf
-    assert nobody.clearance(HULL, Pose2(0.0, 0.0), Twist2(1.0)) == math.inf
+    assert nobody.contact(HULL, Pose2(0.0, 0.0), Twist2(1.0)) == (math.inf, math.inf)
 
 
 def test_a_robot_may_leave_what_touches_it_but_not_push_it():
