@@ -5,7 +5,7 @@ import json
 import msgspec
 import pytest
 
-from rocs_bt.event import BodyMoved, MapChanged, PathPlanned
+from rocs_bt.event import BodyMoved, KnowledgeChanged, MapChanged, PathPlanned
 from rocs_bt.record.header import BodyLink, BodyShape
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording
@@ -116,3 +116,29 @@ def test_without_webgl_the_arena_is_flat(browser, file, tmp_path):
         assert browser.evaluate("document.querySelectorAll('.stage canvas:not([hidden])').length") == 1
     finally:
         browser.call("Page.removeScriptToEvaluateOnNewDocument", identifier=found["identifier"])
+
+
+@pytest.mark.browser
+def test_a_believed_mover_has_an_outline_and_an_arrow(wide, tmp_path):
+    recorder = Recorder(tmp_path / "run.mcap", synthetic.header())
+    facts = {"pose": (1.0, 0.5, 0.4), "radius": 0.25, "speed": 0.6, "covariance": (0.01, 0.0, 0.0, 0.02)}
+    recorder.emit(KnowledgeChanged(t=0.0, agent="R2", what="node added", subject="mover_1", name="object"))
+    for name, value in facts.items():
+        recorder.emit(KnowledgeChanged(t=0.0, agent="R2", what="attribute", subject="mover_1", name=name, value=value))
+    for t, moves in ((0.0, False), (2.0, True)):
+        recorder.emit(KnowledgeChanged(t=t, agent="R2", what="attribute", subject="mover_1", name="moves", value=moves))
+    for step in range(4):
+        recorder.emit(BodyMoved(t=step, body="R2", x=0.0, y=0.0, yaw=0.0, height=0.3, roll=0.0, pitch=0.0))
+    recorder.close(synthetic.summary())
+    write_report(Recording.open(recorder.path), synthetic.summary(), tmp_path / "report.html")
+    show(wide, tmp_path / "report.html")
+    until(wide, "document.querySelector('.flip')?.textContent")
+    if text(wide, ".flip") == "2D":
+        press(wide, "3")
+    go(wide, 0.5)
+    first = still(wide)
+    go(wide, 1.5)
+    assert still(wide) == first
+    go(wide, 2.5)
+    assert still(wide) != first
+    assert faults(wide) == []

@@ -2,7 +2,7 @@
 // The arena from above: world, paths, robots with their rays, and what the shown robot believes.
 import { View } from "./cursor.js";
 import { color, el, face, prepare, seconds, upto, widthOf } from "./dom.js";
-import { OwnMap, believed, rays, ways } from "./scene.js";
+import { OwnMap, believed, motion, rays, ways } from "./scene.js";
 
 const PAD = 14, TOP = 38, HIGH = 0.4; // [px], at the top below the buttons; [m] from which on a height is written
 const NEAR = 2.5; // zoom with which the robot is followed
@@ -306,6 +306,19 @@ export class Arena extends View {
     g.fill();
   }
 
+  /** Draws a believed mover: its outline, two standard deviations around it, and its way in the next second. */
+  moving(g, [x, y, yaw], { radius, speed, spread }) {
+    this.circle(g, x, y, radius * this.scale);
+    g.stroke();
+    g.setLineDash([2, 3]);
+    this.circle(g, x, y, (radius + 2 * spread) * this.scale);
+    g.stroke();
+    g.setLineDash([]);
+    const tip = { x: x + speed * Math.cos(yaw), y: y + speed * Math.sin(yaw), yaw };
+    this.line(g, [[x, y], placed(tip, [0, 0]), placed(tip, [-0.12, 0.08]), placed(tip, [0, 0]), placed(tip, [-0.12, -0.08])], false);
+    g.stroke();
+  }
+
   /** Draws objects with a position in the knowledge of the shown robot, as diamonds. */
   believed(g, boxes, t) {
     g.fillStyle = color("belief");
@@ -318,6 +331,8 @@ export class Arena extends View {
       g.strokeStyle = color("belief");
       g.lineWidth = 1.5;
       g.stroke();
+      const moves = motion(this.run, this.cursor.agent, node, t);
+      if (moves) this.moving(g, at, moves);
       write(g, boxes, [node], [x, y + 6], [this.wide, this.high]);
     }
   }

@@ -60,6 +60,13 @@ export const believed = (run, agent, t) => {
   return found;
 };
 
+/** Radius [m], speed [m/s] and uncertainty [m] of an object that a robot believes to move; undefined for others. */
+export const motion = (run, agent, node, t) => {
+  const of = (attribute) => run.get(agent, "fact", `${node}\n${attribute}`)?.at(t);
+  const [east = 0, , , north = 0] = of("covariance") ?? [];
+  return of("moves") ? { radius: of("radius") ?? 0, speed: of("speed") ?? 0, spread: Math.sqrt(Math.max(east, north)) } : undefined;
+};
+
 /** The map of a robot at a time: the sum of its changes. */
 export class OwnMap {
   constructor(run) {
