@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
 from collections.abc import Sequence
 
@@ -29,6 +30,9 @@ class PoseHistory:
 
     def at(self, t: float) -> Pose2 | None:
         """Pose at a time [s], world frame, as `along` gives it."""
+        if self._poses and self._poses[-1][0] == t:  # most often, scan and pose are of the same moment
+            last = Pose2(*self._poses[-1][1])
+            return last if all(map(math.isfinite, last)) else None
         found = self.along(np.array([t]))
         if found is None:
             return None

@@ -143,11 +143,12 @@ class TrackObjects(Analyze):
         for sample in samples:
             if self._ranges not in sample.value:
                 continue
-            pose, poses = self._poses.at(sample.t), self._poses.along(sample.t + self._beams.offsets)
+            pose, sweep = self._poses.at(sample.t), self._beams.sweep > 0.0
+            poses = self._poses.along(sample.t + self._beams.offsets) if sweep else pose
             if pose is None or poses is None:
                 continue
             ranges = np.array(sample.value[self._ranges], float)
-            yield from self._look(sample.t, self._beams.scan(poses if self._beams.sweep else pose, ranges))
+            yield from self._look(sample.t, self._beams.scan(poses, ranges))
             if self._scanner:
                 self._predict(sample.t, pose, bool(np.isnan(ranges).any()))
 
