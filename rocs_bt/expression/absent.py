@@ -19,7 +19,15 @@ _ADD_MAP = (
     "The robot has no map: add a LocalMap with its scanner to robot.toml, as [[analyze]] with "
     'class = "LocalMap" (docs/navigation.md).'
 )
-_SOURCES = {"contact_time": _ADD_MAP}  # signals of blocks that any robot may have
+_ADD_TRACKER = (
+    "The robot tracks nothing that moves: add a TrackObjects with its scanner to robot.toml, as [[analyze]] with "
+    'class = "TrackObjects" (docs/world.md).'
+)
+_SOURCES = {  # signals of blocks that any robot may have
+    "contact_time": _ADD_MAP,
+    "collision_time": _ADD_TRACKER,
+    "predicted_clearance": _ADD_TRACKER,
+}
 
 
 def absent_name(name: str, known: Iterable[str]) -> Fault:

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.check import check_content, feasible
+from rocs_bt.expression.absent import absent_name
 
 SCENARIO = """format = "scenario/2"
 doc = "Drive to a goal."
@@ -140,6 +141,11 @@ def test_a_goal_in_a_door_and_slow_sensors_are_warned_of(tmp_path):
     assert len(found) == 2
     assert any("inside 'door'" in fault for fault in found)
     assert any("at 2 Hz, jackal drives up to 1 m from one reading of its sensors to the next" in text for text in found)
+
+
+@pytest.mark.parametrize("signal", ["collision_time", "predicted_clearance"])
+def test_a_robot_without_a_tracker_is_told_to_add_one(signal):
+    assert "add a TrackObjects" in absent_name(signal, ["speed"]).hint
 
 
 def test_a_robot_without_a_map_is_told_to_add_one_once_for_each_file(tmp_path):
