@@ -11,6 +11,7 @@ from .family import Family, Scene, goal_scenario, load_family, position, quantit
 from .floor_grid import shortest_cells
 from .ground import Ground
 from .obstacle import Block, Post, length_of, walls_around
+from .people import PeopleFamily, TrafficFamily, Walk, one_of
 from .run_sweep import SweepOptions, sweep
 from .store import Store
 
@@ -21,15 +22,19 @@ __all__ = [
     "Family",
     "FamilyScene",
     "Ground",
+    "PeopleFamily",
     "Post",
     "ScenarioScene",
     "Scene",
     "Store",
     "SweepOptions",
     "TaskFamily",
+    "TrafficFamily",
+    "Walk",
     "goal_scenario",
     "length_of",
     "load_family",
+    "one_of",
     "position",
     "quantity",
     "scenes_of",

@@ -47,7 +47,7 @@ def recorded_page(one: EpisodeRecord, other: EpisodeRecord | None = None) -> Pat
 
 
 def scene_by_name(name: str, catalog: Catalog) -> SceneRef:
-    """Scene with a name as records contain it: `barn_like-17`, `crowd(people=12)-17`, `exp1`, `exp3:R2`.
+    """Scene with a name as records contain it: `barn_like-17`, `crowd(density=dense)-17`, `exp1`, `exp3:R2`.
 
     Raises:
         InputError: The name is neither that of a scenario nor that of a scene of a family.

@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import Fault, InputError
-from ..geometry import Pose2
 from ..units import Metres, MetresPerSecond
 from .scripted_object import ScriptedObject, Vector
 
@@ -72,12 +71,8 @@ class Polynomial(ScriptedObject):
         )
         steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._lengths = np.concatenate([[0.0], np.cumsum(steps)])
-        begin = float(self.rng.uniform(0.0, 2.0 * self._lengths[-1]))  # random phase
-        self._covered = min(begin, 2.0 * self._lengths[-1] - begin)  # [m] along the curve
-        self._rate = p.speed if begin < self._lengths[-1] else -p.speed  # [m/s] along the curve
-        self._way = math.copysign(1.0, self._rate)
+        self._covered, self._rate, self._way = 0.0, p.speed, 1.0  # [m] and [m/s] along the curve, and direction
         self._stood = 0.0  # [s] at a robot
-        self.world.place_object(self.name, Pose2(*self._position(), self.start.yaw))
 
     def velocity(self, t: float, at: Vector) -> Vector:
         if math.dist(at, self._position()) > self._HINDERED:

@@ -27,7 +27,7 @@ duration = "0.5 s"
         (["tree", "tree", "--scenario", "exp1"], "two planners are named 'tree'"),
         (["tree", "--family", "barn_like", "--set", "robot"], "--set takes NAME=VALUE"),
         (["tree", "--family", "barn_like", "--set", "nonsense=1"], "nonsense"),
-        (["tree", "--family", "crowd", "--set", "people=-1"], "people must be 0 or more and finite, found -1"),
+        (["tree", "--family", "crowd", "--set", "middle=-1"], "middle must be 0 or more and finite, found -1"),
         (["tree", "--family", "office", "--set", "rooms=0"], "rooms must be positive and finite, found 0"),
         (["tree", "--scenario", "exp1", "--report", "/dev/null/page.html"], "'/dev/null/page.html' cannot be written"),
         (["tree", "--scenario", "exp1", "--markdown", "/dev/null/a.md"], "'/dev/null/a.md' cannot be written"),

@@ -1,0 +1,192 @@
+"""Base classes of families in which scripted people, or other bodies, walk while the robot drives to a goal."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError
+from ..geometry import Pose2
+from ..units import Count, PositiveMetres, PositiveMetresPerSecond
+from .family import Family, Scene, goal_scenario, position, quantity
+from .ground import Ground
+from .obstacle import Point, Post, walls_around
+
+MOTIONS = ("polite", "mixed", "blind")
+"""Motions of people: they avoid each other and robots, both kinds in turn, or they avoid nothing."""
+
+PERSON = 0.25
+"""Radius of a person [m]."""
+
+_HEIGHT = 1.7  # [m]
+_DISC = 0.32  # [m] radius of the disc that the reference path is for
+_FROM_ROBOT = 1.5  # [m] from the robot at the start
+_SPACE = 0.4  # [m] beside a body at its start, and beside a line that a blind body walks on
+_TRIES = 5000
+
+
+@dataclass(frozen=True, kw_only=True)
+class Walk:
+    """Walk of a person, or another upright cylinder, back and forth between two points; it begins at the first.
+
+    Attributes:
+        start, end: Ends of the walk [m].
+        speed: Preferred walking speed [m/s].
+        blind: Whether it avoids nothing, and follows a random polynomial curve.
+        deviation: Maximum lateral deviation of that curve from the straight line [m].
+        order: Order of the polynomial.
+        radius: Radius of the body [m].
+    """
+
+    start: Point
+    end: Point
+    speed: float
+    blind: bool
+    deviation: float = 0.6
+    order: int = 3
+    radius: float = PERSON
+
+    def actors(self, name: str) -> list[dict[str, Any]]:
+        """Tables of the scenario that move the body."""
+        ends = {"to_x": quantity(self.end[0], "m"), "to_y": quantity(self.end[1], "m")}
+        if self.blind:
+            own = {"script": "polynomial", "deviation": quantity(self.deviation, "m"), "order": self.order}
+        else:
+            own = {"script": "social_force", "radius": quantity(self.radius, "m")}
+        return [{"name": name, **own, **position(self.start), **ends, "speed": quantity(self.speed, "m/s")}]
+
+    def bodies(self, name: str) -> list[Post]:
+        """Bodies that the scenario moves, at their start."""
+        return [Post(name, *self.start, self.radius, _HEIGHT)]
+
+    def free(self, ground: Ground, robot: Point, others: Sequence[Walk]) -> bool:
+        """Whether the start is away from robot, posts and others, and a blind walk from posts on all of its way."""
+        if math.dist(self.start, robot) < _FROM_ROBOT + self.radius:
+            return False
+        if any(math.dist(self.start, o.start) < self.radius + o.radius + _SPACE for o in others):
+            return False
+        aside = self.deviation if self.blind else 0.0
+        line = [self.start, self.end if self.blind else self.start]
+        return ground.clearance(line) > self.radius + aside + 0.1
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrafficFamily(Family, ABC):
+    """Base class of families in which bodies walk while the robot drives to a goal, without a map.
+
+    Difficulty: number of `people`; `density`: people per floor area [1/m2]; their mean preferred `speed` [m/s];
+    `length` of the shortest path without people [m].
+
+    Attributes:
+        long, wide: Length and width of the hall, inside its walls [m].
+        middle: 1 if the robot starts in the middle of the traffic: with the planner `none`, the rate at which others
+            run into a stationary robot.
+    """
+
+    long: PositiveMetres = 12.0
+    wide: PositiveMetres = 7.0
+    middle: Count = 0
+
+    def hall(self) -> Ground:
+        """Floor with four walls; the corner in the south-west is the origin."""
+        outside = (self.long + 0.5, self.wide + 0.5)
+        return Ground((-0.5, -0.5), outside, walls_around((0.0, 0.0), (self.long, self.wide)))
+
+    def traffic(
+        self,
+        rng: np.random.Generator,
+        ground: Ground,
+        start: Point,
+        count: int,
+        walk: Callable[[np.random.Generator, int], Walk],
+    ) -> list[Walk]:
+        """Sample walks, each until it begins away from robot, posts and the others.
+
+        Args:
+            rng: Random stream of the scene.
+            ground: Floor with its obstacles.
+            start: Start of the robot [m].
+            count: Number of walks.
+            walk: Function that samples the walk with an index.
+
+        Raises:
+            InputError: There is no room for so many.
+        """
+        made: list[Walk] = []
+        for index in range(count):
+            found = next((w for _ in range(_TRIES) if (w := walk(rng, index)).free(ground, start, made)), None)
+            if found is None:
+                raise InputError(f"{self.name} has no room for {count} people; make the hall larger.")
+            made.append(found)
+        return made
+
+    def begin(self, start: Point, goal: Point) -> Point:
+        """Start of the robot [m]: one end of its way, or the middle."""
+        return ((start[0] + goal[0]) / 2.0, (start[1] + goal[1]) / 2.0) if self.middle else start
+
+    def traffic_scene(
+        self, index: int, doc: str, ground: Ground, start: Point, goal: Point, walks: Sequence[Walk]
+    ) -> Scene:
+        """Scene with an index: the robot drives from start to goal [m] while others walk."""
+        path = ground.grid(0.1).shortest(start, goal, _DISC)
+        if path is None:
+            raise InputError(f"{self.scene_name(index)} has no path for a robot of radius {_DISC} m; make it wider.")
+        named = [(f"P{i}", walk) for i, walk in enumerate(walks)]
+        ground.actors += [body for name, walk in named for body in walk.bodies(name)]
+        begin = Pose2(*start, 0.0)
+        scenario = goal_scenario(self, self.scene_name(index), doc, begin, goal, tolerance=0.5, duration=90.0)
+        difficulty = {
+            "people": float(len(walks)),
+            "density": len(walks) / (self.long * self.wide),
+            "speed": float(np.mean([walk.speed for walk in walks])),
+            "length": path.length,
+        }
+        actors = [table for name, walk in named for table in walk.actors(name)]
+        return Scene(scenario | {"actor": actors}, ground, difficulty, path.points)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PeopleFamily(TrafficFamily, ABC):
+    """Base class of families in which people walk.
+
+    Attributes:
+        motion: `polite` (people avoid each other, walls and robots), `blind` (they avoid nothing and walk on polynomial
+            curves) or `mixed` (both kinds in turn).
+        speed: Mean preferred walking speed [m/s].
+    """
+
+    motion: str = "mixed"
+    speed: PositiveMetresPerSecond = 0.8
+
+    def __post_init__(self) -> None:
+        one_of(self.motion, "motion", MOTIONS)
+
+    def walk(
+        self,
+        rng: np.random.Generator,
+        index: int,
+        start: Point,
+        end: Point,
+        *,
+        deviation: float = 0.6,
+        pace: float = 1.0,
+    ) -> Walk:
+        """Walk of the person with an index, with a sampled speed; `pace` is a factor of the mean speed."""
+        blind = self.motion == "blind" or (self.motion == "mixed" and index % 2 == 1)
+        speed = pace * self.speed * float(rng.uniform(0.7, 1.3))
+        return Walk(start=start, end=end, speed=speed, blind=blind, deviation=deviation)
+
+
+def one_of(value: str, name: str, values: Sequence[str]) -> None:
+    """Refuse the value of a parameter that is none of some values.
+
+    Raises:
+        InputError: With the values that exist.
+    """
+    if value not in values:
+        raise InputError(f"{name} must be {', '.join(values[:-1])} or {values[-1]}, found '{value}'.")

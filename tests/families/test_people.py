@@ -1,0 +1,100 @@
+"""Families in which people walk: nobody begins in another's place, and all stay in the hall."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+from rocs_bt import Catalog
+from rocs_bt.compare import Post, TrafficFamily, load_family
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink
+from rocs_bt.simulation import build_world
+
+CATALOG = Catalog()
+MOTIONS = ("polite", "mixed", "blind")
+KINDS = [
+    *(("crowd", {"motion": motion, "density": density}) for motion in MOTIONS for density in ("sparse", "dense")),
+    *(("crossing", {"motion": motion}) for motion in MOTIONS),
+    *(("corridor", {"motion": m, "encounter": e}) for m in MOTIONS for e in ("oncoming", "overtaking", "door")),
+    *(("dynabarn", {"level": level}) for level in ("easy", "medium", "hard")),
+]
+NAMES = ["-".join([name, *values.values()]) for name, values in KINDS]
+
+
+def made(name: str, values: dict[str, object]) -> TrafficFamily:
+    family = load_family(CATALOG, name, values)
+    assert isinstance(family, TrafficFamily)
+    return family
+
+
+@pytest.mark.parametrize(("name", "values"), KINDS, ids=NAMES)
+@pytest.mark.parametrize("middle", [0, 1])
+def test_nobody_begins_in_the_place_of_another(name: str, values: dict[str, object], middle: int) -> None:
+    family = made(name, values | {"middle": middle})
+    for index in range(5):
+        scene = family.scene(index)
+        discs = [body for body in [*scene.ground.obstacles, *scene.ground.actors] if isinstance(body, Post)]
+        for one, two in itertools.combinations(discs, 2):
+            assert math.dist((one.x, one.y), (two.x, two.y)) > one.radius + two.radius
+        x, y = scene.reference[0]
+        assert min(math.dist((x, y), (disc.x, disc.y)) - disc.radius for disc in discs) > 0.6
+        assert (x == 1.0) != bool(middle)
+        assert scene.reference_length > 0.25 * family.long
+        assert scene.difficulty["people"] == len(scene.scenario["actor"])
+        assert scene.difficulty["density"] == pytest.approx(len(scene.ground.actors) / (family.long * family.wide))
+
+
+@pytest.mark.parametrize(("name", "values"), KINDS, ids=NAMES)
+def test_all_walk_and_stay_between_the_walls(name: str, values: dict[str, object]) -> None:
+    family = made(name, values)
+    scene = family.scene(0)
+    catalog = scene.added_to(CATALOG)
+    simulated = build_world(catalog.load_scenario(scene.name), catalog, 1, ListSink())
+    world, places = simulated.world, []
+    for period in range(120):
+        for actor in simulated.actors:
+            actor.step(0.05 * period)
+        world.advance(10)
+        places.append([world.object_pose(actor.name)[:2] for actor in simulated.actors])
+    way = np.array(places)
+    assert world.contacts() == []
+    assert (np.ptp(way, axis=0).max(axis=1) > 0.25).all(), "they walk"
+    radius = min(body.radius for body in scene.ground.actors if isinstance(body, Post))
+    assert min(world.room(*place) for place in way[::6].reshape(-1, 2)) > radius, "they walk through nothing"
+
+
+def test_the_densities_of_a_crowd_are_these() -> None:
+    scenes = [made("crowd", {"density": density}).scene(1) for density in ("sparse", "normal", "dense")]
+    assert [scene.difficulty["people"] for scene in scenes] == [4, 8, 14]
+    assert made("crowd", {}).parameters["density"] == "normal"
+
+
+def test_people_are_polite_blind_or_both_in_turn() -> None:
+    for motion, scripts in zip(
+        MOTIONS, (["social_force"], ["social_force", "polynomial"], ["polynomial"]), strict=True
+    ):
+        actors = made("crowd", {"motion": motion}).scene(2).scenario["actor"]
+        assert [actor["script"] for actor in actors] == [scripts[i % len(scripts)] for i in range(8)]
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "message"),
+    [
+        ("crowd", {"motion": "waltz"}, "motion must be polite, mixed or blind, found 'waltz'"),
+        ("crowd", {"density": "full"}, "density must be sparse, normal or dense, found 'full'"),
+        ("corridor", {"encounter": "none"}, "encounter must be oncoming, overtaking or door, found 'none'"),
+        ("dynabarn", {"level": "9"}, "level must be easy, medium or hard, found '9'"),
+    ],
+)
+def test_what_a_family_does_not_know_is_refused(name: str, values: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        load_family(CATALOG, name, values)
+
+
+def test_a_hall_that_is_too_small_is_refused() -> None:
+    with pytest.raises(InputError, match="no room for 40 people"):
+        made("corridor", {"people": 40}).scene(0)
