@@ -149,6 +149,17 @@ class Catalog:
         file = self.find("robot", name).path
         return load_robot(file, lambda base: self.find("robot", base, named_in=file).path)
 
+    def robot_of(self, agent: AgentSpec) -> RobotSpec:
+        """Load the robot of an agent, with the tables of the scenario that override the robot's.
+
+        Raises:
+            InputError: The robot does not exist, or its file or these tables have faults; contains all of them.
+        """
+        if agent.overlay is None:
+            return self.load_robot(agent.robot)
+        file = self.find("robot", agent.robot).path
+        return load_robot(file, lambda base: self.find("robot", base, named_in=file).path, agent.overlay)
+
     def load_scenario(self, name: str, *, missions: bool = True) -> ScenarioSpec:
         """Load a scenario by name or path, and check that its content exists and that its rates and robots fit.
 
@@ -171,9 +182,10 @@ class Catalog:
             InputError: A robot has faults, or does not fit the scenario; contains all faults, each with its line.
         """
         faults: list[Fault] = []
-        for each in scenario.robots:
+        robots = [(name, partial(self.load_robot, name)) for name in scenario.robots]
+        for each, load in (*robots, *((a.robot, partial(self.robot_of, a)) for a in scenario.agents if a.overlay)):
             try:
-                robot = self.load_robot(each)
+                robot = load()
                 self._allow(*robot.code)
                 for sensor in robot.sensors:
                     scenario.rate.sensor_rate(sensor.rate, f"{each}/{sensor.name}")
@@ -569,6 +581,11 @@ class CachingCatalog(Catalog):
 
     def load_robot(self, name: str) -> RobotSpec:
         return self.cached(("robot", name), lambda: super(CachingCatalog, self).load_robot(name))
+
+    def robot_of(self, agent: AgentSpec) -> RobotSpec:
+        return self.cached(
+            ("robot", agent.robot, repr(agent.overlay)), lambda: super(CachingCatalog, self).robot_of(agent)
+        )
 
     def load_mission(self, name: str, dialect: str = "") -> Callable[..., Any]:
         key = "mission", name, dialect

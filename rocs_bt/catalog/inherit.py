@@ -7,7 +7,8 @@ of the old mission; if it replaces a driver, it does not inherit the keys of the
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +28,39 @@ DEVICE_KEYS = {
 
 FindBase = Callable[[str], Path]
 """Function that returns the file of a `base`; raises InputError if it does not exist."""
+
+
+OVERLAID = ("sensor", "actuator", "locomotion")
+"""Tables of a robot that an agent of a scenario may override."""
+
+
+@dataclass(frozen=True)
+class Overlay:
+    """Tables of an agent that override those of its robot, as a robot's file does with those of its `base`.
+
+    Attributes:
+        data: Tables by name, as in the file.
+        file: Scenario file.
+        at: Line and column of the agent's table.
+        positions: Line and column of each key.
+    """
+
+    data: Mapping[str, Any]
+    file: Path
+    at: tuple[int, int]
+    positions: Mapping[Key, tuple[int, int]]
+
+    def table(self) -> Table:
+        """The tables as a root table, for one reading."""
+        return Table(self.file, dict(self.data), (), dict(self.positions))
+
+
+def read_overlay(table: Table) -> Overlay | None:
+    """Read the tables of an agent that override those of its robot; None if it has none."""
+    found = {key: table.raw(key, None) for key in OVERLAID}
+    data, depth = {key: value for key, value in found.items() if value is not None}, len(table.key)
+    positions = {key[depth:]: at for key, at in table.positions.items() if key[:depth] == table.key}
+    return Overlay(data, table.file, table.position(), positions) if data else None
 
 
 def no_base(name: str) -> Path:
@@ -75,11 +109,22 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
         base = merged_with_base(read_toml(path), find, readers)
     except InputError as error:
         raise error.at(file, *own.position("base")) from error
-    positions: Positions = {(): own.position("base")}
-    data = _merged(own.data, base.data, (), (), own.positions, positions)
-    merged = Table(file, data, (), positions, bases=(path, *base.bases))
+    merged = overlaid(own, base, own.position("base"))
     merged.text("base")
     return merged
+
+
+def overlaid(own: Table, base: Table, at: tuple[int, int]) -> Table:
+    """Merge a root table over that of another file; faults in inherited tables are reported at `at`.
+
+    Args:
+        own: Table that overrides; its keys and positions are those of a root table.
+        base: Root table of the other file.
+        at: Line and column in the file of `own`.
+    """
+    positions: Positions = {(): at}
+    data = _merged(own.data, base.data, (), (), own.positions, positions)
+    return Table(own.file, data, (), positions, bases=(base.file, *base.bases))
 
 
 def _merged(

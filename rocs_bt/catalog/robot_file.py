@@ -20,7 +20,7 @@ from ..monitor import MONITORS
 from ..python_content import classes_in, is_reference
 from ..safety import Landing, Limits
 from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
-from .inherit import FindBase, no_base, read_with_base
+from .inherit import FindBase, Overlay, no_base, overlaid, read_with_base
 from .robot_spec import (
     ActuatorSpec,
     AnalyzeSpec,
@@ -35,17 +35,20 @@ from .values import driver_parameters, locomotion_parameters, raw_parameters, re
 FORMAT = "robot/3"
 
 
-def load_robot(file: Path, find_base: FindBase = no_base) -> RobotSpec:
+def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | None = None) -> RobotSpec:
     """Read a robot.toml.
 
     Args:
         file: The robot.toml.
         find_base: Returns the robot.toml of the robot that a `base` names.
+        overlay: Tables that override those of the file.
 
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
     root = read_with_base(file, find_base)
+    if overlay is not None:
+        root = overlaid(overlay.table(), root, overlay.at)
     root.choice("format", (FORMAT,))
     doc = root.text("doc", "")
     model = _model(root)

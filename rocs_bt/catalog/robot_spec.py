@@ -258,12 +258,10 @@ class RobotSpec:
     @cached_property
     def faults(self) -> tuple[str, ...]:
         """Faults that the simulation gives the devices, such as `lidar: latency 0.1 s, drop_out 0.05`."""
-        given = [(s, {"latency": s.latency, "drop_out": s.drop_out, **s.parameters}) for s in self.sensors]
-        found = [
-            (spec, _faults(spec.driver, values))
-            for spec, values in (*given, *((a, a.parameters) for a in self.actuators))
-        ]
-        return tuple(f"{spec.name}: {', '.join(faults)}" for spec, faults in found if faults)
+        own = [(s.name, s.driver, {"latency": s.latency, "drop_out": s.drop_out, **s.parameters}) for s in self.sensors]
+        devices = (*own, *((a.name, a.driver, a.parameters) for a in self.actuators))
+        found = {name: _faults(driver, values) for name, driver, values in devices}
+        return tuple(f"{name}: {', '.join(faults)}" for name, faults in found.items() if faults)
 
     @cached_property
     def values(self) -> Mapping[str, Quantity]:

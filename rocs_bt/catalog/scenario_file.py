@@ -15,6 +15,7 @@ from ..errors import Fault, did_you_mean
 from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
+from .inherit import Overlay, read_overlay
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import ParameterTable, latency_of, mission_parameters_in, raw_parameters, read_name
 
@@ -72,6 +73,7 @@ class AgentSpec:
         parameters: Mission parameters as in the file, typed by the mission's annotations.
         line: Line of the table in the file.
         parameters_at: Position of the parameters in their file; None for those made by a program.
+        overlay: Tables that override those of the robot.
         privileged: Ground-truth information for oracle planners (`Mission.privileged`), set by programs and never by a
             file.
     """
@@ -91,6 +93,7 @@ class AgentSpec:
     line: int = 0
     parameters_at: ParameterTable | None = None
     nodes: str = ""
+    overlay: Overlay | None = None
     privileged: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -295,6 +298,7 @@ def _agent(table: Table, missing: Missing, missions: bool) -> AgentSpec:
         parameters=parameters,
         line=table.position()[0],
         parameters_at=parameters_at,
+        overlay=read_overlay(table),
     )
 
 

@@ -21,7 +21,7 @@ def floor_faults(scenario: ScenarioSpec, agent: AgentSpec, world: MujocoWorld, c
 
     The robot is placed at its start, and settles on the floor.
     """
-    robot = catalog.load_robot(agent.robot)
+    robot = catalog.robot_of(agent)
     if identified_path(robot) is None or robot.locomotion.kind == "flying":
         return
     world.place(agent.name, agent.pose)

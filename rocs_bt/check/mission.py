@@ -54,7 +54,7 @@ def _users(entry: Entry, catalog: Catalog) -> Iterator[tuple[ScenarioSpec, Agent
             scenario = catalog.read_scenario(str(found.path))
             agents = [a for a in scenario.agents if same_file(catalog.find("mission", a.mission).path, entry.path)]
             for agent in agents:
-                code = catalog.load_robot(agent.robot).code or catalog.python_of(entry, dialect=agent.nodes)
+                code = catalog.robot_of(agent).code or catalog.python_of(entry, dialect=agent.nodes)
                 if catalog.code or not code:
                     yield scenario, agent
         except InputError:

@@ -77,8 +77,8 @@ def _slow_sensors(scenario: ScenarioSpec, catalog: Catalog) -> Iterator[Fault]:
     hz = scenario.rate.sensors
     if hz is None or 1.0 / hz <= _SLOW:
         return
-    for name in dict.fromkeys(agent.robot for agent in scenario.agents):
-        locomotion = robot_locomotion(catalog.load_robot(name).locomotion)
+    for name, agent in {agent.robot: agent for agent in scenario.agents}.items():
+        locomotion = robot_locomotion(catalog.robot_of(agent).locomotion)
         speed = max(locomotion.axis_limits(axis).max_speed for axis in locomotion.axes if axis != "wz")
         message = (
             f"at {hz:g} Hz, {name} drives up to {speed / hz:.2g} m from one reading of its sensors to the next: "
@@ -102,7 +102,7 @@ def _late_pushes(scenario: ScenarioSpec) -> Iterable[Fault]:
 
 def _agent_faults(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog, built: Agent) -> Iterator[Fault]:
     """Faults of an agent's rules and code, which could be built."""
-    robot = catalog.load_robot(agent.robot)
+    robot = catalog.robot_of(agent)
     environment, actions = Environment.of(built.knowledge.signals, robot.values), built.plan.actions
     modes = words_in(catalog.find("mission", agent.mission).path) if agent.mission else None
     period, found = scenario.rate.control_rate.period, list[Rule]()

@@ -124,7 +124,7 @@ def _checked_controller(
         return load_controller(scenario, agent, catalog, Plan.idle)
     position = agent.parameters_at.of if agent.parameters_at is not None else lambda name: (None, 0, 0)
     options = CheckOptions(
-        robot=f"{catalog.load_robot(agent.robot).name} ({agent.name} in {scenario.name})",
+        robot=f"{catalog.robot_of(agent).name} ({agent.name} in {scenario.name})",
         passed={value: position(name) for name, value in controller.parameters.items() if isinstance(value, str)},
         later=_later(scenario, agent, catalog),
     )
@@ -136,7 +136,7 @@ def _later(scenario: ScenarioSpec, agent: AgentSpec, catalog: Catalog) -> set[st
 
     The reason for None is that sharing, user blocks and TrackObjects may add nodes with any name.
     """
-    robot = catalog.load_robot(agent.robot)
+    robot = catalog.robot_of(agent)
     if scenario.share is not None or robot.code or any(spec.cls == "TrackObjects" for spec in robot.analyzers):
         return None
     mission = catalog.find("mission", agent.mission)
@@ -195,7 +195,7 @@ def worldless_agents(
     clock, sink, devices = clock or SimulatedClock(scenario.rate.physics), sink or NullSink(), {}
     for agent in scenario.agents:
         with collected(faults), located_at(scenario.file, agent.line):
-            robot = catalog.load_robot(agent.robot)
+            robot = catalog.robot_of(agent)
             if robot.code and not catalog.code and faults is not None:
                 continue
             devices[agent.name] = worldless_devices(robot, scenario.rate, clock, sink, agent.name, recorded)

@@ -64,7 +64,7 @@ class HardwareStage:
         stack: ExitStack,
         ended: Callable[[], str],
     ) -> None:
-        self.robots = {agent.name: catalog.load_robot(agent.robot) for agent in spec.agents}
+        self.robots = {agent.name: catalog.robot_of(agent) for agent in spec.agents}
         self.clock = hardware_clock(list(self.robots.values()), stack, options.wait, ended)
         self.start = 0.0
         self.judges: Mapping[str, Judge] = {}

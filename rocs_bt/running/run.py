@@ -206,6 +206,7 @@ class Run:
     def _simulated(self) -> bool:
         """Whether the robots can be simulated, without code that may not run and without drivers for hardware."""
         robots = [self.catalog.load_robot(name) for name in self.spec.robots]
+        robots += [self.catalog.robot_of(agent) for agent in self.spec.agents if agent.overlay]
         code = self.catalog.code or not any(robot.code for robot in robots)
         return code and not self._on_hardware and not any(on_hardware(self.catalog, robot) for robot in robots)
 

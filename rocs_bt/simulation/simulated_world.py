@@ -183,7 +183,7 @@ def _compose(
     scenario: ScenarioSpec, catalog: Catalog, clock: Clock, seed: int = 1
 ) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
-    robots = {a.name: specs[a.robot] for a in scenario.agents}
+    robots = {a.name: catalog.robot_of(a) for a in scenario.agents}
     robots |= {m.name: specs[m.robot] for m in scenario.actors if m.robot}
     agents = {agent.name for agent in scenario.agents}
     placed = []
@@ -205,6 +205,7 @@ def _compose(
         grounds,
         tuple(free),
         *((name, spec.file, name in agents) for name, spec in robots.items()),
+        *(repr(agent.overlay) for agent in scenario.agents),
     )
 
     def compiled() -> Any:

@@ -141,6 +141,14 @@ jitter = { x = "0.1 m", y = "0.1 m", yaw = "5 deg" }
 success = { goal = "gate" }
 latency = "0.05 s"
 # zzz scenario.agent
+[[agent.sensor]]
+name = "where"
+noise = "1 cm"
+[[agent.actuator]]
+name = "wheels"
+delay = "0.1 s"
+[agent.locomotion]
+delay = "0.1 s"
 [agent.parameters]
 first = "gate"
 [[actor]]

@@ -1,0 +1,95 @@
+"""Tables of a scenario's agent that override those of its robot: noise, latency, slip, without a new robot."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rocs_bt import run
+from rocs_bt.catalog import Catalog
+from rocs_bt.errors import InputError
+from rocs_bt.event import ListSink, SensorRead
+from rocs_bt.record import Recording
+from rocs_bt.record.why import explain
+
+SCENE = """
+format = "scenario/2"
+world = "plane"
+duration = "1 s"
+[[place]]
+name = "goal"
+x = "3 m"
+y = "0 m"
+[[agent]]
+name = "R"
+robot = "jackal"
+mission = "go_to"
+x = "0 m"
+y = "0 m"
+parameters = { goal = "goal" }
+"""
+FAULTS = """
+[[agent.sensor]]
+name = "lidar"
+latency = "0.1 s"
+drop_out = 0.2
+missing_echo = 0.1
+sweep = "25 ms"
+[[agent.sensor]]
+name = "position"
+drift = "2 cm"
+[[agent.actuator]]
+name = "wheels"
+slip = [0.1]
+"""
+
+
+def scene(folder: Path, more: str = "") -> str:
+    file = folder / "scene.toml"
+    file.write_text(SCENE + more)
+    return str(file)
+
+
+def play(folder: Path, more: str = "", out: Path | None = None):
+    sink = ListSink()
+    return run(scene(folder, more), Catalog(), seed=4, out=out, report=False, sinks=[sink]).summary, sink
+
+
+def test_faults_of_a_scenario_change_the_run_and_only_the_seed_decides_them(tmp_path):
+    plain, again, faulty, repeated = (play(tmp_path, more)[0] for more in ("", "\n", FAULTS, FAULTS))
+    assert plain.trajectory_hash == again.trajectory_hash
+    assert faulty.trajectory_hash == repeated.trajectory_hash != plain.trajectory_hash
+    assert faulty.agents["R"].path_length < plain.agents["R"].path_length
+
+
+def test_a_late_reading_is_recorded_with_the_stamp_of_its_measurement(tmp_path):
+    _, sink = play(tmp_path, '[[agent.sensor]]\nname = "lidar"\nlatency = "0.1 s"\n')
+    scans = [e for e in sink.events if isinstance(e, SensorRead) and e.sensor == "lidar"]
+    assert {round(e.t - e.stamp, 6) for e in scans if e.t > 0.12} == {0.1}
+    assert {round(e.t - e.stamp, 6) for e in sink.events if isinstance(e, SensorRead) and e.sensor == "position"} == {
+        0.0
+    }
+
+
+def test_why_names_the_faults_of_the_devices(tmp_path):
+    play(tmp_path, FAULTS, out=tmp_path / "run")
+    text = explain(Recording.open(tmp_path / "run"), 0.8, "R").text(everything=True)
+    assert "lidar: latency 0.1 s, drop_out 0.2, missing_echo 0.1, sweep 0.025 s" in text
+    assert "position: drift 0.02 m" in text
+    assert "wheels: slip 0.1" in text
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ('[[agent.sensor]]\nname = "lidar"\ndrop_out = 2\n', r"scene.toml:18:\d+: .*drop_out"),
+        ('[[agent.sensor]]\nname = "lidar"\nlatensy = "1 s"\n', r"scene.toml:18:\d+: .*latensy.*latency"),
+        ('[[agent.sensor]]\nname = "lidar"\nsweep = "2 s"\n', r"scene.toml:.*sweep must be 0 to 1 s"),
+        ('[[agent.actuator]]\nname = "wheels"\nslip = [0.1, 0.2]\n', "one share for all wheels or one for each of 4"),
+        ('[[agent.sensor]]\nname = "lydar"\nnoise = "1 m"\n', r"scene.toml:16:\d+: .*'driver'"),
+    ],
+)
+def test_a_fault_in_these_tables_is_reported_at_its_line(tmp_path, more, said):
+    with pytest.raises(InputError, match=said):
+        Catalog().load_scenario(scene(tmp_path, more))
