@@ -112,7 +112,7 @@ class Among:
         grid, here = self._body.knowledge.world.occupancy, np.array(pose[:2])
         assert grid is not None
         assert self._hull is not None
-        points = grid.points(tuple(here - REACH), tuple(here + REACH))
+        points = grid.points(tuple(here - REACH), tuple(here + REACH), moving=False)
         self._field = WayField(here, REACH, points, self._hull)
         slow = np.hypot(movers.mean[:, 2], movers.mean[:, 3]) < SLOW
         standing = np.column_stack([movers.mean[:, :2], movers.radius])[slow]

@@ -177,7 +177,7 @@ class TrackObjects(Analyze):
         """Replace the movers, and write the signals of the coming seconds."""
         tracks, world = self._tracker.tracks, self.knowledge.world
         chosen = tracks.taken(tracks.confirmed & tracks.movers(t))
-        turn_rate, belief = self._motion.update(t, chosen.ids, chosen.mean)
+        motion = self._motion.update(t, chosen.ids, chosen.mean)
         world.movers = Movers(
             t=t,
             ids=chosen.ids.copy(),
@@ -186,8 +186,7 @@ class TrackObjects(Analyze):
             radius=chosen.radius.copy(),
             seen=chosen.seen.copy(),
             moves=chosen.fast(self._tracker.settings.min_speed),
-            turn_rate=turn_rate,
-            belief=belief,
+            **motion._asdict(),
         )
         if self._hull is None:
             return

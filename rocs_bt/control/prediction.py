@@ -12,10 +12,13 @@ from ..geometry import Pose2, Twist2
 from .footprint import Footprint, first_contact, poses_ahead
 from .locomotion import Array
 
-HYPOTHESES = ("goes on", "turns", "stops")
-"""Hypotheses of how a mover goes on: constant velocity, constant turn rate, or a stop where it is."""
+HYPOTHESES = ("goes on", "turns", "stops", "changes speed")
+"""Hypotheses of how a mover goes on: with constant velocity or turn rate, by a stop where it is, or accelerating.
 
-PRIOR = (0.5, 0.3, 0.2)
+The last one leads a mover that brakes into a turn back, until it has its former speed again.
+"""
+
+PRIOR = (0.5, 0.3, 0.2, 0.8)
 """Probabilities of the hypotheses of a mover of which no motion has been observed yet."""
 
 STEP = 0.05
@@ -122,6 +125,24 @@ class Prediction:
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         poses = poses_ahead(twist, ahead) @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
         return ahead, self.gaps(hull, poses, self.times[0] + ahead)
+
+
+def accelerated(velocity: Array, acceleration: Array, top: Array, ahead: Array) -> Array:
+    """Displacements of n movers with constant accelerations up to a top speed, after times ahead, (n, k, 2) [m].
+
+    Args:
+        velocity: Velocities, shape (n, 2) [m/s].
+        acceleration: Accelerations, shape (n, 2) [m/s2].
+        top: Speed in the direction of the acceleration at which it ends, shape (n,) [m/s].
+        ahead: Times, shape (k,) [s].
+    """
+    size = np.maximum(np.hypot(*acceleration.T), 1e-6)
+    along = (velocity * acceleration).sum(axis=1) / size
+    until = np.maximum(top - along, 0.0)[:, None] / size[:, None]
+    ramp = np.minimum(ahead, until)
+    gained = ramp * (ahead - 0.5 * ramp)
+    moved: Array = velocity[:, None] * ahead[:, None] + acceleration[:, None] * gained[..., None]
+    return moved
 
 
 def displaced(velocity: Array, turn_rate: Array, ahead: Array) -> Array:

@@ -8,6 +8,7 @@ speech recognition system, 1976). The costs are times: of driving to the goal, o
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -21,7 +22,13 @@ from .prediction import Prediction
 from .way_field import WayField
 
 LAYERS, LAYER, PARTS = 8, 0.4, 2
-"""Number of layers of a plan, duration of a layer [s], and poses in a layer at which gaps are checked."""
+"""Number of layers of a plan, duration of a layer [s], and poses in a layer at which gaps are checked.
+
+In one more layer the robot brakes: a plan ends where it can stop.
+"""
+
+FINE = 3
+"""Number of first layers with all targets; further ahead fewer do."""
 
 WIDTH = 48
 """Number of states that are kept after each layer."""
@@ -139,17 +146,15 @@ class SpaceTime:
 
     def __init__(self, hull: Footprint, limits: Limits, manners: Manners) -> None:
         self._hull, self._limits, self._manners = hull, limits, manners
-        turns = np.array([0.0, -0.44, 0.44, -1.0, 1.0]) * limits.turn_rate
-        ahead = [(share * limits.cruise, turn) for share in (0.3, 0.65, 1.0) for turn in turns.tolist()]
-        on_the_spot = [(0.0, turn) for turn in (0.0, -limits.turn_rate, limits.turn_rate)]
-        back = [(-share * limits.back, turn) for share in (0.4, 1.0) for turn in (0.55 * turns[[0, 3, 4]]).tolist()]
-        self._v, self._w = np.array([*on_the_spot, *ahead, *back]).T
+        near = _targets(limits, (0.0, -0.44, 0.44, -1.0, 1.0), (0.3, 0.65, 1.0), (0.4, 1.0))
+        far = _targets(limits, (0.0, -1.0, 1.0), (0.5, 1.0), (1.0,))
+        self._targets = [near if layer < FINE else far for layer in range(LAYERS)] + [(np.zeros(1), np.zeros(1))]
         self._h = LAYER / PARTS
         self._ramp = self._h * (np.arange(PARTS)[:, None] + 0.5)  # middles of the parts of a layer [s]
 
     def times(self, start: float) -> Array:
-        """Times at which `plan` needs the prediction, for a plan from a time on, shape (LAYERS * PARTS,) [s]."""
-        return np.asarray(start + self._h * np.arange(1, LAYERS * PARTS + 1), float)
+        """Times at which `plan` needs the prediction, for a plan from a time on, shape ((LAYERS + 1) * PARTS,) [s]."""
+        return np.asarray(start + self._h * np.arange(1, (LAYERS + 1) * PARTS + 1), float)
 
     def plan(self, t: float, start: Pose2, twist: Twist2, way: WayField, prediction: Prediction) -> TimedPlan:
         """Plan a motion.
@@ -168,16 +173,15 @@ class SpaceTime:
         poses: list[Array] = []
         parents: list[npt.NDArray[np.intp]] = []
         total = np.zeros(1)
-        for layer in range(LAYERS):
-            count, wide = len(states.x), len(self._v)
+        for layer in range(LAYERS + 1):
+            v, w = self._targets[layer]
+            count, wide = len(states.x), len(v)
             parent = np.repeat(np.arange(count), wide)
             before = states.of(parent)
-            states, driven = self._ramped(
-                before, np.tile(self._v, count), np.tile(self._w, count), layer, way, tight, prediction
-            )
+            states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, way, tight, prediction)
             states, rest = self._rest(states, before, way)
             total = states.cost + rest
-            kept = np.array([int(total.argmin())]) if layer == LAYERS - 1 else self._different(states, total)
+            kept = np.array([int(total.argmin())]) if layer == LAYERS else self._different(states, total)
             poses.append(driven[:, :, kept])
             parents.append(parent[kept])
             states, total = states.of(kept), total[kept]
@@ -295,3 +299,15 @@ class SpaceTime:
         key = ((rows[0] * 100003.0 + rows[1]) * 1009.0 + rows[2]) * 101.0 + rows[3]
         _, first = np.unique(key, return_index=True)
         return order[np.sort(first)[:WIDTH]]
+
+
+def _targets(
+    limits: Limits, turns: Sequence[float], ahead: Sequence[float], back: Sequence[float]
+) -> tuple[Array, Array]:
+    """Target speeds [m/s] and turn rates [rad/s] of a layer, as shares of the limits; each of shape (k,)."""
+    rows = [(0.0, turn) for turn in (0.0, -1.0, 1.0)]
+    rows += [(share, turn) for share in ahead for turn in turns]
+    targets = np.array(rows) * (limits.cruise, limits.turn_rate)
+    behind = np.array([(-share, 0.55 * turn) for share in back for turn in (0.0, -1.0, 1.0)])
+    v, w = np.vstack([targets, behind * (limits.back, limits.turn_rate)]).T
+    return v.copy(), w.copy()

@@ -8,7 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 import numpy.typing as npt
 
-from ..control.prediction import Prediction, displaced
+from ..control.prediction import HYPOTHESES, Prediction, accelerated, displaced
 from .signals import Array
 
 LEAST = 0.02
@@ -33,7 +33,9 @@ class Movers:
         seen: Times of the last detections [s], shape (n,).
         moves: Whether each mover moves at present, shape (n,).
         turn_rate: Rates at which the velocities turn, left positive, shape (n,) [rad/s].
-        belief: Probabilities of the `HYPOTHESES`, shape (n, 3).
+        acceleration: Accelerations, shape (n, 2) [m/s2]; 0 if too small to be measured.
+        top: Greatest recent speeds, shape (n,) [m/s].
+        belief: Probabilities of the `HYPOTHESES`, shape (n, 4).
     """
 
     t: float
@@ -44,6 +46,8 @@ class Movers:
     seen: Array
     moves: npt.NDArray[np.bool_]
     turn_rate: Array
+    acceleration: Array
+    top: Array
     belief: Array
 
     def __post_init__(self) -> None:
@@ -64,10 +68,10 @@ class Movers:
             radius: Radius of each or of all [m].
         """
         n = len(mean)
-        moves = np.hypot(mean[:, 2], mean[:, 3]) > 0.0
-        radii, seen = np.full(n, 1.0) * radius, np.full(n, t)
-        belief = np.tile(np.eye(3)[0], (n, 1))
-        return cls(t, np.arange(1, n + 1), mean, np.zeros((n, 4, 4)), radii, seen, moves, np.zeros(n), belief)
+        speed, radii, seen = np.hypot(mean[:, 2], mean[:, 3]), np.full(n, 1.0) * radius, np.full(n, t)
+        belief, still = np.tile(np.eye(len(HYPOTHESES))[0], (n, 1)), np.zeros((n, 2))
+        ids, sure = np.arange(1, n + 1), np.zeros((n, 4, 4))
+        return cls(t, ids, mean, sure, radii, seen, speed > 0.0, np.zeros(n), still, speed, belief)
 
     def predict(self, times: Array | Sequence[float]) -> Prediction:
         """Predict the motion of all movers, with a row for each plausible hypothesis of each mover.
@@ -83,11 +87,14 @@ class Movers:
                 displaced(velocity, straight, ahead),
                 displaced(velocity, self.turn_rate, ahead),
                 displaced(velocity, straight, still),
+                accelerated(velocity, self.acceleration, self.top, ahead),
             ]
         )
         moving, standing = self._spread(ahead), self._spread(still)
-        margin = np.minimum(np.stack([moving, moving, standing]), MAX_MARGIN)
-        weight = np.where(self.moves, self.belief.T, np.eye(3)[:, 2:])
+        margin = np.minimum(np.stack([moving, moving, standing, moving]), MAX_MARGIN)
+        # A mover that turns back has no speed for a moment.
+        moves = self.moves | self.acceleration.any(axis=1)
+        weight = np.where(moves, self.belief.T, np.eye(len(HYPOTHESES))[:, 2:3])
         kept = weight >= LEAST
         share = np.where(kept, weight, 0.0) / np.where(kept, weight, 0.0).sum(axis=0)
         hypothesis, mover = np.nonzero(kept)

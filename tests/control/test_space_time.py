@@ -101,7 +101,8 @@ def test_a_plan_respects_the_limits_and_is_continuous() -> None:
         robot.step(2.0, Movers.of(2.0, rows))
         plan = robot.plans[0]
         assert plan.times[0] == 2.0
-        assert plan.times[-1] == pytest.approx(2.0 + LAYERS * LAYER)
+        assert plan.times[-1] == pytest.approx(2.0 + (LAYERS + 1) * LAYER)
+        assert np.hypot(*(plan.poses[-1] - plan.poses[-2])[:2]) < 0.15, "it ends in a stop"
         assert tuple(plan.poses[0]) == pytest.approx(tuple(start))
         step = np.diff(plan.times)
         speed = np.hypot(*np.diff(plan.poses[:, :2], axis=0).T) / step

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections import deque
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from ..locomotion import Array
-from ..prediction import PRIOR, displaced
+from ..prediction import HYPOTHESES, PRIOR, accelerated, displaced
 
 LAGS, EVERY = (0.2, 0.4), 0.1
 """Ages of the estimates from which each hypothesis predicts the present ones, and time between stored ones [s]."""
@@ -29,55 +30,117 @@ LEAST = 0.1
 """Least probability of a hypothesis: a person may change direction at any time."""
 
 
+CHANGES = HYPOTHESES.index("changes speed")
+"""The hypothesis that a mover has only while it accelerates or brakes."""
+
+CHANGE_OVER, LEAST_CHANGE = 0.3, 0.8
+"""Time over which an acceleration is measured [s], and the least one that counts [m/s2]."""
+
+
+class Motion(NamedTuple):
+    """How n movers move.
+
+    Attributes:
+        turn_rate: Turn rates, shape (n,) [rad/s].
+        acceleration: Accelerations, shape (n, 2) [m/s2]; 0 if too small to be measured.
+        top: Greatest recent speeds, shape (n,) [m/s].
+        belief: Probabilities of the hypotheses, shape (n, 4).
+    """
+
+    turn_rate: Array
+    acceleration: Array
+    top: Array
+    belief: Array
+
+
+class _Past(NamedTuple):
+    t: float
+    ids: npt.NDArray[np.int64]
+    mean: Array
+    motion: Motion
+
+    def of(self, rows: npt.NDArray[np.intp]) -> _Past:
+        return _Past(self.t, self.ids[rows], self.mean[rows], Motion(*(column[rows] for column in self.motion)))
+
+
 class MotionBelief:
     """Memory of the most recent estimates."""
 
     def __init__(self) -> None:
-        self._past: deque[tuple[float, npt.NDArray[np.int64], Array, Array]] = deque()
+        self._past: deque[_Past] = deque()
 
-    def update(self, t: float, ids: npt.NDArray[np.int64], mean: Array) -> tuple[Array, Array]:
-        """Add the present estimates of n movers.
+    def update(self, t: float, ids: npt.NDArray[np.int64], mean: Array) -> Motion:
+        """Add the present estimates of n movers, and return how they move.
 
         Args:
             t: Present time [s].
             ids: Numbers of the movers, ascending, shape (n,).
             mean: x, y [m] and their velocities [m/s], shape (n, 4).
-
-        Returns:
-            Turn rates, shape (n,) [rad/s], and probabilities of the hypotheses, shape (n, 3).
         """
-        turn_rate, score = self._turns(t, ids, mean), np.zeros((len(ids), len(PRIOR)))
+        acceleration, score = self._changes(t, ids, mean), np.zeros((len(ids), len(PRIOR)))
+        changes = np.abs(acceleration).max(axis=1) > 0.0
+        top = self._tops(ids, mean)
         for lag, spread in zip(LAGS, SPREAD, strict=True):
-            then, now, before, turned = self._matched(t - lag, ids)
+            now, past = self._matched(t - lag, ids)
             if not len(now):
                 continue
-            ahead = np.array([t - then])
-            for k, (factor, time) in enumerate(((0.0, ahead), (1.0, ahead), (0.0, np.zeros(1)))):
-                moved = before[:, :2] + displaced(before[:, 2:], factor * turned, time)[:, 0]
-                error = np.hypot(*(mean[now, :2] - moved).T) / spread
+            ahead, velocity, motion = np.array([t - past.t]), past.mean[:, 2:], past.motion
+            straight, turned = np.zeros(len(now)), motion.turn_rate
+            for k, moved in enumerate(
+                (
+                    displaced(velocity, straight, ahead),
+                    displaced(velocity, turned, ahead),
+                    displaced(velocity, straight, np.zeros(1)),
+                    accelerated(velocity, motion.acceleration, motion.top, ahead),
+                )
+            ):
+                error = np.hypot(*(mean[now, :2] - past.mean[:, :2] - moved[:, 0]).T) / spread
                 score[now, k] -= 0.5 * np.minimum(error, WORST) ** 2
-        if not self._past or t - self._past[-1][0] >= EVERY - 1e-9:
-            self._past.append((t, ids.copy(), mean.copy(), turn_rate))
-        while t - self._past[0][0] > LAGS[-1] + EVERY:
-            self._past.popleft()
         belief = np.array(PRIOR) * np.exp(score)
+        belief[~changes, CHANGES] = 0.0
         belief /= belief.sum(axis=1, keepdims=True)
-        return turn_rate, LEAST + (1.0 - LEAST * len(PRIOR)) * belief
+        least = np.full((len(ids), len(PRIOR)), LEAST)
+        least[~changes, CHANGES] = 0.0
+        belief = least + (1.0 - least.sum(axis=1, keepdims=True)) * belief
+        found = Motion(self._turns(t, ids, mean), acceleration, top, belief)
+        if not self._past or t - self._past[-1].t >= EVERY - 1e-9:
+            self._past.append(_Past(t, ids.copy(), mean.copy(), found))
+        while t - self._past[0].t > LAGS[-1] + EVERY:
+            self._past.popleft()
+        return found
 
     def _turns(self, t: float, ids: npt.NDArray[np.int64], mean: Array) -> Array:
         rates = np.zeros(len(ids))
-        then, now, before, _ = self._matched(t - TURN_OVER, ids)
-        (ax, ay), (bx, by) = before[:, 2:].T, mean[now, 2:].T
+        now, past = self._matched(t - TURN_OVER, ids)
+        (ax, ay), (bx, by) = past.mean[:, 2:].T, mean[now, 2:].T
         sure = (np.hypot(ax, ay) > SLOW) & (np.hypot(bx, by) > SLOW)
         angle = np.where(sure, np.arctan2(ax * by - ay * bx, ax * bx + ay * by), 0.0)
-        rates[now] = np.clip(angle / max(t - then, EVERY), -MAX_TURN, MAX_TURN)
+        rates[now] = np.clip(angle / max(t - past.t, EVERY), -MAX_TURN, MAX_TURN)
         return rates
 
-    def _matched(self, t: float, ids: npt.NDArray[np.int64]) -> tuple[float, npt.NDArray[np.intp], Array, Array]:
-        """The stored estimates nearest to a time: their time, indices of present movers, means and turn rates."""
-        nearest = min(self._past, key=lambda one: abs(one[0] - t), default=None)
-        if nearest is None or abs(nearest[0] - t) > EVERY:
-            return t, np.zeros(0, np.intp), np.zeros((0, 4)), np.zeros(0)
-        then, known, mean, turns = nearest
-        _, now, before = np.intersect1d(ids, known, assume_unique=True, return_indices=True)
-        return then, now, mean[before], turns[before]
+    def _changes(self, t: float, ids: npt.NDArray[np.int64], mean: Array) -> Array:
+        """Accelerations along the motion, shape (n, 2) [m/s2]; 0 if small. Those across it are turns."""
+        found = np.zeros((len(ids), 2))
+        now, past = self._matched(t - CHANGE_OVER, ids)
+        before, after = past.mean[:, 2:], mean[now, 2:]
+        along = np.where((np.hypot(*before.T) > np.hypot(*after.T))[:, None], before, after)
+        along = along / np.maximum(np.hypot(*along.T), 1e-6)[:, None]
+        change = ((after - before) * along).sum(axis=1) / max(t - past.t, EVERY)
+        found[now] = np.where(np.abs(change) > LEAST_CHANGE, change, 0.0)[:, None] * along
+        return found
+
+    def _tops(self, ids: npt.NDArray[np.int64], mean: Array) -> Array:
+        top: Array = np.hypot(*mean[:, 2:].T)
+        for past in self._past:
+            _, now, before = np.intersect1d(ids, past.ids, assume_unique=True, return_indices=True)
+            top[now] = np.maximum(top[now], np.hypot(*past.mean[before, 2:].T))
+        return top
+
+    def _matched(self, t: float, ids: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.intp], _Past]:
+        """Indices of the present movers that were stored nearest to a time, and what was stored of them."""
+        nearest = min(self._past, key=lambda one: abs(one.t - t), default=None)
+        if nearest is None or abs(nearest.t - t) > EVERY:
+            none = Motion(np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros((0, len(PRIOR))))
+            return np.zeros(0, np.intp), _Past(t, np.zeros(0, np.int64), np.zeros((0, 4)), none)
+        _, now, before = np.intersect1d(ids, nearest.ids, assume_unique=True, return_indices=True)
+        return now, nearest.of(before)
