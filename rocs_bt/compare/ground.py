@@ -77,7 +77,8 @@ def _geom(obstacle: Post | Block, x: float, y: float) -> str:
     attributes = f'name="{obstacle.name}" pos="{_n(x)} {_n(y)} {_n(obstacle.height / 2)}"'
     if isinstance(obstacle, Post):
         size = f"{_n(obstacle.radius)} {_n(obstacle.height / 2)}"
-        return f'<geom type="cylinder" size="{size}" {attributes} rgba=".55 .5 .45 1"/>'
+        looks = 'rgba=".55 .5 .45 1"' if obstacle.solid else 'rgba="0 0 0 0" contype="0" conaffinity="0"'
+        return f'<geom type="cylinder" size="{size}" {attributes} {looks}/>'
     size = f"{_n(obstacle.length / 2)} {_n(obstacle.width / 2)} {_n(obstacle.height / 2)}"
     turn = f' euler="0 0 {_n(math.degrees(obstacle.yaw))}"' if obstacle.yaw else ""
     return f'<geom type="box" size="{size}" {attributes}{turn} rgba=".55 .58 .62 1"/>'

@@ -12,13 +12,14 @@ Point = tuple[float, float]
 
 @dataclass(frozen=True)
 class Post:
-    """An upright cylinder: name, centre x and y, radius, height [m]."""
+    """An upright cylinder: name, centre x and y, radius, height [m]; without `solid`, nothing touches or sees it."""
 
     name: str
     x: float
     y: float
     radius: float
     height: float = 1.0
+    solid: bool = True
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ import numpy as np
 
 from ..errors import InputError
 from ..geometry import Pose2
+from ..simulation.people import LEG_OFFSET
 from ..units import Count, PositiveMetres, PositiveMetresPerSecond
 from .family import Family, Scene, goal_scenario, position, quantity
 from .ground import Ground
@@ -23,7 +24,7 @@ MOTIONS = ("polite", "mixed", "blind")
 PERSON = 0.25
 """Radius of a person [m]."""
 
-_HEIGHT = 1.7  # [m]
+_HEIGHT, _LEG = 1.7, 0.06  # [m] height of a person, radius of a leg
 _DISC = 0.32  # [m] radius of the disc that the reference path is for
 _FROM_ROBOT = 1.5  # [m] from the robot at the start
 _SPACE = 0.4  # [m] beside a body at its start, and beside a line that a blind body walks on
@@ -41,6 +42,7 @@ class Walk:
         deviation: Maximum lateral deviation of that curve from the straight line [m].
         order: Order of the polynomial.
         radius: Radius of the body [m].
+        legs: Whether it has two legs that step in turn, instead of a solid body.
     """
 
     start: Point
@@ -50,6 +52,7 @@ class Walk:
     deviation: float = 0.6
     order: int = 3
     radius: float = PERSON
+    legs: bool = False
 
     def actors(self, name: str) -> list[dict[str, Any]]:
         """Tables of the scenario that move the body."""
@@ -58,11 +61,19 @@ class Walk:
             own = {"script": "polynomial", "deviation": quantity(self.deviation, "m"), "order": self.order}
         else:
             own = {"script": "social_force", "radius": quantity(self.radius, "m")}
-        return [{"name": name, **own, **position(self.start), **ends, "speed": quantity(self.speed, "m/s")}]
+        body = {"name": name, **own, **position(self.start), **ends, "speed": quantity(self.speed, "m/s")}
+        legs = zip(("left", "right"), self.bodies(name)[1:], strict=False)  # without legs there is one body
+        of = {"script": "leg", "person": name}
+        return [body, *({"name": leg.name, **of, "side": side, **position((leg.x, leg.y))} for side, leg in legs)]
 
     def bodies(self, name: str) -> list[Post]:
         """Bodies that the scenario moves, at their start."""
-        return [Post(name, *self.start, self.radius, _HEIGHT)]
+        (x, y), (to_x, to_y) = self.start, self.end
+        ahead = math.atan2(to_y - y, to_x - x)
+        aside = -LEG_OFFSET * math.sin(ahead), LEG_OFFSET * math.cos(ahead)
+        sides = (("left", 1.0), ("right", -1.0)) if self.legs else ()
+        legs = [Post(f"{name}_{of}", x + s * aside[0], y + s * aside[1], _LEG, _HEIGHT / 2.0) for of, s in sides]
+        return [Post(name, x, y, self.radius, _HEIGHT, solid=not legs), *legs]
 
     def free(self, ground: Ground, robot: Point, others: Sequence[Walk]) -> bool:
         """Whether the start is away from robot, posts and others, and a blind walk from posts on all of its way."""
@@ -158,10 +169,12 @@ class PeopleFamily(TrafficFamily, ABC):
         motion: `polite` (people avoid each other, walls and robots), `blind` (they avoid nothing and walk on polynomial
             curves) or `mixed` (both kinds in turn).
         speed: Mean preferred walking speed [m/s].
+        legs: 1 if people have two legs, which step in turn, instead of the body of a post.
     """
 
     motion: str = "mixed"
     speed: PositiveMetresPerSecond = 0.8
+    legs: Count = 0
 
     def __post_init__(self) -> None:
         one_of(self.motion, "motion", MOTIONS)
@@ -179,7 +192,7 @@ class PeopleFamily(TrafficFamily, ABC):
         """Walk of the person with an index, with a sampled speed; `pace` is a factor of the mean speed."""
         blind = self.motion == "blind" or (self.motion == "mixed" and index % 2 == 1)
         speed = pace * self.speed * float(rng.uniform(0.7, 1.3))
-        return Walk(start=start, end=end, speed=speed, blind=blind, deviation=deviation)
+        return Walk(start=start, end=end, speed=speed, blind=blind, deviation=deviation, legs=bool(self.legs))
 
 
 def one_of(value: str, name: str, values: Sequence[str]) -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import numpy.typing as npt
@@ -14,6 +14,9 @@ from ..units import Metres, MetresPerSecond
 from .scripted_object import ScriptedObject, Vector
 
 Array = npt.NDArray[np.float64]
+
+LEG_OFFSET = 0.1
+"""Lateral distance of a leg from the middle of a person [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -211,3 +214,54 @@ class SocialForce(ScriptedObject):
         size = float(np.linalg.norm(slope))
         push = self._WALL * math.exp(-max(gap, -0.2) / self._WALL_FADE)
         return self._around(min(push, 20.0) * slope / size, ahead) if size > 0.0 else np.zeros(2)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LegParameters:
+    """Parameters of the script `leg`.
+
+    Attributes:
+        person: Name of the object that the leg belongs to; its actor is before that of the leg in the scenario.
+        side: `left` or `right`.
+        stride: Way of the person in which both legs make one step [m].
+    """
+
+    person: str
+    side: Literal["left", "right"]
+    stride: Metres = 1.0
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.stride < math.inf:
+            raise InputError(Fault(f"stride must be positive, found {self.stride:g} m."))
+
+
+class Leg(ScriptedObject):
+    """Leg of a person that another script moves: it rests on the floor, or steps ahead at twice the person's speed."""
+
+    Parameters = LegParameters
+    _WALKS = 0.05  # [m/s] above which the person has a direction
+
+    def __init__(self, *args: Any, parameters: LegParameters) -> None:
+        super().__init__(*args)
+        self._p = parameters
+        self._side = 1.0 if parameters.side == "left" else -1.0
+        self._walked = 0.25 * parameters.stride * (1.0 - self._side)  # [m] the right leg is half a stride ahead
+        self._ahead: Array | None = None
+        self.world.mocap_body(parameters.person)
+        self.world.parts.add(self.name)
+
+    def velocity(self, t: float, at: Vector) -> Vector:
+        pose, v = self.world.object_pose(self._p.person), self.world.velocity(self._p.person)
+        speed = float(np.hypot(*v))
+        self._walked += speed * self.period
+        if speed > self._WALKS:
+            self._ahead = v / speed
+        if self._ahead is None:
+            return 0.0, 0.0
+        phase = self._walked / self._p.stride % 1.0
+        step = self._p.stride * (abs(phase - 0.5) - 0.25)  # from a quarter ahead to a quarter behind, and back
+        left = np.array([-self._ahead[1], self._ahead[0]])
+        target = np.array(pose[:2]) + v * self.period + step * self._ahead + self._side * LEG_OFFSET * left
+        x, y = self.towards(at, (float(target[0]), float(target[1])))
+        slower = min(max(2.5 * speed, 1.0) / max(math.hypot(x, y), 1e-9), 1.0)  # a turn or a stop does not make it jump
+        return slower * x, slower * y

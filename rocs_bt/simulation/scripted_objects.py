@@ -21,7 +21,7 @@ from ..drivers.mujoco import MujocoWorld
 from ..errors import Fault, InputError, UnknownName, unknown
 from ..geometry import Pose2, wrap_angle
 from ..units import Kilograms, Metres, Radians, Seconds
-from .people import Polynomial, SocialForce
+from .people import Leg, Polynomial, SocialForce
 from .script_parameters import script_parameters
 from .scripted_object import ScriptedObject, Vector
 
@@ -186,6 +186,7 @@ SCRIPTED_OBJECTS: Mapping[str, Any] = {
     "swing": Swing,
     "polynomial": Polynomial,
     "social_force": SocialForce,
+    "leg": Leg,
 }
 
 

@@ -16,7 +16,8 @@ class Crowd(PeopleFamily):
 
     The parameter `motion` is `polite` (people avoid each other, walls and robots), `blind` (people avoid nothing) or
     `mixed` (people of both kinds); the parameter `density` is `sparse`, `normal` or `dense` (4, 8 or 14 people in a
-    hall of this size). With `middle = 1` the robot starts in the middle of the hall.
+    hall of this size). With `legs = 1` people have two legs; with `middle = 1` the robot starts in the middle of the
+    hall.
 
     Difficulty: number of `people`; `density`: people per floor area [1/m2]; their mean preferred `speed` [m/s];
     `length` of the shortest path without people [m].

@@ -59,12 +59,45 @@ def test_all_walk_and_stay_between_the_walls(name: str, values: dict[str, object
         for actor in simulated.actors:
             actor.step(0.05 * period)
         world.advance(10)
-        places.append([world.object_pose(actor.name)[:2] for actor in simulated.actors])
+        places.append([world.object_pose(body.name)[:2] for body in scene.ground.actors])
     way = np.array(places)
     assert world.contacts() == []
     assert (np.ptp(way, axis=0).max(axis=1) > 0.25).all(), "they walk"
     radius = min(body.radius for body in scene.ground.actors if isinstance(body, Post))
     assert min(world.room(*place) for place in way[::6].reshape(-1, 2)) > radius, "they walk through nothing"
+
+
+def test_people_with_legs_step_in_turn_and_are_seen_by_their_legs_only() -> None:
+    scene = made("crossing", {"motion": "blind", "legs": 1, "people": 2}).scene(0)
+    assert scene.difficulty["people"] == 2.0
+    catalog = scene.added_to(CATALOG)
+    simulated = build_world(catalog.load_scenario(scene.name), catalog, 1, ListSink())
+    world, places = simulated.world, []
+    for period in range(100):
+        for actor in simulated.actors:
+            actor.step(0.05 * period)
+        world.advance(10)
+        places.append([world.object_pose(f"P0{part}")[:2] for part in ("", "_left", "_right")])
+    way = np.array(places)
+    speeds = np.hypot(*np.moveaxis(np.diff(way, axis=0), 2, 0))[10:] / 0.05
+    rests = speeds[:, 1:] < 0.3 * np.median(speeds[:, 0])
+    assert (rests.mean(axis=0) > 0.3).all()
+    assert (rests.mean(axis=0) < 0.7).all()
+    assert rests.all(axis=1).mean() < 0.1, "one of them steps"
+    assert speeds.max() < 2.6 * speeds[:, 0].max()
+    apart = np.hypot(*np.moveaxis(way[:, 1:] - way[:, :1], 2, 0))
+    assert 0.05 < apart.min() < apart.max() < 0.4
+    near = {near.name for near in world.around("R", 20.0)}
+    assert near == {"P0", "P1"}, "people and robots keep away from the person"
+    pose = world.pose("R")
+    bearings = pose.yaw + np.radians(np.linspace(-135.0, 135.0, 720))
+    ranges = np.array(simulated.sensors["R"]["lidar"].read().values)
+    scanner = np.array(pose[:2]) + 0.12 * np.array([math.cos(pose.yaw), math.sin(pose.yaw)])
+    echoes = scanner + ranges[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=1)
+    body, *legs = (np.hypot(*(echoes - place).T) for place in way[-1])
+    seen = body < 0.45
+    assert 2 <= seen.sum() < 20
+    assert np.min(legs, axis=0)[seen].max() < 0.12, "echoes of the legs only"
 
 
 def test_the_densities_of_a_crowd_are_these() -> None:

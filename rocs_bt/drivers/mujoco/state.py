@@ -36,6 +36,7 @@ class WorldState:
         clock: Clock of the world.
         robots: Indices of the robots in the model, by name.
         objects: Named bodies that are no robots: mocap bodies, which scripts move, and free bodies, by name.
+        parts: Names of objects that are parts of others, such as legs; `around` measures to the others only.
         step: Physics step [s].
         lock: Lock of the state, held for each physics step and each read.
         stamp: Time of the present state, on `clock` [s].
@@ -60,6 +61,7 @@ class WorldState:
         self.places: Mapping[str, Pose2] = {}
         self.robots: Mapping[str, RobotBody] = find_bodies(model, robots)
         self.objects: Mapping[str, MocapBody | FreeBody] = find_objects(model, self.robots)
+        self.parts: set[str] = set()
         roots = {body.root for body in self.robots.values()}
         self.only_robots_move = not self.objects and roots.issuperset(model.body_rootid[model.dof_bodyid].tolist())
         mujoco.mj_kinematics(model, self.data)
@@ -217,10 +219,11 @@ class WorldState:
             name: Name of the robot or object.
             limit: Distance beyond which they are ignored [m].
             robots: Whether robots count.
-            objects: Whether other objects count.
+            objects: Whether other objects count; their parts do not.
         """
         others = {robot: body.hull for robot, body in self.robots.items()} if robots else {}
-        others |= {other: body.geoms for other, body in self.objects.items()} if objects else {}
+        if objects:
+            others |= {other: body.geoms for other, body in self.objects.items() if other not in self.parts}
         own = self.robots[name].hull if name in self.robots else self.objects[name].geoms
         others.pop(name, None)
         with self.lock:
