@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Sequence
 from itertools import chain
@@ -43,6 +44,7 @@ class Analyze(MonitorSubscriber, ABC):
         self.name = name
         self.knowledge = knowledge
         self.from_knowledge: Sequence[str] = ()
+        self._now = -math.inf
         self._sink = sink
         self._publisher: Publisher[Change] = Publisher(name)
 
@@ -76,6 +78,7 @@ class Analyze(MonitorSubscriber, ABC):
         samples = self.inbox.drain()
         if not samples:
             return
+        self._now = t
         if self.from_knowledge:
             known = {name: self.knowledge.signals.numbers(name, t) for name in self.from_knowledge}
             samples.append(Stamped(t, self.knowledge.agent, known))
@@ -88,7 +91,8 @@ class Analyze(MonitorSubscriber, ABC):
         self.knowledge.signals.update(values, t)
         self._sink.emit(
             SignalsWritten(
-                t=t,
+                t=(now := self.now(t)),
+                stamp=None if now == t else t,
                 agent=self.knowledge.agent,
                 monitor=self.name,
                 signals=tuple(values),
@@ -97,14 +101,18 @@ class Analyze(MonitorSubscriber, ABC):
             )
         )
 
+    def now(self, t: float) -> float:
+        """Present time [s], for a sample of the time t [s], which is earlier if its sensor is late."""
+        return max(t, self._now)
+
     def change(self, t: float, kind: str, subject: str = "", **values: Value) -> Change:
         """Create a Change with this analyser as its source.
 
         Args:
-            t: Time of the Change [s].
+            t: Time of the sample [s]; the Change is of the present time.
             kind: Kind of the Change, such as `arrived`.
             subject: Name of the node that has changed.
             values: Values that describe the Change.
         """
         agent = self.knowledge.agent
-        return Change(t=t, agent=agent, source=self.name, kind=kind, subject=subject, values=values)
+        return Change(t=self.now(t), agent=agent, source=self.name, kind=kind, subject=subject, values=values)

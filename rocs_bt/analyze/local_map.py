@@ -129,9 +129,11 @@ class LocalMap(Analyze):
                 ranges = np.array(sample.value[SCAN])
                 changed += self._enter(sample.t, pose, ranges)
                 seeing = not np.isnan(ranges).any()
-                self.write(sample.t, {CONTACT: [self._contact(pose, sample.t) if seeing else math.nan]})
-        if samples and self._grid.revision != self._recorded and samples[-1].t >= self._record_at:
-            self._record(samples[-1].t)
+                now = self.now(sample.t)
+                contact = self._contact(self._poses.at(now) or pose, now) if seeing else math.nan
+                self.write(sample.t, {CONTACT: [contact]})
+        if samples and self._grid.revision != self._recorded and (now := self.now(samples[-1].t)) >= self._record_at:
+            self._record(now)
         if changed:
             yield self.change(samples[-1].t, "map", cells=changed)
 

@@ -121,6 +121,7 @@ class TrackObjects(Analyze):
         length, width = body.get("length"), body.get("width")
         self._hull = Footprint(length, width) if length and width else None
         self._poses, self._motion = PoseHistory(), MotionBelief()
+        self._seen = -math.inf  # [s] time of the newest scan
         self._written: dict[int, _Written] = {}
 
     def expects(self) -> Sequence[str]:
@@ -141,8 +142,9 @@ class TrackObjects(Analyze):
         # The pose of this period counts, whichever of the two monitors came first.
         self._poses.take(samples)
         for sample in samples:
-            if self._ranges not in sample.value:
+            if self._ranges not in sample.value or sample.t == self._seen:  # the same scan again: the next one is late
                 continue
+            self._seen = sample.t
             pose, sweep = self._poses.at(sample.t), self._beams.sweep > 0.0
             poses = self._poses.along(sample.t + self._beams.offsets) if sweep else pose
             if pose is None or poses is None:
@@ -150,7 +152,8 @@ class TrackObjects(Analyze):
             ranges = np.array(sample.value[self._ranges], float)
             yield from self._look(sample.t, self._beams.scan(poses, ranges))
             if self._scanner:
-                self._predict(sample.t, pose, bool(np.isnan(ranges).any()))
+                present = self._poses.at(self.now(sample.t)) or pose
+                self._predict(sample.t, present, bool(np.isnan(ranges).any()))
 
     def _look(self, t: float, scan: Scan) -> Iterable[Change]:
         found = segments_of(scan, self._size)
@@ -190,11 +193,12 @@ class TrackObjects(Analyze):
         )
         if self._hull is None:
             return
-        twist = self.knowledge.robot.twist(t)
+        now = self.now(t)
+        twist = self.knowledge.robot.twist(now)
         known = not broken and not math.isnan(twist.forward + twist.turn)
         collision = clearance = math.inf if known else math.nan
         if known and len(chosen):
-            ahead = world.movers.predict(t + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
+            ahead = world.movers.predict(now + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
             collision, clearance = ahead.contact(self._hull, pose, twist)
         self.write(t, {COLLISION: [collision], CLEARANCE: [clearance]})
 

@@ -193,7 +193,7 @@ class Monitor(ABC):
                 self._report_fault(monitored, t, problem or beyond)
         if written:
             self._note(t, stamp, written, data)
-            self._publisher.publish(t, written)
+            self._publisher.publish(stamp, written)
 
     def _read(self, monitored: MonitoredSensor, t: float) -> tuple[Reading | None, Problem]:
         """Read a sensor.

@@ -9,7 +9,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
-from rocs_bt.event import ListSink, SensorRead
+from rocs_bt.event import ListSink, MapChanged, SensorRead
 from rocs_bt.record import Recording
 from rocs_bt.record.why import explain
 
@@ -93,3 +93,23 @@ def test_why_names_the_faults_of_the_devices(tmp_path):
 def test_a_fault_in_these_tables_is_reported_at_its_line(tmp_path, more, said):
     with pytest.raises(InputError, match=said):
         Catalog().load_scenario(scene(tmp_path, more))
+
+
+def test_a_late_scan_is_entered_at_the_pose_at_which_it_was_measured(tmp_path):
+    """A turning robot that took late scans for present ones would smear what it sees over its map."""
+    turning = SCENE.replace('mission = "go_to"', 'mission = "go_to"\nrules = []').replace('x = "3 m"', 'x = "-3 m"')
+    found = []
+    for late in ("0 s", "0.1 s"):
+        file = tmp_path / "scene.toml"
+        file.write_text(
+            turning.replace('"plane"', '"arena_box"') + f'[[agent.sensor]]\nname = "lidar"\nlatency = "{late}"\n'
+        )
+        sink = ListSink()
+        run(str(file), Catalog(), seed=4, duration=2.0, report=False, sinks=[sink])
+        cells = set()
+        for event in sink.events:
+            if isinstance(event, MapChanged):
+                cells = (cells | set(event.occupied)) - set(event.cleared)
+        found.append(len(cells))
+    assert found[0] > 100
+    assert found[1] < 1.15 * found[0]
