@@ -20,6 +20,7 @@ from .entry import (
     shipped_root,
 )
 from .ground_tables import GroundSpec, PushSpec
+from .perturbation import Perturbation, parse_perturbations, perturbed, read_perturbations
 from .planner_file import PlannerSpec, mission_values, read_planner
 from .robot_file import load_robot
 from .robot_spec import (
@@ -50,6 +51,7 @@ __all__ = [
     "GroundSpec",
     "LocomotionSpec",
     "MonitorSpec",
+    "Perturbation",
     "PlaceSpec",
     "PlannerSpec",
     "PushSpec",
@@ -72,6 +74,9 @@ __all__ = [
     "load_robot",
     "make_entry",
     "mission_values",
+    "parse_perturbations",
+    "perturbed",
+    "read_perturbations",
     "read_planner",
     "read_scenario",
     "robot_locomotion",

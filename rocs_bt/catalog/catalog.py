@@ -34,6 +34,7 @@ from .entry import (
     shipped_root,
 )
 from .inherit import merged_with_base
+from .perturbation import Perturbation, parse_perturbations, read_perturbations
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import load_robot
 from .robot_spec import RobotSpec
@@ -273,17 +274,34 @@ class Catalog:
         files = [self.find("schema", entry.name).path for entry in self.list("schema")]
         return load_schema(files, SCHEMA) if files else SCHEMA
 
+    def load_perturbations(self) -> dict[str, Perturbation]:
+        """Load the perturbations of robots by name: the shipped ones, extended by the project's file.
+
+        Raises:
+            InputError: A file has faults; contains all of them, each with its line.
+        """
+        found: dict[str, Perturbation] = {}
+        for origin, root in (("shipped", self.shipped), ("project", self.project)):
+            for entry in () if root is None else scan(root, "perturbations", origin):
+                self.confine(entry)
+                found |= read_perturbations(entry.path)
+        return found
+
     def load_planner(self, name: str) -> PlannerSpec:
         """Load a planner by name or path, and check that its mission and rules exist.
 
         Args:
             name: Name or path; `PLANNER@ROBOT` is the planner on another robot than that of the scenario, and `@ROBOT`
                 the scenario's own mission and rules on it. A robot's path remains part of the planner's name if the
-                catalog has another robot, or none, of this name.
+                catalog has another robot, or none, of this name. `PLANNER~NAME=STRENGTH` is the planner with a
+                perturbation of its robot.
 
         Raises:
             InputError: The file has faults; contains all of them, each with its line. Or the robot does not exist.
         """
+        if "~" in name and not is_file(Path(name)):
+            name, _, perturbed = name.partition("~")
+            return self.load_planner(name).under(*parse_perturbations(perturbed, self.load_perturbations()))
         name, at, robot = name.partition("@")
         if name or not at:
             file = self.find("planner", name).path

@@ -28,6 +28,7 @@ KINDS: dict[str, tuple[str, ...]] = {
     "route": ("planners/routes/*.py",),
     "node": ("planners/nodes/*.py",),
     "planner": ("planners/*.toml",),
+    "perturbations": ("robots/perturbations.toml",),
 }
 
 TREES = (".xml", ".btproj")

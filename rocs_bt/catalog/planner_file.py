@@ -11,6 +11,7 @@ from ..document import Table, read_toml
 from ..errors import Fault, InputError
 from ..plan import mission_arguments
 from ..python_content import is_reference
+from .perturbation import Perturbation
 from .scenario_file import AgentSpec, ScenarioSpec, dialect_in
 from .values import ParameterTable, latency_of, mission_parameters_in
 
@@ -31,6 +32,7 @@ class PlannerSpec:
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
         nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
         robot: Robot that the planner controls; empty for the robot of the scenario.
+        perturbations: Changes of the simulated robot of which planner and agent do not know.
         oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
         doc: One-sentence description.
         source: Book or paper of the method.
@@ -45,6 +47,7 @@ class PlannerSpec:
     latency: float | None = 0.0
     nodes: str = ""
     robot: str = ""
+    perturbations: tuple[Perturbation, ...] = ()
     oracle: bool = False
     doc: str = ""
     source: str = ""
@@ -67,8 +70,13 @@ class PlannerSpec:
         """This planner on a robot, named `PLANNER@ROBOT`."""
         return replace(self, name=f"{self.name}@{robot}", robot=robot)
 
+    def under(self, *perturbations: Perturbation) -> PlannerSpec:
+        """This planner with perturbations of its robot, named `PLANNER~NAME=STRENGTH`."""
+        name = "~".join((self.name, *map(str, perturbations)))
+        return replace(self, name=name, perturbations=(*self.perturbations, *perturbations))
+
     def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any]) -> AgentSpec:
-        agent = replace(agent, robot=self.robot or agent.robot)
+        agent = replace(agent, robot=self.robot or agent.robot, perturbations=self.perturbations)
         if not self.mission:
             return agent
         return replace(

@@ -17,6 +17,7 @@ from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
 from ..device import Actuator
 from ..drivers import Ros2Settings
+from ..drivers.body_variant import AS_MODELLED, BodyVariant
 from ..errors import Fault, InputError
 from ..event import EventSink
 from ..files import is_file
@@ -231,6 +232,7 @@ class RobotSpec:
         ground_contact: Geoms of the model that may touch the ground; None for those that carry the robot in its pose.
         ros2: The `[ros2]` table; None if robot.toml has none.
         positions: Line and column of `model` and of the keys of `locomotion` and `body`, such as `body.length`.
+        variant: Differences of the simulated body from its model; set by perturbations and never by a file.
     """
 
     name: str
@@ -249,6 +251,7 @@ class RobotSpec:
     ground_contact: tuple[str, ...] | None = None
     ros2: Ros2Settings | None = None
     positions: Mapping[str, tuple[int, int]] = field(default_factory=dict)
+    variant: BodyVariant = AS_MODELLED
 
     def position(self, table: str, *keys: str) -> tuple[int, int]:
         """Line and column of the first of the keys that a table of robot.toml has; else of the table, or of `base`."""

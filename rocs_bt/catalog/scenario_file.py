@@ -16,6 +16,7 @@ from ..geometry import Pose2, wrap_angle
 from ..units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
 from .inherit import Overlay, read_overlay
+from .perturbation import Perturbation
 from .scenario_tables import FactSpec, RateSpec, ShareSpec, read_facts, read_rate, read_share
 from .values import ParameterTable, latency_of, mission_parameters_in, raw_parameters, read_name
 
@@ -76,6 +77,8 @@ class AgentSpec:
         overlay: Tables that override those of the robot.
         privileged: Ground-truth information for oracle planners (`Mission.privileged`), set by programs and never by a
             file.
+        perturbations: Changes of the simulated robot of which the agent does not know, set by programs and never by a
+            file.
     """
 
     name: str
@@ -95,6 +98,7 @@ class AgentSpec:
     nodes: str = ""
     overlay: Overlay | None = None
     privileged: Mapping[str, Any] = field(default_factory=dict)
+    perturbations: tuple[Perturbation, ...] = ()
 
 
 @dataclass(frozen=True)

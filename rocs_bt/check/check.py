@@ -23,6 +23,7 @@ from ..catalog import (
     kind_of,
     make_entry,
     mission_values,
+    read_perturbations,
 )
 from ..document import read_toml
 from ..errors import Fault, InputError, RocsError
@@ -354,6 +355,15 @@ def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     return ()
 
 
+def check_perturbations(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """Check a file of perturbations."""
+    try:
+        read_perturbations(entry.path)
+    except InputError as error:
+        return error.faults
+    return ()
+
+
 _LEADING = re.compile(r"<\?.*?\?>|<!--.*?-->|<!DOCTYPE[^>\[]*(?:\[.*?\]\s*)?>", re.DOTALL)
 _ROOT = re.compile(r"<([A-Za-z_][\w.:\-]*)")
 _TREES = re.compile(r"BTCPP_format|main_tree_to_execute|<(?:BehaviorTree|TreeNodesModel|TreeNodeModel|include)\b")
@@ -405,4 +415,5 @@ _CHECKERS: Mapping[str, Checker] = {
     "node": check_python,
     "family": check_python,
     "planner": check_planner_file,
+    "perturbations": check_perturbations,
 }

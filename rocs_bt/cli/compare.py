@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from pathlib import Path
@@ -17,6 +17,7 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError
 from ..files import check_writable, write_whole
 from ..words import counted
+from .compare_cold import cold_options, cold_plan, print_cold
 from .content import json_option, no_code_option
 from .episodes import jobs_option, store_option, wall_limit_option
 from .progress import Progress
@@ -24,6 +25,7 @@ from .terminal import echo, show_table, show_warnings
 
 if TYPE_CHECKING:
     from ..compare import Comparison
+    from ..compare.cold import Loss, Walk
     from ..compare.episode import SceneRef
     from ..compare.metric import Metric
     from ..compare.record import EpisodeRecord
@@ -64,6 +66,7 @@ _WIDE = 1000  # characters, wider than any table
     is_flag=True,
     help="Stop as soon as every pair has a verdict; verdicts stay valid (anytime tests).",
 )
+@cold_options
 @store_option
 @jobs_option
 @click.option("--cluster", metavar="ADDRESS", help="Play on the Dask cluster with this scheduler.")
@@ -88,6 +91,9 @@ def command(
     seeds: int,
     metrics: Sequence[str],
     early: bool,
+    cold: bool,
+    perturb: Sequence[str],
+    outward: bool,
     store: Path,
     jobs: int | None,
     cluster: str | None,
@@ -104,6 +110,8 @@ def command(
     With --robot, each planner is compared on each of the robots, as PLANNER@ROBOT; without PLANNERS, the robots are
     compared in the mission and with the rules of the scenario itself. PLANNERS may also be such pairs.
 
+    With --cold, each planner is also played on robots that differ from its model of them, and the loss is printed.
+
     An interrupted comparison continues where it stopped when called again. Exits with 1 if an episode ended in an
     error or content raised an exception.
     """
@@ -115,6 +123,62 @@ def command(
     judged = metrics or DEFAULT_METRICS
     for name in judged:
         metric(name)
+    planners = _named(planners, robots, early=early)
+    places = [*_of_families(families, range(first, first + count), given), *_by_name(scenario, agent, catalog)]
+    if not places:
+        raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
+    _create_folders(report, markdown, export)
+    plan = cold_plan(planners, places, catalog, perturb, early=early) if cold or perturb or outward else None
+    chosen = [catalog.load_planner(name) for name in planners] if plan is None else plan.planners
+    total = len(chosen) * len(places) * seeds
+    options = SweepOptions(
+        workers=jobs,
+        wall_limit=wall_limit,
+        retry_errors=retry_errors,
+        warned=show_warnings,
+        stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
+    )
+    with ExitStack() as stack:
+        kept = stack.enter_context(Store(store))
+        executor = None if cluster is None else stack.enter_context(dask_executor(cluster))
+        progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
+        found = sweep(
+            chosen,
+            places,
+            range(1, seeds + 1),
+            catalog=catalog,
+            store=kept,
+            executor=executor,
+            options=options,
+            progress=progress,
+        )
+        if export is not None:
+            kept.export(export, found.keys)
+        records = list(found.records())
+        every = Comparison(records)
+        comparison = every if plan is None else Comparison(each for each in records if "~" not in each.planner)
+        walks = () if plan is None or not outward else plan.walk(every, places, seeds, kept, executor, options)
+    losses = () if plan is None else plan.losses(every, judged)
+    verdicts = comparison.verdicts(judged, any_time=early)
+    _write(comparison, verdicts, judged, catalog, losses, walks, report=report, markdown=markdown, any_time=early)
+    if as_json:
+        more = {} if plan is None else plan.as_dict(losses, walks)
+        _print_json(records, verdicts, more)
+    else:
+        _print(comparison, judged, verdicts, f"{found.played} played now, {len(records) - found.played} before")
+        print_cold(losses, walks)
+        _print_errors(records)
+        if report is not None:
+            echo(f"Report: {report}")
+    return int(any(map(_is_broken, records)))
+
+
+def _named(planners: Sequence[str], robots: Sequence[str], *, early: bool) -> Sequence[str]:
+    """Names of the planners to compare, each on each of the robots if any are given.
+
+    Raises:
+        InputError: There are none, or too few for `--stop-early`.
+    """
     if not planners and not robots:
         raise InputError(Fault("nothing to compare.", hint="Name planners, or robots: --robot pioneer_p3dx."))
     if robots:
@@ -122,46 +186,7 @@ def command(
     if early and len(planners) < 2:
         hint = "Give two, or remove --stop-early."
         raise InputError(Fault("--stop-early needs at least two planners or robots.", hint=hint))
-    places = [*_of_families(families, range(first, first + count), given), *_by_name(scenario, agent, catalog)]
-    if not places:
-        raise InputError(Fault("no scenes given.", hint="Add --family barn_like, or --scenario exp1."))
-    _create_folders(report, markdown, export)
-    total = len(planners) * len(places) * seeds
-    with ExitStack() as stack:
-        kept = stack.enter_context(Store(store))
-        executor = None if cluster is None else stack.enter_context(dask_executor(cluster))
-        progress = stack.enter_context(Progress(" ".join(planners), total, "episodes"))
-        found = sweep(
-            planners,
-            places,
-            range(1, seeds + 1),
-            catalog=catalog,
-            store=kept,
-            executor=executor,
-            options=SweepOptions(
-                workers=jobs,
-                wall_limit=wall_limit,
-                retry_errors=retry_errors,
-                warned=show_warnings,
-                stop_when=(lambda records: Comparison(records).settled(judged)) if early else None,
-            ),
-            progress=progress,
-        )
-        if export is not None:
-            kept.export(export, found.keys)
-        records = list(found.records())
-    comparison = Comparison(records)
-    verdicts = comparison.verdicts(judged, any_time=early)
-    _write(comparison, verdicts, judged, catalog, report=report, markdown=markdown, any_time=early)
-    if as_json:
-        results = [_plain(record) for record in records]
-        plain = {"results": results, "verdicts": [verdict.as_dict() for verdict in verdicts]}
-        echo(json.dumps(plain, indent=1, sort_keys=True, allow_nan=False))
-    else:
-        _print(comparison, judged, verdicts, found.played)
-        if report is not None:
-            echo(f"Report: {report}")
-    return int(any(map(_is_broken, records)))
+    return planners
 
 
 def _of_families(names: Sequence[str], indices: range, given: Sequence[str]) -> list[SceneRef]:
@@ -187,6 +212,8 @@ def _write(
     verdicts: Sequence[Verdict],
     metrics: Sequence[str],
     catalog: Catalog,
+    losses: Sequence[Loss],
+    walks: Sequence[Walk],
     *,
     report: Path | None,
     markdown: Path | None,
@@ -204,9 +231,17 @@ def _write(
             any_time=any_time,
             sceneries=lambda scenes: sceneries(scenes, catalog),
             command=shlex.join(["rocs-bt", *click.get_current_context().obj]),
+            losses=losses,
+            walks=walks,
         )
     if markdown is not None:
-        write_whole(markdown, in_markdown(comparison, metrics, verdicts))
+        write_whole(markdown, in_markdown(comparison, metrics, verdicts, losses, walks))
+
+
+def _print_json(records: Sequence[EpisodeRecord], verdicts: Sequence[Verdict], more: Mapping[str, Any]) -> None:
+    """Print results, verdicts and the results of a cold comparison as JSON."""
+    plain = {"results": list(map(_plain, records)), "verdicts": [verdict.as_dict() for verdict in verdicts], **more}
+    echo(json.dumps(plain, indent=1, sort_keys=True, allow_nan=False))
 
 
 def _plain(record: EpisodeRecord) -> dict[str, Any]:
@@ -232,14 +267,14 @@ def _create_folders(*files: Path | None) -> None:
             raise InputError(Fault(f"'{file}' cannot be written: {error.strerror}.")) from error
 
 
-def _print(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: int) -> None:
+def _print(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict], played: str) -> None:
     """Print a table of the planners, best first, then the verdicts on the pairs."""
     from rich.box import SIMPLE
 
     from ..compare.metric import metric
     from ..compare.report import BEST_FIRST, extent, pairs, standings
 
-    echo(f"{extent(comparison)}; {played} played now, {len(comparison.records) - played} before")
+    echo(f"{extent(comparison)}; {played}")
     rows = standings(comparison, metrics)
     others = [name for name in BEST_FIRST if name not in metrics and any(name in row.outcomes for row in rows)]
     cells = [
@@ -255,7 +290,6 @@ def _print(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Ve
     show_table(cells, head, right=counts, edge=_WIDE, box=SIMPLE, padding=(0, 1, 0, 0))
     for line in pairs(verdicts, [row.planner for row in rows]):
         echo(line)
-    _print_errors(comparison.records)
 
 
 def _interval(found: Estimate, of: Metric) -> str:

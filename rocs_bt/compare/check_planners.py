@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 from ..catalog import Catalog, PlannerSpec
 from ..check import check_scenario
@@ -14,7 +15,8 @@ from .runner import EpisodeRunner
 def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], catalog: Catalog) -> tuple[Fault, ...]:
     """Check each planner in each scenario, in the first scene of each family, and in the first generated scene.
 
-    The scenes of a family differ in their worlds only; what a run refuses in one of the others ends the sweep.
+    The scenes of a family differ in their worlds only; what a run refuses in one of the others ends the sweep. A
+    planner with perturbations is checked without them, because a check compares the world with the robot's own model.
 
     Returns:
         Warnings, each once.
@@ -22,6 +24,9 @@ def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], 
     Raises:
         InputError: There are errors; contains all of them.
     """
+    checked = {
+        (p.name.partition("~")[0] if p.perturbations else p.name): replace(p, perturbations=()) for p in planners
+    }
     runner, first = EpisodeRunner(catalog.project, code=catalog.code), dict[object, SceneRef]()
     for scene in scenes:
         group = scene.group if isinstance(scene, (FamilyScene, ScenarioScene)) else type(scene)
@@ -34,7 +39,7 @@ def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], 
             if isinstance(scene, ScenarioScene):
                 check_scenario(scene.scenario, runner.catalog).refuse()
             raise
-        for planner in planners:
+        for planner in checked.values():
             try:
                 findings = check_scenario(prepared.with_planner(planner), prepared.catalog)
                 findings.refuse()

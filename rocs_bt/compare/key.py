@@ -9,7 +9,7 @@ import json
 import platform
 import sys
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import asdict, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -27,7 +27,7 @@ SCHEMA = "episode/1"
 _NOT_PLAYED = (
     *("cli", "check", "testing", "studio"),
     *("compare/report", "compare/statistics", "compare/comparison", "compare/verdict", "compare/replay"),
-    *("compare/imports", "compare/cluster", "compare/pool", "compare/run_sweep", "compare/search"),
+    *("compare/cold", "compare/imports", "compare/cluster", "compare/pool", "compare/run_sweep", "compare/search"),
 )
 """Folders and modules of rocs_bt that do not affect the result of an episode."""
 
@@ -66,7 +66,8 @@ class Keys:
         python = [file for entry in content if entry.path.suffix == ".py" for file in entry.files()]
         versions = {name: version for path in python for name, version in libraries(path).items()}
         own = [planner.name, planner.mission, planner.rules, dict(planner.parameters), planner.latency, planner.oracle]
-        return _digest([*own, *filter(None, [planner.nodes]), content_hash(content), versions])
+        more = [each for each in (planner.nodes, [asdict(each) for each in planner.perturbations]) if each]
+        return _digest([*own, *more, content_hash(content), versions])
 
     def _scene(self, scene: SceneRef) -> str:
         if not isinstance(scene, FamilyScene):

@@ -101,7 +101,7 @@ class EpisodeRunner:
         """
         prepared, planner = self.prepare(episode.scene), episode.planner
         scenario, agent = prepared.with_planner(planner), prepared.agent
-        latency = _agent(scenario, agent).latency
+        latency = agent_of(scenario, agent).latency
         if episode.require:
             extra = RequirementSpec(episode.require, episode.require, (agent,))
             scenario = replace(scenario, requirements=(*scenario.requirements, extra))
@@ -148,16 +148,16 @@ class EpisodeRunner:
             scene = ref.scene
         catalog = scene.added_to(self.catalog)
         scenario = catalog.load_scenario(scene.name)
-        length = scene.reference_length or _shortest(scenario, _agent(scenario, AGENT))
+        length = scene.reference_length or _shortest(scenario, agent_of(scenario, AGENT))
         return PreparedScene(catalog, scenario, AGENT, length, scene.difficulty, scene.privileged)
 
     def _prepare_scenario(self, ref: ScenarioScene) -> PreparedScene:
         scenario = self.catalog.load_scenario(ref.scenario)
-        agent = _agent(scenario, ref.agent)
+        agent = agent_of(scenario, ref.agent)
         return PreparedScene(self.catalog, scenario, agent.name, _shortest(scenario, agent))
 
 
-def _agent(scenario: ScenarioSpec, name: str) -> AgentSpec:
+def agent_of(scenario: ScenarioSpec, name: str) -> AgentSpec:
     """Agent of a scenario by name; the first agent if the name is empty."""
     agents = {agent.name: agent for agent in scenario.agents}
     wanted = name or scenario.agents[0].name

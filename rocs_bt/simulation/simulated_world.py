@@ -8,7 +8,7 @@ from functools import partial
 from typing import Any
 
 from ..agent import RobotDevices, robot_locomotion
-from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec
+from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, perturbed
 from ..clock import Clock, Rate, SimulatedClock
 from ..device import Sensor
 from ..drivers.mujoco import (
@@ -46,7 +46,7 @@ class SimulatedWorld:
         world: MuJoCo world.
         clock: Clock of the world.
         sink: Sink for events of devices, pushes and faults.
-        robots: Specifications of the robots, by agent or actor.
+        robots: Specifications of the robots, by agent or actor, as their agents know them: without perturbations.
         sensors: Sensors by agent, then by name.
         actuators: Safety gates of the actuators, by agent, then by name.
         sensor_rates: Rates of the sensors in control periods, by agent, then by name.
@@ -95,7 +95,7 @@ def build_world(
         InputError: Content is missing or inconsistent, or a start pose is in collision.
     """
     time = clock or SimulatedClock(scenario.rate.physics)
-    world, robots = _compose(scenario, catalog, time, seed)
+    world, robots, actual = _compose(scenario, catalog, time, seed)
     world.places = {place.name: place.pose for place in scenario.places}
     # Scripted objects first: robots in collision with one are sampled again, objects are not.
     objects = _scripted_objects(world, scenario, seed)
@@ -105,10 +105,10 @@ def build_world(
     wheels: dict[str, Callable[[], list[float]]] = {}
     sensors, actuators = {}, {}
     for name in (agent.name for agent in scenario.agents):
-        sensors[name] = _sensors(world, catalog, scenario, name, robots[name], seed)
+        sensors[name] = _sensors(world, catalog, scenario, name, actual[name], seed)
         actuators[name] = {
-            a.name: _actuator(world, catalog, name, robots[name], a, scenario, seed, sink, wheels)
-            for a in robots[name].actuators
+            a.name: _actuator(world, catalog, name, actual[name], a, scenario, seed, sink, wheels)
+            for a in actual[name].actuators
         }
         for gate in actuators[name].values():
             world.guard(gate)
@@ -120,7 +120,7 @@ def build_world(
         sensors=sensors,
         actuators=actuators,
         sensor_rates={
-            a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in robots[a.name].sensors}
+            a.name: {s.name: scenario.rate.sensor_rate(s.rate, s.name) for s in actual[a.name].sensors}
             for a in scenario.agents
         },
         actors=[
@@ -181,19 +181,21 @@ def compose_scenario(scenario: ScenarioSpec, catalog: Catalog, clock: Clock | No
 
 def _compose(
     scenario: ScenarioSpec, catalog: Catalog, clock: Clock, seed: int = 1
-) -> tuple[MujocoWorld, dict[str, RobotSpec]]:
+) -> tuple[MujocoWorld, dict[str, RobotSpec], dict[str, RobotSpec]]:
+    """Compiled world, the robots as their agents know them, and the robots as they are, with perturbations."""
     specs = {name: catalog.load_robot(name) for name in scenario.robots}
     robots = {a.name: catalog.robot_of(a) for a in scenario.agents}
     robots |= {m.name: specs[m.robot] for m in scenario.actors if m.robot}
     agents = {agent.name for agent in scenario.agents}
+    actual = robots | {a.name: perturbed(robots[a.name], a.perturbations) for a in scenario.agents}
     placed = []
-    for name, spec in robots.items():
+    for name, spec in actual.items():
         if spec.model is None:
             raise InputError(
                 Fault(f"the robot '{spec.name}' has no model.", spec.file, hint='Add model = "robot.xml".')
             )
         mounts = [_mount(catalog, spec, s) for s in spec.sensors] if name in agents else []
-        placed.append(RobotInstance(name, spec.model, mounts))
+        placed.append(RobotInstance(name, spec.model, mounts, spec.variant))
     arena, step = catalog.find("world", scenario.world), scenario.rate.physics
     free = [_free_object(scenario, actor) for actor in scenario.actors if not actor.robot and actor.script == FREE]
     named = (scenario.name, seed) if any(ground.kind == "rough" for ground in scenario.grounds) else ()
@@ -204,7 +206,8 @@ def _compose(
         step,
         grounds,
         tuple(free),
-        *((name, spec.file, name in agents) for name, spec in robots.items()),
+        *((name, spec.file, name in agents, spec.variant) for name, spec in actual.items()),
+        *(agent.perturbations for agent in scenario.agents),
         *(repr(agent.overlay) for agent in scenario.agents),
     )
 
@@ -220,7 +223,7 @@ def _compose(
         if spec.ground_contact is not None:
             with located_at(spec.file):
                 world.allow_ground_contact(name, spec.ground_contact)
-    return world, robots
+    return world, robots, actual
 
 
 def _free_object(scenario: ScenarioSpec, actor: ActorSpec) -> FreeObject:

@@ -1,5 +1,7 @@
 """Report of a comparison: an HTML page, and tables in Markdown."""
 
+from .cold_table import HEAD as COLD_HEAD
+from .cold_table import cold_rows
 from .figures import sceneries
 from .markdown import extent, markdown
 from .pairs import pairs
@@ -8,6 +10,8 @@ from .tables import BEST_FIRST, number, standings
 
 __all__ = [
     "BEST_FIRST",
+    "COLD_HEAD",
+    "cold_rows",
     "exported",
     "extent",
     "markdown",

@@ -5,27 +5,40 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...words import counted
+from ..cold import Loss, Walk
 from ..comparison import Comparison
 from ..metric import metric
 from ..replay import replay_command
 from ..verdict import Verdict
+from .cold_table import HEAD, cold_rows
 from .tables import LeaderboardRow, conclusive_first, difference, headline, standings, text
 
 _FAILURES = 20  # maximum number of listed failures
 
 
-def markdown(comparison: Comparison, metrics: Sequence[str], verdicts: Sequence[Verdict]) -> str:
-    """Comparison as Markdown: leaderboard, verdicts and the first failures.
+def markdown(
+    comparison: Comparison,
+    metrics: Sequence[str],
+    verdicts: Sequence[Verdict],
+    losses: Sequence[Loss] = (),
+    walks: Sequence[Walk] = (),
+) -> str:
+    """Comparison as Markdown: leaderboard, verdicts, losses by perturbations and the first failures.
 
     Args:
         comparison: The episodes.
         metrics: Metrics of the leaderboard.
         verdicts: Verdicts on pairs of planners; none for a single planner.
+        losses: Losses of a cold comparison.
+        walks: Walks outward of a cold comparison.
     """
     rows = standings(comparison, metrics)
     parts = [f"**{headline(rows, verdicts)}.** {extent(comparison)}.", _leaderboard(rows, metrics)]
     if verdicts:
         parts.append(_verdicts(verdicts))
+    if losses:
+        parts.append(table(HEAD, cold_rows(losses)))
+    parts += [f"{walk}." for walk in walks]
     failures = [record for record in comparison.records if not record.success]
     if failures:
         head = ["planner", "scene", "seed", "outcome", "replay"]

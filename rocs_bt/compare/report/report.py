@@ -17,6 +17,7 @@ from ...files import write_whole
 from ...record import RunHeader
 from ...record.figures.figure import make_canvas, render_canvas
 from ...words import counted
+from ..cold import Loss, Walk
 from ..comparison import Comparison, Disagreement
 from ..key import computing
 from ..metric import DEFAULT_METRICS, METRICS, SHARES, Metric, metric
@@ -24,6 +25,7 @@ from ..record import EpisodeRecord
 from ..replay import both_command, recorded_page, replay_command
 from ..verdict import Verdict
 from . import figures
+from .cold_table import HEAD, cold_rows
 from .figures import draw_disagreement, picture_size, theme, themed
 from .markdown import extent
 from .page import render_page
@@ -59,6 +61,8 @@ def write_comparison(
     any_time: bool = False,
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
+    losses: Sequence[Loss] = (),
+    walks: Sequence[Walk] = (),
 ) -> None:
     """Write the report of a comparison.
 
@@ -69,6 +73,8 @@ def write_comparison(
         any_time: Whether the verdicts stay valid after a sweep that was stopped because of its results.
         sceneries: Function that returns the world geometry of given scenes, for the figures.
         command: Command line that reproduces the report.
+        losses: Losses of a cold comparison.
+        walks: Walks outward of a cold comparison.
 
     Raises:
         RecordingError: The file cannot be written.
@@ -80,6 +86,8 @@ def write_comparison(
         any_time=any_time,
         sceneries=sceneries,
         command=command,
+        losses=losses,
+        walks=walks,
         recorded=partial(_recorded, path.parent),
     )
     try:
@@ -96,6 +104,8 @@ def render_comparison(
     any_time: bool = False,
     sceneries: Callable[[Sequence[str]], Mapping[str, RunHeader]] = lambda scenes: {},
     command: str = "",
+    losses: Sequence[Loss] = (),
+    walks: Sequence[Walk] = (),
     recorded: Callable[..., str] = lambda *episodes: "",
 ) -> str:
     """Report as HTML; see `write_comparison`.
@@ -108,7 +118,7 @@ def render_comparison(
     shown = _shown(found)
     worlds = sceneries([each.winner.scene for each in shown])
     failures = [record for record in comparison.records if not record.success]
-    data = msgspec.json.encode(exported(comparison, verdicts)).decode().replace("<", "\\u003c")
+    data = msgspec.json.encode(exported(comparison, verdicts, losses, walks)).decode().replace("<", "\\u003c")
     return render_page(
         "comparison.html",
         theme=theme(),
@@ -121,6 +131,9 @@ def render_comparison(
         verdicts=conclusive_first(verdicts),
         matrices=_matrices(verdicts, [row.planner for row in rows]),
         any_time=any_time,
+        cold_head=HEAD,
+        losses=cold_rows(losses),
+        walks=walks,
         figures=list(_figures(comparison)),
         pictures=[_picture(i, each, comparison, worlds) for i, each in enumerate(shown)],
         disagreements=found,
@@ -149,8 +162,13 @@ def _recorded(folder: Path, *episodes: EpisodeRecord) -> str:
     return quote(Path(os.path.relpath(page, folder)).as_posix()) if page.is_file() else ""
 
 
-def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, Any]:
-    """Data that a reader can export from the page: a table with one row per episode, and the verdicts."""
+def exported(
+    comparison: Comparison,
+    verdicts: Sequence[Verdict],
+    losses: Sequence[Loss] = (),
+    walks: Sequence[Walk] = (),
+) -> dict[str, Any]:
+    """Data that a reader can export from the page: a table with one row per episode, verdicts, and losses if any."""
     names = [name for name in METRICS if any(record.metrics.get(name) is not None for record in comparison.records)]
     measures = sorted({name for record in comparison.records for name in record.difficulty})
     columns = ["planner", "family", "scene", "seed", "outcome", "reason", "ended", *names, *measures]
@@ -160,7 +178,9 @@ def exported(comparison: Comparison, verdicts: Sequence[Verdict]) -> dict[str, A
         + [_short(r.difficulty.get(name)) for name in measures]
         for r in comparison.records
     ]
-    return {"columns": columns, "rows": rows, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+    found = {"columns": columns, "rows": rows, "verdicts": [verdict.as_dict() for verdict in verdicts]}
+    cold = {"cold": [loss.as_dict() for loss in losses], "outward": [walk.as_dict() for walk in walks]}
+    return {**found, **{name: values for name, values in cold.items() if values}}
 
 
 def _matrices(

@@ -13,6 +13,7 @@ from typing import Any
 from ...clock import Clock, SimulatedClock
 from ...errors import Fault, InputError, UnknownName, located_at, unknown
 from ...files import is_file
+from ..body_variant import AS_MODELLED, BodyVariant
 from ..parameters import driver_class
 from .mjcf import examine_model
 from .sensor import MujocoSensor
@@ -20,6 +21,7 @@ from .sensors import SENSORS
 from .terrain import GroundPiece, add_ground
 from .world import MujocoWorld
 
+_LENGTHS = ("pos", "ipos", "size", "fromto")  # of the elements of a model
 _DENSITY = 1000.0  # [kg/m3] density of free objects in the compiler, before their masses are set
 
 
@@ -51,11 +53,13 @@ class RobotInstance:
         name: Name of the robot, which is the prefix of its elements, as in `R2/hull`.
         model: MJCF file of the robot; its root body must be named `base` and have a free joint.
         sensors: Sensors of the robot; none for a robot without an agent.
+        variant: Differences of the body from its model.
     """
 
     name: str
     model: Path
     sensors: Sequence[SensorMount] = ()
+    variant: BodyVariant = AS_MODELLED
 
 
 @dataclass(frozen=True)
@@ -143,6 +147,7 @@ def compile_model(
         for sensor in robot.sensors:
             with located_at(sensor.file or robot.model, sensor.line), _compiling(robot.model), sensor.running():
                 driver_class(SENSORS, sensor.driver, "sensor", "mujoco").prepare(model, sensor.name, sensor.parameters)
+        _vary(model, robot.variant)
         _take_options(spec, model)
         spec.option.jacobian = model.option.jacobian = jacobian
         spec.attach(model, prefix=f"{robot.name}/", frame=spec.worldbody.add_frame())
@@ -233,6 +238,22 @@ def _set_masses(model: Any, free: Sequence[FreeObject]) -> None:
         model.body_inertia[bodies] *= factor
     if free:
         mujoco.mj_setConst(model, mujoco.MjData(model))  # quantities that depend on masses
+
+
+def _vary(model: Any, variant: BodyVariant) -> None:
+    """Change lengths and friction of a robot's model, with the elements of its sensors."""
+    if variant.size != 1.0:
+        for element in (*model.bodies, *model.geoms, *model.sites, *model.joints, *model.cameras):
+            for lengths in _LENGTHS:
+                if hasattr(element, lengths):
+                    getattr(element, lengths)[:] *= variant.size
+        for mesh in model.meshes:
+            mesh.scale[:] *= variant.size
+    if variant.friction is not None:
+        for geom in model.geoms:
+            if (geom.contype or geom.conaffinity) and geom.condim > 1:  # others, such as casters, have no friction
+                geom.friction[0] = variant.friction
+                geom.priority = max(geom.priority, 1)  # over the friction of the floor
 
 
 def _check_base(model: Any, file: Path) -> None:

@@ -1,0 +1,231 @@
+"""Perturbations: differences between a simulated robot and the model that its agent has of it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import MISSING, dataclass, fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from ..document import Table, read_toml
+from ..drivers import DRIVER_PARAMETERS
+from ..errors import Fault, InputError, UnknownName, unknown
+from ..units import convert, parse_quantity
+from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
+
+FORMAT = "perturbations/1"
+DEVICES = ("sensor", "actuator", "device", "body")
+"""Parts of a robot that a perturbation may change; `device` is both sensors and actuators."""
+
+CHANGES = {
+    "times": lambda value, strength: value * strength,
+    "share": lambda value, strength: value * (1.0 + strength),
+    "plus": lambda value, strength: value + strength,
+    "to": lambda value, strength: strength,
+}
+"""Kinds of change: new value from the present one and the strength."""
+
+_BODY = ("size", "friction")
+_OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")  # keys of a device that are not parameters of its driver
+
+Device = TypeVar("Device", SensorSpec, ActuatorSpec)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Perturbation:
+    """Change of a simulated robot of which its agent does not know.
+
+    The change applies to body and devices in the world. Everything that the agent derives from robot.toml (locomotion,
+    outline, limits, validity of readings) remains that of the file.
+
+    Attributes:
+        name: Name, such as `delay`.
+        device: Changed part of the robot, one of `DEVICES`.
+        keys: Keys that change: of `[[sensor]]` or `[[actuator]]` tables, or `size` or `friction` of the body. Devices
+            without the key keep their values.
+        change: Kind of change, one of `CHANGES`.
+        strength: Strength of the change, SI units.
+        unit: Unit of the strength; empty for a factor.
+        drivers: Drivers of the devices that change; all if empty.
+        harder: Factor from one strength to the next one of a walk outward; below 1 for a key that is worse if low.
+        doc: One-sentence description.
+    """
+
+    name: str
+    device: str
+    keys: tuple[str, ...]
+    change: str
+    strength: float
+    unit: str = ""
+    drivers: tuple[str, ...] = ()
+    harder: float = 2.0
+    doc: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.name}={self.strength:.6g}"
+
+    @property
+    def amount(self) -> str:
+        """Strength with its unit."""
+        return f"{self.strength:.6g} {self.unit}".rstrip()
+
+    def next(self) -> Perturbation:
+        """The same perturbation at the next strength of a walk outward."""
+        return replace(self, strength=self.strength * self.harder)
+
+    def of(self, robot: RobotSpec) -> RobotSpec:
+        """Copy of a robot with the change.
+
+        Raises:
+            InputError: The change has no effect on this robot.
+        """
+        changed = self._body(robot) if self.device == "body" else self._devices(robot)
+        if changed == robot:
+            keys = " or ".join(f"'{key}'" for key in self.keys)
+            why = f"no {self.device} has a value of {keys} that it changes"
+            raise InputError(Fault(f"the perturbation '{self.name}' has no effect on '{robot.name}': {why}."))
+        return changed
+
+    def _body(self, robot: RobotSpec) -> RobotSpec:
+        variant = robot.variant
+        for key in self.keys:
+            variant = replace(variant, **{key: self._value(getattr(variant, key))})
+        if variant.size == robot.variant.size:
+            return replace(robot, variant=variant)
+        # Motors and encoders are calibrated for the wheels of the variant; `wheel_radius` is a perturbation of its own.
+        wheels = replace(self, device="device", keys=("wheel_radius",), change="times", drivers=())
+        wheels = replace(wheels, strength=variant.size / robot.variant.size)
+        return wheels._devices(replace(robot, variant=variant))
+
+    def _devices(self, robot: RobotSpec) -> RobotSpec:
+        sensors, actuators = robot.sensors, robot.actuators
+        if self.device != "actuator":
+            sensors = tuple(self._device(each) for each in sensors)
+        if self.device != "sensor":
+            actuators = tuple(self._device(each) for each in actuators)
+        return replace(robot, sensors=sensors, actuators=actuators)
+
+    def _device(self, device: Device) -> Device:
+        if self.drivers and device.driver not in self.drivers:
+            return device
+        for key in self.keys:
+            if key in _OWN and hasattr(device, key):
+                device = replace(device, **{key: self._value(getattr(device, key))})
+            elif (value := _parameter(device, key)) is not None:
+                device = replace(device, parameters={**device.parameters, key: self._value(value)})
+        return device
+
+    def _value(self, value: Any) -> Any:
+        """New value; texts, such as parameters of a user's driver, and missing values that are not set stay."""
+        if self.change != "to" and (isinstance(value, bool) or not isinstance(value, (int, float))):
+            return value
+        return CHANGES[self.change](value, self.strength)
+
+
+def _parameter(device: SensorSpec | ActuatorSpec, key: str) -> Any:
+    """Parameter of a device's driver as given, or its default; None if the driver has no such parameter."""
+    if key in device.parameters:
+        return device.parameters[key]
+    declared = {each.name: each.default for each in fields(DRIVER_PARAMETERS.get(device.driver, _Nothing))}
+    return None if declared.get(key, MISSING) is MISSING else declared[key]
+
+
+@dataclass(frozen=True)
+class _Nothing:
+    """Declared parameters of an unknown driver."""
+
+
+def perturbed(robot: RobotSpec, perturbations: tuple[Perturbation, ...]) -> RobotSpec:
+    """Copy of a robot with all changes, one after the other.
+
+    Raises:
+        InputError: A change has no effect on the robot.
+    """
+    for each in perturbations:
+        robot = each.of(robot)
+    return robot
+
+
+def read_perturbations(file: Path) -> dict[str, Perturbation]:
+    """Read a file of perturbations, by name.
+
+    Raises:
+        InputError: The file has faults; contains all of them, each with its line.
+    """
+    root = read_toml(file)
+    root.choice("format", (FORMAT,))
+    root.text("doc", "")
+    found = {name: _read(name, table) for name, table in root.named_tables("perturbation").items()}
+    root.done()
+    return found
+
+
+def _read(name: str, table: Table) -> Perturbation:
+    device, change = table.choice("device", DEVICES), table.choice("change", CHANGES)
+    keys = tuple(table.texts("keys"))
+    if "keys" in table and not keys:
+        table.fault("keys", f"the perturbation '{name}' changes no key.", 'Write keys = ["noise"].')
+    for key in keys if device == "body" else ():
+        if key not in _BODY:
+            table.fault("keys", f"'{key}' is not a key of the body.", f"A body has {' and '.join(_BODY)}.")
+    if any(mark in name for mark in "~=@ "):
+        table.fault(None, f"'{name}' is not a valid name of a perturbation.", "Use letters, digits, and '_'.")
+    strength, unit = _strength(table)
+    harder = table.raw("harder", 2.0)
+    if isinstance(harder, bool) or not isinstance(harder, (int, float)) or not 0.0 < harder < math.inf or harder == 1:
+        table.fault("harder", f"harder must be a positive factor other than 1, found {harder!r}.")
+        harder = 2.0
+    return Perturbation(
+        name=name,
+        device=device,
+        keys=keys,
+        change=change,
+        strength=strength,
+        unit=unit,
+        drivers=tuple(table.texts("drivers", [])),
+        harder=float(harder),
+        doc=table.text("doc", ""),
+    )
+
+
+def _strength(table: Table) -> tuple[float, str]:
+    """Strength in SI units, and its unit; a number without a unit is a factor."""
+    given = table.raw("strength")
+    try:
+        found = parse_quantity(given if isinstance(given, str) else repr(given))
+    except InputError as error:
+        if "strength" in table:
+            table.adopt("strength", error)
+        return 1.0, ""
+    if not 0.0 < found.value < math.inf:
+        table.fault("strength", f"strength must be positive and finite, found {given!r}.")
+    return found.value, "" if str(found.dimension) in ("", "1") else str(found.dimension)
+
+
+def parse_perturbations(text: str, known: Mapping[str, Perturbation]) -> tuple[Perturbation, ...]:
+    """Perturbations from a text such as `noise=6~delay`; a strength is in SI units or has its unit.
+
+    Args:
+        text: Names, each with an optional strength, separated by `~`.
+        known: Perturbations that exist, by name.
+
+    Raises:
+        InputError: No such perturbation, or its strength is invalid.
+    """
+    found = []
+    for each in text.split("~"):
+        name, equals, given = (part.strip() for part in each.partition("="))
+        if name not in known:
+            raise UnknownName(unknown("perturbation", name, known))
+        found.append(known[name] if not equals else _at(known[name], given))
+    return tuple(found)
+
+
+def _at(of: Perturbation, given: str) -> Perturbation:
+    quantity = parse_quantity(given)
+    if str(quantity.dimension) not in ("", "1"):
+        convert(given, parse_quantity(f"1 {of.unit or '1'}").dimension, what=f"the strength of '{of.name}'")
+    if not 0.0 < quantity.value < math.inf:
+        raise InputError(f"the strength of '{of.name}' must be positive and finite, found '{given}'.")
+    return replace(of, strength=quantity.value)
