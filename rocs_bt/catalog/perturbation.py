@@ -27,7 +27,8 @@ CHANGES = {
 """Kinds of change: new value from the present one and the strength."""
 
 _BODY = ("size", "friction")
-_OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")  # keys of a device that are not parameters of its driver
+# Keys of a device that are not parameters of its driver.
+_OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")
 
 Device = TypeVar("Device", SensorSpec, ActuatorSpec)
 

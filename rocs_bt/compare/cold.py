@@ -104,11 +104,11 @@ def applicable(
     """
     runner = EpisodeRunner(catalog.project, code=catalog.code)
     prepared = [runner.prepare(scene) for scene in {scene.group: scene for scene in reversed(list(scenes))}.values()]
-    names = dict.fromkeys(agent_of(each.with_planner(planner), each.agent).robot for each in prepared)
+    robots = [each.catalog.robot_of(agent_of(each.with_planner(planner), each.agent)) for each in prepared]
     for perturbation in perturbations:
         try:
-            for name in names:
-                perturbation.of(catalog.load_robot(name))
+            for robot in robots:
+                perturbation.of(robot)
         except InputError as error:
             yield error
         else:

@@ -15,7 +15,7 @@ def test_a_cold_comparison_prints_stores_and_exports_its_losses(rocs_bt, tmp_pat
     ask = ["compare", "tree", "--scenario", "brief", "--seeds", 2, "--metric", "success", "--jobs", 1]
     told = rocs_bt(*ask, "--cold", "--markdown", "a.md", "--report", "a.html")
     assert told.code == 0, told.err
-    assert "10 played now" in told.out
+    assert "14 played now" in told.out
     assert "friction=0.3" in told.out
     assert "not played: tree: the perturbation 'noise' has no effect on 'pioneer_p3dx'" in told.err
     for name in ("a.md", "a.html"):
