@@ -11,6 +11,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison, ScenarioScene
 from rocs_bt.compare.cold import POOLED, losses, walk_outward
 from rocs_bt.compare.key import Keys
+from rocs_bt.compare.report import cold_rows
 from rocs_bt.errors import InputError
 
 from .records import episode, table
@@ -66,6 +67,11 @@ def test_each_planner_has_its_own_losses():
     records = [*table("a", "ss"), *table("a~noise=3", "sf"), *table("ab", "sf"), *table("ab~noise=3", "ff")]
     found = losses(Comparison(records), ["success"])
     assert [(each.planner, each.verdict.difference) for each in found] == [("a", 0.5), ("ab", 0.5)]
+
+
+def test_a_loss_without_an_interval_has_only_its_value():
+    records = [episode("a", "field-0", time=10.0), episode("a~noise=3", "field-0", time=12.5)]
+    assert [row[-1] for row in cold_rows(losses(Comparison(records), ["success", "time"]))] == ["+0.0 points", "+2.5 s"]
 
 
 def walk(shares, warm=1.0):

@@ -120,12 +120,16 @@ def number(value: float) -> str:
 
 
 def difference(verdict: Verdict) -> str:
-    """Format the difference of two planners in a metric: value, unit and confidence interval."""
+    """Format the difference of two planners in a metric: value, unit and confidence interval, if it has one."""
+    if math.isnan(verdict.difference):
+        return "–"
     if verdict.metric in SHARES:
-        ends = [f"{100.0 * end:+z.1f}" for end in (verdict.difference, verdict.low, verdict.high)]
-        return f"{ends[0]} points ({ends[1]} to {ends[2]})"
-    unit = f" {verdict.unit}" if verdict.unit else ""
-    return f"{verdict.difference:+z.3g}{unit} ({verdict.low:+z.3g} to {verdict.high:+z.3g})"
+        value, low, high = (f"{100.0 * end:+z.1f}" for end in (verdict.difference, verdict.low, verdict.high))
+        unit = " points"
+    else:
+        value, low, high = (f"{end:+z.3g}" for end in (verdict.difference, verdict.low, verdict.high))
+        unit = f" {verdict.unit}" if verdict.unit else ""
+    return f"{value}{unit}" + ("" if math.isnan(verdict.low) else f" ({low} to {high})")
 
 
 def everything(comparison: Comparison) -> list[tuple[Metric, str, list[str]]]:
