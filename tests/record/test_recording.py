@@ -80,6 +80,9 @@ fields[tuple[tuple[int, int], ...]] = st.lists(cells, max_size=3).map(tuple)
 keys = st.dictionaries(text, text, max_size=2)
 nodes = st.builds(ev.TreeNode, path=text, type=text, children=st.just(("a", "b")), ports=text, board=text, keys=keys)
 fields[tuple[ev.TreeNode, ...]] = st.lists(nodes, max_size=3).map(tuple)
+fields[tuple[ev.GuardInfo, ...]] = st.lists(
+    st.builds(ev.GuardInfo, rule=text, when=text, until=text, priority=st.integers(-9, 9), hold=number), max_size=2
+).map(tuple)
 fields[Mapping[str, str]] = st.dictionaries(text, text, max_size=3)
 
 
