@@ -31,6 +31,7 @@ from .moment import SLACK, Moment
 _RECENT = 0.5  # [s] interval before the requested time of which events are listed
 _RAISED = 5  # maximum number of listed exceptions of content
 _BRIEF = 10  # maximum number of lines of evidence, unless all of it is requested
+_NEAREST = 3  # maximum number of listed movers
 _LONG = 24  # maximum number of printed values; of longer lists only the minimum is printed
 _MINOR = (  # and many
     MinClearanceLowered,
@@ -68,6 +69,7 @@ def _brief(why: Moment) -> list[str]:
         *_part("sent", [sent, *_commands(why)][:3]),
         *_part("just before", [_sentence(e) for e in before if _recent(why, e) and not isinstance(e, _MINOR)][-2:]),
         *_part(_pose_of(why), _poses(why, why.agent)),
+        *_part("around", ["; ".join(movers)] if (movers := _movers(why)[:_NEAREST]) else []),
         *_part("known", ["; ".join(known)] if known else []),
         *_part("faults", ["; ".join(why.info.faults)] if why.info.faults else []),
     ]
@@ -169,6 +171,21 @@ def _poses(why: Moment, only: str = "") -> list[str]:
             height = f", height {spatial[0]:.3f} m" if spatial else ""
             lines.append(f"{body} at ({x:.3f}, {y:.3f}) m{height}, yaw {yaw:.3f} rad")
     return lines
+
+
+def _movers(why: Moment) -> list[str]:
+    """What the agent believes to move around it, the nearest first."""
+    if (at := why.tracks.curve(why.agent, "pose").last(why.now)) is None:
+        return []
+    x, y, *_ = at[1]
+    graph, found = graph_at(why), list[tuple[float, str]]()
+    for name in graph.nodes():
+        held = {attribute: plain(value) for attribute, value in graph.attributes(name).items()}
+        pose = held.get("pose")
+        if held.get("moves") is True and isinstance(pose, list):
+            away = math.hypot(pose[0] - x, pose[1] - y)
+            found.append((away, f"{name} {away:.2f} m away at {numbers_text(held.get('speed', 0.0))} m/s"))
+    return [text for _, text in sorted(found)]
 
 
 def _commands(why: Moment) -> list[str]:

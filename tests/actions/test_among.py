@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import pytest
 
@@ -13,6 +14,7 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
 from rocs_bt.event import BodyMoved, PathPlanned
 from rocs_bt.record import Recording
+from rocs_bt.record.why import explain
 
 PERSON = '<body name="{0}" mocap="true" pos="0 0 0.85"><geom name="{0}" type="cylinder" size="0.25 0.85"/></body>'
 WALLS = "".join(
@@ -88,6 +90,16 @@ def test_the_planned_motions_are_recorded(walked, tmp_path) -> None:
     at = {round(t, 2): (x, y) for t, x, y in driven(tmp_path / "run")}
     for plan in near:
         assert math.dist(plan.points[0], at[round(plan.t, 2)]) < 0.3, "a plan begins at the robot"
+
+
+def test_why_names_what_moves_around_it_the_nearest_first(walked, tmp_path) -> None:
+    walked((3.0, 1.6, 3.0, -1.6), (5.0, -1.6, 5.0, 1.6))
+    text = str(explain(Recording.open(tmp_path / "run"), 1.5, "R"))
+    (line,) = (line for line in text.splitlines() if line.startswith("around"))
+    away = [float(number) for number in re.findall(r"(\S+) m away", line)]
+    assert len(away) == 2
+    assert away == sorted(away)
+    assert re.findall(r"at (\S+) m/s", line)
 
 
 def test_without_movers_it_drives_as_without_a_tracker(walked, tmp_path) -> None:
