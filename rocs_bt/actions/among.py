@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from ..action import Action, Body
 from ..control.footprint import Footprint
@@ -18,6 +17,7 @@ from ..control.way_field import WayField
 from ..event import PathPlanned
 from ..geometry import Pose2
 from ..knowledge import Movers
+from .ground import known_speed
 from .path_drive import PathDrive
 
 NEAR = 7.0
@@ -84,22 +84,30 @@ class Among:
         """Whether something moved near the robot in this period."""
         return self._field is not None
 
-    def step(self, pose: Pose2, route: Sequence[Sequence[float]]) -> Action | None:
-        """Action for this period; None if nothing moves near the robot.
+    def near(self, pose: Pose2) -> bool:
+        """Whether something moves near the robot, so that `step` drives it."""
+        world = self._body.knowledge.world
+        tracked = self._search is not None and world.movers is not None and world.occupancy is not None
+        if not tracked or not _near(world.movers, pose):
+            self._field = self._reference = None
+            return False
+        return True
+
+    def step(self, pose: Pose2, route: Sequence[Sequence[float]]) -> Action:
+        """Action for this period, in which something is `near`.
 
         Args:
             pose: Pose of the robot, world frame.
             route: Route from the robot to the goal, world frame [m].
         """
-        movers, grid = self._body.knowledge.world.movers, self._body.knowledge.world.occupancy
-        if self._search is None or movers is None or grid is None or not _near(movers, pose).any():
-            self._field = self._reference = None
-            return None
+        movers = self._body.knowledge.world.movers
+        assert movers is not None
         now, late = self._body.clock.now(), 0.5 * self._body.period
         reference = self._reference
         due = reference is None or now - self._planned >= PLAN_EVERY - late
         # The way is renewed between two plans, so that no period computes both.
-        if self._field is None or (not due and now - self._renewed >= FIELD_EVERY - late):
+        old = now - self._renewed + late
+        if self._field is None or (old >= FIELD_EVERY and not due) or old >= 2.0 * FIELD_EVERY:
             self._renew(pose, np.array([point[:2] for point in route]), movers)
             self._renewed = now
         if reference is None or due:
@@ -116,7 +124,8 @@ class Among:
         self._field = WayField(here, REACH, points, self._hull)
         slow = np.hypot(movers.mean[:, 2], movers.mean[:, 3]) < SLOW
         standing = np.column_stack([movers.mean[:, :2], movers.radius])[slow]
-        self._field.lead(route, standing)
+        ahead = route[int(np.hypot(*(route - here).T).argmin()) :]  # a kept route has its driven part, too
+        self._field.lead(np.vstack([here, ahead]), standing)
 
     def _plan(self, pose: Pose2, movers: Movers) -> TimedPlan:
         assert self._search is not None
@@ -124,9 +133,11 @@ class Among:
         start, twist, delay = self._drive.start(pose)
         begin = self._body.clock.now() + delay
         prediction: Prediction = movers.predict(self._search.times(begin)).above(PROBABLE)
-        return self._search.plan(begin, start, twist, self._field, prediction)
+        back = -known_speed(self._body, -BACK)
+        return self._search.plan(begin, start, twist, self._field, prediction, back)
 
 
-def _near(movers: Movers, pose: Pose2) -> npt.NDArray[np.bool_]:
-    near: npt.NDArray[np.bool_] = np.hypot(movers.mean[:, 0] - pose.x, movers.mean[:, 1] - pose.y) < NEAR
-    return near
+def _near(movers: Movers | None, pose: Pose2) -> bool:
+    if movers is None:
+        return False
+    return bool((np.hypot(movers.mean[:, 0] - pose.x, movers.mean[:, 1] - pose.y) < NEAR).any())

@@ -148,9 +148,9 @@ class FollowRoute(PathAction):
                 anchor, since = (pose, rise), now
             elif now - since > (patience := self.wait if among.active else self.patience):
                 raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {patience:g} s")
-            if (action := among.step(pose, self.points)) is not None:
+            if among.near(pose):
                 driven, drive.backward = None, False
-                yield action
+                yield among.step(pose, self.points)
                 continue
             if driven is not self.points:
                 driven = self.points

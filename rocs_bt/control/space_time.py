@@ -8,6 +8,7 @@ speech recognition system, 1976). The costs are times: of driving to the goal, o
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -26,6 +27,9 @@ LAYERS, LAYER, PARTS = 8, 0.4, 2
 
 In one more layer the robot brakes: a plan ends where it can stop.
 """
+
+THERE = 0.5
+"""Way that is left from which on a layer costs less than its duration [m]."""
 
 FINE = 3
 """Number of first layers with all targets; further ahead fewer do."""
@@ -156,7 +160,15 @@ class SpaceTime:
         """Times at which `plan` needs the prediction, for a plan from a time on, shape ((LAYERS + 1) * PARTS,) [s]."""
         return np.asarray(start + self._h * np.arange(1, (LAYERS + 1) * PARTS + 1), float)
 
-    def plan(self, t: float, start: Pose2, twist: Twist2, way: WayField, prediction: Prediction) -> TimedPlan:
+    def plan(
+        self,
+        t: float,
+        start: Pose2,
+        twist: Twist2,
+        way: WayField,
+        prediction: Prediction,
+        back: float = math.inf,
+    ) -> TimedPlan:
         """Plan a motion.
 
         Args:
@@ -165,8 +177,9 @@ class SpaceTime:
             twist: Velocity at the start, body frame; its lateral part is ignored.
             way: Obstacles that do not move, and the way to the goal.
             prediction: Predicted movers at the times of `times(t)`.
+            back: Greatest speed in reverse, such as the ground behind the robot allows [m/s].
         """
-        one = np.ones(1)
+        one, prediction = np.ones(1), prediction.by_owner()
         states = _States(*(value * one for value in (*start, twist.forward, twist.turn, 0.0, 0.0, 0.0)))
         gap = float(way.gaps(states.x, states.y, np.cos(states.yaw), np.sin(states.yaw))[0])
         tight = min(TIGHT, gap - 0.005)  # a robot that is close already may leave
@@ -175,7 +188,7 @@ class SpaceTime:
         total = np.zeros(1)
         for layer in range(LAYERS + 1):
             v, w = self._targets[layer]
-            count, wide = len(states.x), len(v)
+            v, count, wide = np.maximum(v, -back), len(states.x), len(v)
             parent = np.repeat(np.arange(count), wide)
             before = states.of(parent)
             states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, way, tight, prediction)
@@ -203,7 +216,7 @@ class SpaceTime:
         faster, turned, swing = v - s.v, w - s.w, limits.turn_acceleration
         reached = s.v + np.clip(faster, -down * LAYER, up * LAYER)
         turning = s.w + np.clip(turned, -swing * LAYER, swing * LAYER)
-        cost = s.cost + LAYER + 0.03 * np.abs(turning - s.w) + 0.04 * np.abs(reached - s.v)
+        cost = s.cost + 0.03 * np.abs(turning - s.w) + 0.04 * np.abs(reached - s.v)
         cost += 0.03 * LAYER * np.abs(turning) + REVERSE * LAYER * (reached < -0.05)
         if layer == 0:
             cost += 0.02 * (np.abs(turned) + np.abs(faster))
@@ -261,7 +274,10 @@ class SpaceTime:
         ahead += beside
         over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
         over -= outer.astype(np.float32)
-        probable = np.where(over < 0.0, weight, np.float32(0.0)).max(axis=-1).astype(float)
+        # The hypotheses of a mover exclude each other, so their probabilities add up.
+        first = np.flatnonzero(np.diff(prediction.owner[near], prepend=-1))
+        each = np.add.reduceat(np.where(over < 0.0, weight, np.float32(0.0)), first, axis=-1)
+        probable = each.max(axis=-1).astype(float)
         soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
         price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
         deep = np.clip(0.3 - over.min(axis=-1) / 0.3, 0.4, 1.3)
@@ -290,7 +306,8 @@ class SpaceTime:
         away = np.clip((beyond - left) / ahead + 1.0, 0.0, 2.0) * np.clip(left - 0.5, 0.0, 1.0)
         held = np.where(s.hit > before.hit, np.maximum(s.held, left), s.held)
         left = left + s.hit * np.maximum(held - left, 0.0)
-        return s._replace(held=held), left / (0.9 * self._limits.cruise) + 0.6 * away
+        cost = s.cost + LAYER * np.minimum(left / THERE, 1.0)  # time costs until it is there, so it never dawdles
+        return s._replace(cost=cost, held=held), left / (0.9 * self._limits.cruise) + 0.6 * away
 
     def _different(self, s: _States, total: Array) -> npt.NDArray[np.intp]:
         """The cheapest states that differ from each other, in the order of their costs."""

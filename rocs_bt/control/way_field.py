@@ -53,6 +53,7 @@ class WayField:
         self._gap: Array = (
             distance_transform_edt(free) * CELL - 0.5 * CELL if len(cells) else np.full((side, side), reach)
         )
+        self._end = centre
         self._way: Array = np.zeros((side // COARSE, side // COARSE))
         count = math.ceil(hull.length / hull.width - 1e-9)
         part = hull.length / (2 * count)
@@ -81,11 +82,12 @@ class WayField:
             row, column = self._cell(at_x, at_y)
             beside = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
             near = np.hypot(x[beside[1]] - at_x, y[beside[0], None] - at_y) < BESIDE
-            open_gap = self._gap[::COARSE, ::COARSE][beside]
+            open_gap = self._gap[COARSE // 2 :: COARSE, COARSE // 2 :: COARSE][beside]
             gap[beside] = np.where(near & (open_gap <= EASE), np.maximum(gap[beside], self._inner + 0.1), gap[beside])
         cost = np.where(gap > self._inner + 0.06, 1.0 + 2.0 * np.clip(EASE - gap, 0.0, EASE), math.inf)
         cost += np.where(crowded > self._inner + 0.06, 2.0 * np.clip(EASE - crowded, 0.0, EASE), STANDING)
-        goal = self._cell(*route[-1].tolist())
+        self._end = route[-1]
+        goal = self._cell(*self._end.tolist())
         cost[goal] = min(cost[goal], 3.0 + STANDING)
         found = dijkstra(_graph(cost, cell), directed=False, indices=goal[0] * side + goal[1]).reshape(side, side)
         self._way = np.where(np.isfinite(found), found, FAR)
@@ -118,7 +120,11 @@ class WayField:
         np.minimum(corners, corners.min(axis=0) + 2.0, out=corners)  # a cell without a way is no cliff
         way: Array = (corners[0] * (1.0 - right) + corners[1] * right) * (1.0 - up)
         way += (corners[2] * (1.0 - right) + corners[3] * right) * up
-        return way
+        # Near the end the distance is exact: it is seldom the middle of a cell.
+        away = np.hypot(x - self._end[0], y - self._end[1])
+        share = np.minimum(away / (2.0 * cell), 1.0)
+        exact: Array = share * way + (1.0 - share) * away
+        return exact
 
     def _cell(self, x: float, y: float) -> tuple[int, int]:
         side, cell = len(self._way), COARSE * CELL

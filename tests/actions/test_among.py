@@ -26,6 +26,7 @@ format = "scenario/2"
 doc = "The robot drives along a hall in which people walk."
 world = "hall"
 duration = "40 s"
+{}
 [[place]]
 name = "goal"
 x = "7 m"
@@ -35,7 +36,7 @@ tolerance = "0.5 m"
 name = "R"
 robot = "jackal"
 mission = "navigate"
-parameters = {{ goal = "goal"{} }}
+parameters = {{ goal = "goal" }}
 rules = ["contact"]
 x = "0 m"
 y = "0 m"
@@ -55,11 +56,11 @@ speed = "0.8 m/s"
 
 @pytest.fixture
 def walked(tmp_path):
-    def play(*walks, walls=True, parameters=""):
+    def play(*walks, walls=True, more=""):
         (tmp_path / "scenarios/worlds").mkdir(parents=True, exist_ok=True)
         names = [f"P{i}" for i in range(len(walks))]
         people = "".join(WALK.format(name, *walk) for name, walk in zip(names, walks, strict=True))
-        (tmp_path / "scenarios/hall.toml").write_text(SCENARIO.format(parameters) + people)
+        (tmp_path / "scenarios/hall.toml").write_text(SCENARIO.format(more) + people)
         bodies = (WALLS if walls else "") + "".join(PERSON.format(name) for name in names)
         (tmp_path / "scenarios/worlds/hall.xml").write_text(WORLD.format(bodies))
         return run("hall", Catalog(tmp_path), out=tmp_path / "run", report=False).summary.agents["R"]
@@ -80,6 +81,11 @@ def test_it_arrives_and_nobody_touches_it(walked, walks) -> None:
     result = walked(*walks)
     assert (result.outcome, result.collisions, result.struck) == ("success", 0, 0), result.reason
     assert not result.faults
+
+
+def test_it_arrives_at_a_control_rate_at_which_each_period_plans(walked) -> None:
+    result = walked((3.5, 1.6, 3.5, -1.6), more='rate = { control = "10 Hz", sensors = "10 Hz" }')
+    assert (result.outcome, result.collisions) == ("success", 0), result.reason
 
 
 def test_the_planned_motions_are_recorded(walked, tmp_path) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -182,6 +183,57 @@ def test_it_backs_away_from_an_oncoming_one_where_there_is_no_room_aside() -> No
         least = min(least, float(HULL.gaps(np.array(_body(robot.pose, x, y)))) - 0.25)
     assert robot.pose.x < 1.0
     assert least > 0.0
+
+
+@pytest.mark.parametrize("far", [0.5, 1.5, 2.0, 2.8, 3.0, 3.4, 4.0, 5.0])
+def test_from_rest_it_arrives_without_delay_at_any_distance_from_its_goal(far) -> None:
+    took, _ = driven(Robot((0.0, 0.0, 0.0), (far, 0.0)), [moved(-5.0, 4.0, 0.0, 0.0)], seconds=9.0)
+    assert took is not None
+    assert took < far / LIMITS.cruise + 2.5
+
+
+def test_it_does_not_drive_back_faster_than_the_ground_behind_allows() -> None:
+    for back in (0.0, 0.2):
+        search = SpaceTime(HULL, LIMITS, Manners())
+        field = WayField(np.zeros(2), 6.0, np.zeros((0, 2)), HULL)
+        field.lead(np.array([[0.0, 0.0], [-3.0, 0.0]]), np.zeros((0, 3)))
+        ahead = Movers.of(0.0, np.array([[1.2, 0.0, -0.6, 0.0]])).predict(search.times(0.0))
+        plan = search.plan(0.0, Pose2(0.0, 0.0, 0.0), Twist2(0.0), field, ahead, back)
+        steps, yaws = np.diff(plan.poses[:, :2], axis=0), plan.poses[:-1, 2]
+        speed = (steps * np.column_stack([np.cos(yaws), np.sin(yaws)])).sum(axis=1) / np.diff(plan.times)
+        assert speed.min() >= -back - 0.02
+
+
+def test_a_contact_of_either_hypothesis_of_a_mover_counts() -> None:
+    """Two halves of a probability of 1 cost as much as the whole."""
+    field = WayField(np.zeros(2), 6.0, np.zeros((0, 2)), HULL)
+    field.lead(np.array([[0.0, 0.0], [4.0, 0.0]]), np.zeros((0, 3)))
+    walls = Movers.of(0.0, np.array([[0.55, 0.0, -0.5, 0.0]]))
+    search = SpaceTime(HULL, LIMITS, Manners())
+    whole = walls.predict(search.times(0.0))
+    halves = replace(
+        whole,
+        positions=np.repeat(whole.positions, 2, axis=0),
+        radius=np.repeat(whole.radius, 2),
+        margin=np.repeat(whole.margin, 2, axis=0),
+        weight=np.full(2, 0.5),
+        owner=np.repeat(whole.owner, 2),
+        hypothesis=np.arange(2),
+    )
+    start, twist = Pose2(0.0, 0.0, 0.0), Twist2(0.0)
+    one, two = (search.plan(0.0, start, twist, field, p, 0.0) for p in (whole, halves))
+    assert one.contact == two.contact == 1.0
+    assert one.cost == pytest.approx(two.cost, rel=1e-5)
+
+
+def test_the_way_to_a_goal_beside_the_middle_of_a_cell_is_exact_near_it() -> None:
+    field = WayField(np.array([0.0, 0.0]), 4.0, np.zeros((0, 2)), HULL)
+    goal = np.array([1.09, 0.09])
+    field.lead(np.array([[0.0, 0.0], goal]), np.zeros((0, 3)))
+    at = goal + np.array([[0.0, 0.0], [0.05, 0.0], [0.0, -0.1]])
+    left = field.to_go(*at.T)
+    assert left[0] == pytest.approx(0.0, abs=1e-9)
+    assert left[1:] == pytest.approx([0.05, 0.1], abs=0.04)
 
 
 def test_the_way_leads_around_walls_and_stationary_ones() -> None:
