@@ -28,6 +28,7 @@ CHANGES = {
 
 _BODY = ("size", "friction")
 # Keys of a device that are not parameters of its driver.
+_SHARES = ("drop_out", "missing_echo", "slip")
 _OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")
 
 Device = TypeVar("Device", SensorSpec, ActuatorSpec)
@@ -79,7 +80,7 @@ class Perturbation:
         """Copy of a robot with the change.
 
         Raises:
-            InputError: The change has no effect on this robot.
+            InputError: The change has no effect on this robot, or makes a value impossible.
         """
         changed = self._body(robot) if self.device == "body" else self._devices(robot)
         if changed == robot:
@@ -112,10 +113,22 @@ class Perturbation:
             return device
         for key in self.keys:
             if key in _OWN and hasattr(device, key):
-                device = replace(device, **{key: self._value(getattr(device, key))})
+                device = replace(device, **{key: self._possible(key, getattr(device, key))})
             elif (value := _parameter(device, key)) is not None:
-                device = replace(device, parameters={**device.parameters, key: self._value(value)})
+                device = replace(device, parameters={**device.parameters, key: self._possible(key, value)})
         return device
+
+    def _possible(self, key: str, value: Any) -> Any:
+        """New value of a key of a device.
+
+        Raises:
+            InputError: It is no share.
+        """
+        found = self._value(value)
+        for share in found if isinstance(found, (list, tuple)) else [found]:
+            if key in _SHARES and isinstance(share, (int, float)) and not 0.0 <= share <= 1.0:
+                raise InputError(Fault(f"'{key}' is a share from 0 to 1, and '{self}' makes it {share:g}."))
+        return found
 
     def _value(self, value: Any) -> Any:
         """New value; texts, such as parameters of a user's driver, and missing values that are not set stay."""

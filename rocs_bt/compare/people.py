@@ -6,7 +6,8 @@ import math
 from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -29,6 +30,8 @@ _DISC = 0.32  # [m] radius of the disc that the reference path is for
 _FROM_ROBOT = 1.5  # [m] from the robot at the start
 _SPACE = 0.4  # [m] beside a body at its start, and beside a line that a blind body walks on
 _TRIES = 5000
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,6 +111,17 @@ class TrafficFamily(Family, ABC):
         outside = (self.long + 0.5, self.wide + 0.5)
         return Ground((-0.5, -0.5), outside, walls_around((0.0, 0.0), (self.long, self.wide)))
 
+    def fitting(self, what: str, sample: Callable[[], T], fits: Callable[[T], bool]) -> T:
+        """The first sample that fits.
+
+        Raises:
+            InputError: None of many does: the hall has no room for what is sampled.
+        """
+        for _ in range(_TRIES):
+            if fits(one := sample()):
+                return one
+        raise InputError(f"{self.name} has no room for {what}; make the hall larger.")
+
     def traffic(
         self,
         rng: np.random.Generator,
@@ -130,10 +144,8 @@ class TrafficFamily(Family, ABC):
         """
         made: list[Walk] = []
         for index in range(count):
-            found = next((w for _ in range(_TRIES) if (w := walk(rng, index)).free(ground, start, made)), None)
-            if found is None:
-                raise InputError(f"{self.name} has no room for {count} people; make the hall larger.")
-            made.append(found)
+            one = self.fitting(f"{count} people", partial(walk, rng, index), lambda w: w.free(ground, start, made))
+            made.append(one)
         return made
 
     def begin(self, start: Point, goal: Point) -> Point:

@@ -47,15 +47,21 @@ class Crowd(PeopleFamily):
     def pillars(self, rng: np.random.Generator, start: tuple[float, float]) -> list[Post]:
         """Sample a few pillars, away from each other and from the start of the robot."""
         made: list[Post] = []
-        while len(made) < 3:
-            x, y = rng.uniform((3.0, 1.5), (self.long - 3.0, self.wide - 1.5)).tolist()
-            if all(dist((x, y), other) > 1.2 for other in (start, *((post.x, post.y) for post in made))):
-                made.append(Post(f"pillar_{len(made)}", x, y, 0.2, 2.0))
+
+        def away(at: list[float]) -> bool:
+            return all(dist(at, other) > 1.2 for other in (start, *((post.x, post.y) for post in made)))
+
+        for number in range(3):
+            x, y = self.fitting(
+                "3 pillars", lambda: rng.uniform((3.0, 1.5), (self.long - 3.0, self.wide - 1.5)).tolist(), away
+            )
+            made.append(Post(f"pillar_{number}", x, y, 0.2, 2.0))
         return made
 
     def through(self, rng: np.random.Generator, index: int) -> Walk:
         """Sample a person's walk across the hall."""
-        while True:
-            x, y, to_x, to_y = rng.uniform((2.8, 1.0) * 2, (self.long - 1.0, self.wide - 1.0) * 2).tolist()
-            if dist((x, y), (to_x, to_y)) > 3.0:
-                return self.walk(rng, index, (x, y), (to_x, to_y))
+        ends = (2.8, 1.0) * 2, (self.long - 1.0, self.wide - 1.0) * 2
+        x, y, to_x, to_y = self.fitting(
+            "walks of 3 m", lambda: rng.uniform(*ends).tolist(), lambda e: dist(e[:2], e[2:]) > 3.0
+        )
+        return self.walk(rng, index, (x, y), (to_x, to_y))

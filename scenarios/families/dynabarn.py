@@ -50,16 +50,16 @@ class Dynabarn(TrafficFamily):
         _, speed, order, deviation = LEVELS[self.level]
         margin = RADIUS + deviation + 0.1
         low, high = (2.0 + margin, margin), (self.long - margin, self.wide - margin)
-        while True:
-            x, y, to_x, to_y = rng.uniform(low * 2, high * 2).tolist()
-            if dist((x, y), (to_x, to_y)) > 3.0:
-                pace = speed * float(rng.uniform(0.7, 1.3))
-                return Walk(
-                    start=(x, y),
-                    end=(to_x, to_y),
-                    speed=pace,
-                    blind=True,
-                    deviation=deviation,
-                    order=order,
-                    radius=RADIUS,
-                )
+        x, y, to_x, to_y = self.fitting(
+            "curves of 3 m", lambda: rng.uniform(low * 2, high * 2).tolist(), lambda e: dist(e[:2], e[2:]) > 3.0
+        )
+        pace = speed * float(rng.uniform(0.7, 1.3))
+        return Walk(
+            start=(x, y),
+            end=(to_x, to_y),
+            speed=pace,
+            blind=True,
+            deviation=deviation,
+            order=order,
+            radius=RADIUS,
+        )

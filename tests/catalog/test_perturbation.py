@@ -133,3 +133,10 @@ def test_a_fault_has_its_line(tmp_path: Path, old: str, new: str, line: int, wor
     with pytest.raises(InputError, match=words) as caught:
         catalog.load_perturbations()
     assert line in [fault.line for fault in caught.value.faults]
+
+
+def test_a_share_never_exceeds_one() -> None:
+    scans = replace(SHIPPED["lost_scans"], strength=1.0)
+    assert scans.of(JACKAL) != JACKAL
+    with pytest.raises(InputError, match=r"'drop_out' is a share from 0 to 1, and 'lost_scans=1.6' makes it 1.6"):
+        replace(scans, strength=1.6).of(JACKAL)

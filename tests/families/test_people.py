@@ -131,3 +131,9 @@ def test_what_a_family_does_not_know_is_refused(name: str, values: dict[str, obj
 def test_a_hall_that_is_too_small_is_refused() -> None:
     with pytest.raises(InputError, match="no room for 40 people"):
         made("corridor", {"people": 40}).scene(0)
+
+
+@pytest.mark.parametrize("family", ["crowd", "dynabarn"])
+def test_a_hall_without_room_is_refused_and_never_tried_for_ever(family):
+    with pytest.raises(InputError, match=r"has no room for .*; make the hall larger"):
+        load_family(Catalog(), family, {"long": "7 m" if family == "crowd" else "6 m", "wide": "4 m"}).scene(0)
