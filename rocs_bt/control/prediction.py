@@ -52,13 +52,7 @@ class Prediction:
 
     def above(self, weight: float) -> Prediction:
         """The rows with at least a weight."""
-        return self._rows(np.flatnonzero(self.weight >= weight))
-
-    def by_owner(self) -> Prediction:
-        """The same rows, those of each mover together."""
-        return self._rows(np.argsort(self.owner, kind="stable"))
-
-    def _rows(self, kept: npt.NDArray[np.intp]) -> Prediction:
+        kept = self.weight >= weight
         return Prediction(
             times=self.times,
             positions=self.positions[kept],

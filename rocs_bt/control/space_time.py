@@ -110,7 +110,7 @@ class TimedPlan(NamedTuple):
     Attributes:
         times: Times of the poses, from the start on, shape (n,) [s].
         poses: x [m], y [m], yaw [rad], world frame, continuous yaw, shape (n, 3).
-        contact: Greatest probability of a contact that the plan accepts.
+        contact: Probability of the most probable hypothesis with a contact that the plan accepts.
         cost: Cost of the plan, the rest of the way included [s].
     """
 
@@ -179,7 +179,7 @@ class SpaceTime:
             prediction: Predicted movers at the times of `times(t)`.
             back: Greatest speed in reverse, such as the ground behind the robot allows [m/s].
         """
-        one, prediction = np.ones(1), prediction.by_owner()
+        one = np.ones(1)
         states = _States(*(value * one for value in (*start, twist.forward, twist.turn, 0.0, 0.0, 0.0)))
         gap = float(way.gaps(states.x, states.y, np.cos(states.yaw), np.sin(states.yaw))[0])
         tight = min(TIGHT, gap - 0.005)  # a robot that is close already may leave
@@ -274,10 +274,8 @@ class SpaceTime:
         ahead += beside
         over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
         over -= outer.astype(np.float32)
-        # The hypotheses of a mover exclude each other, so their probabilities add up.
-        first = np.flatnonzero(np.diff(prediction.owner[near], prepend=-1))
-        each = np.add.reduceat(np.where(over < 0.0, weight, np.float32(0.0)), first, axis=-1)
-        probable = each.max(axis=-1).astype(float)
+        # That of the most probable hypothesis alone: the sum over those of a mover makes the robot too timid to get by.
+        probable = np.where(over < 0.0, weight, np.float32(0.0)).max(axis=-1).astype(float)
         soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
         price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
         deep = np.clip(0.3 - over.min(axis=-1) / 0.3, 0.4, 1.3)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -202,28 +201,6 @@ def test_it_does_not_drive_back_faster_than_the_ground_behind_allows() -> None:
         steps, yaws = np.diff(plan.poses[:, :2], axis=0), plan.poses[:-1, 2]
         speed = (steps * np.column_stack([np.cos(yaws), np.sin(yaws)])).sum(axis=1) / np.diff(plan.times)
         assert speed.min() >= -back - 0.02
-
-
-def test_a_contact_of_either_hypothesis_of_a_mover_counts() -> None:
-    """Two halves of a probability of 1 cost as much as the whole."""
-    field = WayField(np.zeros(2), 6.0, np.zeros((0, 2)), HULL)
-    field.lead(np.array([[0.0, 0.0], [4.0, 0.0]]), np.zeros((0, 3)))
-    walls = Movers.of(0.0, np.array([[0.55, 0.0, -0.5, 0.0]]))
-    search = SpaceTime(HULL, LIMITS, Manners())
-    whole = walls.predict(search.times(0.0))
-    halves = replace(
-        whole,
-        positions=np.repeat(whole.positions, 2, axis=0),
-        radius=np.repeat(whole.radius, 2),
-        margin=np.repeat(whole.margin, 2, axis=0),
-        weight=np.full(2, 0.5),
-        owner=np.repeat(whole.owner, 2),
-        hypothesis=np.arange(2),
-    )
-    start, twist = Pose2(0.0, 0.0, 0.0), Twist2(0.0)
-    one, two = (search.plan(0.0, start, twist, field, p, 0.0) for p in (whole, halves))
-    assert one.contact == two.contact == 1.0
-    assert one.cost == pytest.approx(two.cost, rel=1e-5)
 
 
 def test_the_way_to_a_goal_beside_the_middle_of_a_cell_is_exact_near_it() -> None:
