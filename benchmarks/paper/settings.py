@@ -11,8 +11,8 @@ from rocs_bt.catalog import ActorSpec, AgentSpec, FactSpec
 from rocs_bt.document import Table
 from rocs_bt.geometry import Pose2
 
-OMITTED = ("name", "file", "doc", "bases", "line", "parameters_at", "position", "positions")
-"""Fields that are no settings: documentation, names, and positions in files."""
+OMITTED = ("name", "file", "doc", "bases", "line", "parameters_at", "perturbations", "position", "positions")
+"""Fields that are no settings of a file: documentation, names, positions, and what a comparison perturbs."""
 
 UNITS = {
     **dict.fromkeys(("control", "plan", "rate", "sensors"), "Hz"),

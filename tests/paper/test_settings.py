@@ -38,6 +38,7 @@ LEFT_OUT = {
     *(f"RequirementSpec.{name}" for name in ("doc", "position")),
     *(f"{spec}Spec.line" for spec in ("Rate", "Place", "Agent", "Actor", "Requirement", "Share", "Ground", "Push")),
     "AgentSpec.parameters_at",
+    "AgentSpec.perturbations",  # no key of a scenario: a comparison sets them
     *("ActorSpec.positions", "PlaceSpec.positions"),
 }
 """Words for people, and where things stand in which file."""
