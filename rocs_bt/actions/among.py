@@ -41,9 +41,6 @@ BACK = 0.8
 ACCELERATION, DECELERATION, TURN_ACCELERATION = 2.0, 3.5, 5.0
 """Greatest planned rates of change of speed [m/s2] and turn rate [rad/s2]."""
 
-TOUCH = 0.08
-"""Gap to a mover below which a stationary robot with no good plan stays where it is [m]."""
-
 
 class Among:
     """Motion of a robot among the movers of its Knowledge, while there are any near it.
