@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_right
 from collections import deque
 from collections.abc import Sequence
+from operator import itemgetter
 
 import numpy as np
 
@@ -12,21 +14,23 @@ from ..channel import Signals, Stamped
 from ..control.locomotion import Array
 from ..geometry import Pose2, wrap_angle
 
-POSES = 8
-"""Number of poses that are stored."""
+KEPT = 1.0
+"""Age to which poses are stored [s]; no scan that counts is later than that."""
 
 
 class PoseHistory:
-    """The most recent poses, from samples of the signal `pose`."""
+    """The poses of the last `KEPT` seconds, from samples of the signal `pose`."""
 
     def __init__(self) -> None:
-        self._poses: deque[tuple[float, Sequence[float]]] = deque(maxlen=POSES)
+        self._poses: deque[tuple[float, Sequence[float]]] = deque()
 
     def take(self, samples: Sequence[Stamped[Signals]]) -> None:
         """Store the poses among some samples, oldest first."""
         for sample in samples:
             if "pose" in sample.value:
                 self._poses.append((sample.t, sample.value["pose"]))
+        while len(self._poses) > 1 and self._poses[-1][0] - self._poses[1][0] >= KEPT - 1e-9:
+            self._poses.popleft()
 
     def at(self, t: float) -> Pose2 | None:
         """Pose at a time [s], world frame, as `along` gives it."""
@@ -50,8 +54,9 @@ class PoseHistory:
         """
         if not self._poses:
             return None
-        stamps = np.array([t for t, _ in self._poses])
-        poses = np.array([pose for _, pose in self._poses], float)
+        first = bisect_right(self._poses, float(times.min()), key=itemgetter(0)) - 1
+        recent = list(self._poses)[max(first, 0) :]
+        stamps, poses = np.array([t for t, _ in recent]), np.array([pose for _, pose in recent], float)
         known = np.isfinite(poses[:, 2])
         poses[known, 2] = np.unwrap(poses[known, 2])
         found = np.column_stack([np.interp(times, stamps, poses[:, axis]) for axis in range(3)])

@@ -41,3 +41,17 @@ def test_what_is_not_known_is_none():
     assert lost.at(0.1) is None
     assert lost.at(0.05) is None
     assert lost.along(np.array([0.0, 0.1])) is None
+
+
+@pytest.mark.parametrize("period", [0.005, 0.01, 0.05, 0.1])
+@pytest.mark.parametrize("late", [0.0, 0.1, 0.4, 0.9])
+def test_a_late_scan_finds_its_pose_whatever_the_period(period, late):
+    kept, now = PoseHistory(), 3.0
+    for k in range(1, round(now / period) + 1):
+        t = k * period
+        kept.take([Stamped(t, "pose", {"pose": [t, -t, math.remainder(2.0 * t, math.tau)]})])
+    taken = now - late - 0.3 * period
+    found = kept.along(np.array([taken, taken + 0.3 * period]))
+    assert found[:, 0] == pytest.approx([taken, taken + 0.3 * period])
+    assert found[1, 2] - found[0, 2] == pytest.approx(0.6 * period)
+    assert kept.at(taken)[:2] == pytest.approx((taken, -taken))
