@@ -1,0 +1,33 @@
+"""Parts of the rover."""
+
+from rocs_bt import Analyze, Monitor, Signal
+from rocs_bt.drivers.mujoco import MujocoSensor
+from rocs_bt.units import LENGTH, Metres
+
+
+class Thermometer(MujocoSensor):
+    """Constant warmth."""
+
+    def sample(self):
+        return [0.5]
+
+
+class Warmth(Monitor):
+    """Warmth."""
+
+    def signals(self):
+        return [Signal("temperature", 1, (LENGTH,), (0.0, 9.0), self.max_age)]
+
+    def interpret(self, readings):
+        return {"temperature": readings["thermometer"].values}
+
+
+class Heat(Analyze):
+    """Compare with a limit."""
+
+    def __init__(self, *args, limit: Metres = 1.0, **kwargs):
+        super().__init__(*args, **kwargs)
+        self.limit = limit
+
+    def process(self, t):
+        return []

@@ -1,0 +1,134 @@
+"""Golden table of messages: wrong inputs, given as a user gives them, and all that the user then reads.
+
+`messages.toml` has a group for each kind of input. A group names the file at fault and the command that reads it; a row
+puts the text `new` in place of `old` (or of the whole file) in a copy of the folder `project`, or gives a command line.
+After a change of messages: `python -m tests.messages.table` writes the table anew, and its diff is to be read.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import os
+import shutil
+import tempfile
+import tomllib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rocs_bt.cli.main import call
+
+FOLDER = Path(__file__).parent
+FILE, PROJECT = FOLDER / "messages.toml", FOLDER / "project"
+CHECK = "check scenarios/own.toml"
+
+
+@dataclass(frozen=True)
+class Row:
+    """A wrong input and what the user reads.
+
+    Attributes:
+        group: Kind of input.
+        name: What is wrong.
+        file: Path of the changed file in the project; empty where none is changed.
+        command: Command line, without `rocs-bt`.
+        old: Text in the file, or None for the whole file.
+        new: Text in its place.
+        code: Exit code.
+        reads: Text on stdout and stderr.
+    """
+
+    group: str
+    name: str
+    file: str
+    command: str
+    old: str | None
+    new: str
+    code: int
+    reads: str
+
+    @property
+    def title(self) -> str:
+        """Name of the row with that of its group."""
+        return f"{self.group}.{self.name}"
+
+    def put(self, project: Path) -> None:
+        """Put the fault into a project."""
+        if self.old is None and not self.new:
+            return
+        file = project / self.file
+        file.parent.mkdir(parents=True, exist_ok=True)
+        text = file.read_text(encoding="utf-8") if self.old is not None else ""
+        assert self.old is None or self.old in text, f"{self.title}: no '{self.old}' in {self.file}"
+        file.write_text(text.replace(self.old, self.new, 1) if self.old is not None else self.new, encoding="utf-8")
+
+
+def write_project(folder: Path, faults: Iterable[Row] = ()) -> Path:
+    """Write the good project with faults; returns the file of its scenario."""
+    shutil.copytree(PROJECT, folder, dirs_exist_ok=True, ignore=shutil.ignore_patterns("__pycache__"))
+    for fault in faults:
+        fault.put(folder)
+    return folder / "scenarios/own.toml"
+
+
+def rows() -> list[Row]:
+    """Rows of the table."""
+    found = []
+    for group, table in tomllib.loads(FILE.read_text(encoding="utf-8")).items():
+        head = {key: value for key, value in table.items() if not isinstance(value, dict)}
+        for name, row in table.items():
+            if isinstance(row, dict):
+                row = {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, "reads": "", **head, **row}
+                found.append(Row(group, name, **row))
+    return found
+
+
+def play(row: Row) -> Row:
+    """The row with the exit code and the text that its command gives today."""
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(made).resolve()
+        write_project(folder, [row])
+        said = io.StringIO()
+        try:
+            os.chdir(folder)
+            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+                code = call(row.command.split())
+        finally:
+            os.chdir(before)
+        text = said.getvalue().replace(f"{folder}/", "").replace(str(PROJECT.parents[2]), "ROCS_BT")
+    lines = [line.rstrip() for line in text.splitlines() if " checked: " not in line]
+    return replace(row, code=code, reads="\n".join(lines) + "\n")
+
+
+def written(played: list[Row]) -> str:
+    """Text of the table."""
+    doc = (__doc__ or "").strip().splitlines()
+    return "".join(["".join(f"# {line}".rstrip() + "\n" for line in doc), *_groups(played)])
+
+
+def _groups(played: list[Row]) -> Iterator[str]:
+    heads = {
+        group: {key: value for key, value in table.items() if not isinstance(value, dict)}
+        for group, table in tomllib.loads(FILE.read_text(encoding="utf-8")).items()
+    }
+    for group, head in heads.items():
+        yield f"\n[{group}]\n" + "".join(f"{key} = {_quoted(value)}\n" for key, value in head.items())
+        for row in played:
+            if row.group == group:
+                given = {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, **head}
+                keys = [(k, getattr(row, k)) for k in (*given, "reads") if k == "reads" or getattr(row, k) != given[k]]
+                yield f"\n[{group}.{row.name}]\n" + "".join(f"{key} = {_quoted(value)}\n" for key, value in keys)
+
+
+def _quoted(value: object) -> str:
+    if not isinstance(value, str):
+        return str(value)
+    if "\n" in value or "'" in value:
+        return f"'''\n{value}'''"
+    return f"'{value}'"
+
+
+if __name__ == "__main__":
+    FILE.write_text(written([play(row) for row in rows()]), encoding="utf-8")
