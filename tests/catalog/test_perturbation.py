@@ -115,26 +115,6 @@ def test_a_project_adds_its_own_and_replaces_a_shipped_one(tmp_path: Path) -> No
     assert values(found["slow"].of(JACKAL), "max_acceleration") == pytest.approx([2.5])
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "line", "words"),
-    [
-        ('"actuator"', '"motor"', 3, "device"),
-        ('"times"', '"half"', 5, "change"),
-        ("0.5", '"0.5 blue"', 6, "blue"),
-        ("0.5", "-1", 6, "positive"),
-        ('["max_acceleration"]', "[]", 4, "changes no key"),
-        ('device = "actuator"', 'device = "body"', 4, "not a key of the body"),
-        ("strength = 0.5", "strenght = 0.5", 6, "strenght"),
-        ("strength = 0.5", "strength = 0.5\nharder = 1", 7, "harder"),
-    ],
-)
-def test_a_fault_has_its_line(tmp_path: Path, old: str, new: str, line: int, words: str) -> None:
-    catalog = written(tmp_path, OWN.replace(old, new))
-    with pytest.raises(InputError, match=words) as caught:
-        catalog.load_perturbations()
-    assert line in [fault.line for fault in caught.value.faults]
-
-
 def test_a_share_never_exceeds_one() -> None:
     scans = replace(SHIPPED["lost_scans"], strength=1.0)
     assert scans.of(JACKAL) != JACKAL

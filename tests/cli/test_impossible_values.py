@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import re
 
-import pytest
-
 from rocs_bt.event import ActuatorCommanded, TicketChanged
 from rocs_bt.record import Recording
 
@@ -20,49 +18,6 @@ def edit(project, file, old, new):
     assert found
     (project / file).write_text(before + new + after)
     return before.count("\n") + 1
-
-
-@pytest.mark.parametrize("command", [("run", "first"), ("check",)], ids=lambda c: c[0])
-@pytest.mark.parametrize(
-    ("file", "old", "new", "message"),
-    [
-        (SCENARIO, 'cruise = "0.4 m/s"', f'cruise = "{cruise}"', message)
-        for cruise, message in (
-            ("-0.5 m/s", "cruise must be positive and finite, found -0.5 m/s."),
-            ("0 m/s", "cruise must be positive and finite, found 0 m/s."),
-            ("inf m/s", "cruise must be positive and finite, found inf m/s."),
-        )
-    ]
-    + [
-        (RULES, 'duration = "2.0 s"', 'duration = "-1.5 s"', "duration of AvoidCollision must be positive and finite"),
-        (RULES, 'duration = "2.0 s"', 'rate = "-2.5 rad/s"', "rate of AvoidCollision must be positive and finite"),
-        (RULES, 'speed = "0 m/s"', 'speed = "inf m/s"', "speed of AvoidCollision must be finite, found inf m/s."),
-        (ROBOT, "rays = 5", "rays = 100000000", "rays must be 1 to 1000 for each beam, found 100000000."),
-    ],
-)
-def test_they_are_refused_by_check_and_run_alike(project, rocs_bt, command, file, old, new, message):
-    line = edit(project, file, old, new)
-    told = rocs_bt(*command)
-    assert told.code == 2, told.text
-    place = rf"{re.escape(file)}:\d+" if file == ROBOT else rf"{re.escape(file)}:{line}"
-    assert re.search(rf"{place}(:\d+)?: .*{re.escape(message)}", told.text), told.text
-    assert "Traceback" not in told.text
-    assert not (project / "runs").exists()
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ("cruise=cruise", 'cruise="-0.5 m/s"', "cruise of GoTo must be positive and finite, found -0.5 m/s."),
-        ("mission.wait(rest)", "mission.wait(-rest)", "wait must be 0 or more and finite, found -1 s."),
-    ],
-)
-def test_a_mission_is_told_the_line_where_it_asks_for_one(project, rocs_bt, old, new, message):
-    line = edit(project, MISSION, old, new)
-    told = rocs_bt("run", "first")
-    assert told.code == 2
-    assert f"patrol.py:{line}: {message}" in told.text
-    assert message in rocs_bt("check").out
 
 
 def test_a_reflex_that_comes_out_impossible_stands_still_and_is_no_defect(project, rocs_bt):

@@ -8,7 +8,6 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog, PlannerSpec, read_planner
-from rocs_bt.check import check_content
 from rocs_bt.compare import ScenarioScene
 from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.runner import EpisodeRunner
@@ -38,37 +37,6 @@ def test_what_a_file_says(project, catalog):
     assert read_planner(project / "planners" / "mine.toml") == found
 
 
-@pytest.mark.parametrize(
-    ("text", "fault"),
-    [
-        ('mission = "go_to"\npython = "a.py:A"\n', "needs either 'mission' or 'python'"),
-        ('doc = "Nothing."\n', "needs either 'mission' or 'python'"),
-        ('mission = "nonsense"\n', "mine.toml:2:1: no mission is named 'nonsense'"),
-        ('python = "nonsense"\n', "'nonsense' is not a class reference"),
-        ('python = "nonsense.py:Class"\n', "nonsense.py"),
-        ('mission = "go_to"\nrules = ["nonsense"]\n', "mine.toml:3:1: no rule file is named 'nonsense'"),
-        ('mission = "go_to"\nlatency = "5 m"\n', "latency must be in s"),
-        ('mission = "go_to"\nlatency = "-5 s"\n', "latency"),
-        ('mission = "go_to"\nspeed = 3\n', "'speed'"),
-    ],
-)
-def test_what_is_wrong_is_told_at_its_line(project, catalog, text, fault):
-    write(project, f'format = "planner/1"\n{text}')
-    with pytest.raises(InputError, match=fault):
-        catalog.load_planner("mine")
-    assert check_content([project / "planners" / "mine.toml"]).has_errors
-
-
-@pytest.mark.parametrize(
-    ("parameters", "fault"),
-    [('cruise = "0.4 m"', "cruise must be in m/s"), ('speed = "1 m/s"', "no parameter is named 'speed'")],
-)
-def test_parameters_are_checked_against_the_missions(project, parameters, fault):
-    file = write(project, f'format = "planner/1"\ndoc = "One."\nmission = "go_to"\n[parameters]\n{parameters}\n')
-    found = check_content([file])
-    assert any(fault in str(each) for each in found.faults)
-
-
 def test_a_planner_takes_the_place_of_mission_rules_parameters_and_latency_of_one_agent():
     scenario = Catalog().load_scenario("exp3")
     planner = PlannerSpec(name="mine", mission="go_to", parameters={"cruise": "0.1 m/s"}, latency=None)
@@ -88,19 +56,6 @@ def test_a_planner_on_a_robot_also_replaces_the_robot_of_the_agent(catalog):
     (before, after, other) = (spec.agents[0] for spec in (scenario, *(p.drives(scenario, "R2") for p in (own, tree))))
     assert after == dataclasses.replace(before, robot="robotino")
     assert (other.robot, other.mission, other.rules) == ("robotino", "go_to", ("avoid_collision",))
-
-
-@pytest.mark.parametrize(
-    ("name", "fault"),
-    [
-        ("@", "no robot is named ''"),
-        ("tree@pioner_p3dx", "Did you mean 'pioneer_p3dx'"),
-        ("tee@robotino", "no planner"),
-    ],
-)
-def test_the_planner_and_the_robot_of_a_pair_must_exist(catalog, name, fault):
-    with pytest.raises(InputError, match=fault):
-        catalog.load_planner(name)
 
 
 def test_a_python_planner_drives_and_says_when_it_has_arrived(project, catalog, planner):

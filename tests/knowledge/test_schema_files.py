@@ -111,47 +111,6 @@ def test_a_kind_may_narrow_what_it_inherits() -> None:
     assert graph.nodes("wide") == ["x"]
 
 
-WRONG = [
-    ('format = "schema/2"', 1, "invalid value 'schema/2' for 'format'"),
-    ("[kind.Robot]", 1, "'Robot' is not a valid name"),
-    ("[kind.where]", 1, "'where' is not a valid name"),
-    ('[kind.a]\nextends = "thng"', 2, "no kind named 'thng'. Did you mean 'thing'"),
-    ('[kind.a]\nextends = "b"\n[kind.b]\nextends = "a"', 2, "of itself: a is a b is a a."),
-    ('[kind.robot]\nextends = "place"', 1, "kind 'robot' exists and extends body; this cannot change"),
-    ('[kind.a.attributes]\nx = { type = "numbr" }', 2, "invalid value 'numbr' for 'type'"),
-    ("[kind.a.attributes]\nx = {}", 2, "has no 'type'"),
-    ('[kind.a.attributes]\nx = { type = "number", unit = "cm" }', 2, "SI units; 'cm' is not one"),
-    ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = 0 }', 2, "low needs a unit"),
-    ('[kind.a.attributes]\nx = { type = "number", unit = "m", low = "1 s" }', 2, "low must be in m"),
-    ('[kind.a.attributes]\nx = { type = "number", low = 1, default = 0 }', 2, "in [1, inf], found 0"),
-    ('[kind.a.attributes]\nx = { type = "text", low = 1 }', 2, "unknown key 'low'"),
-    ('[kind.a.attributes]\nx = { type = "text", choices = ["b"], default = "c" }', 2, "must be one of b, found 'c'"),
-    ('[kind.a.attributes]\nx = { type = "pose", default = ["1 m", "2 m"] }', 2, "default must have 3 values"),
-    ('[kind.a.attributes]\nx = { type = "numbers", size = 2, default = [1] }', 2, "2 numbers [1], found 1"),
-    ('[kind.a.attributes]\nrevision = { type = "text" }', 1, "which the graph reserves"),
-    ('[kind.a.attributes]\nv = { type = "live" }', 1, "no text attribute 'signal'"),
-    ('[kind.robot.attributes]\nradius = { type = "integer" }', 2, "has 'radius' from 'body', as a number [m]"),
-    ('[kind.robot.attributes]\ntrack = { type = "integer" }', 1, "has 'track' already, as a number [m] in [0, inf]"),
-    ('[relation.r]\nsources = ["robot"]', 1, "has no 'targets'"),
-    ('[relation.r]\nsources = ["robt"]\ntargets = ["goal"]', 2, "Did you mean 'robot'"),
-    ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nmax_targets = 0', 4, "must be at least 1"),
-    ('[relation.r]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true\nmax_targets = 2', 1, "is single"),
-    ('[relation.at]\nsources = ["robot"]\ntargets = ["goal"]\nsingle = true', 1, "exists with single=False"),
-    ("[kinds.a]", 1, "unknown key 'kinds' in the file. Did you mean 'kind'"),
-    ("[kind.a\n", 1, "not valid TOML"),
-]
-
-
-@pytest.mark.parametrize(("text", "line", "message"), WRONG, ids=[w[2] for w in WRONG])
-def test_a_fault_is_told_with_its_place(tmp_path: Path, text: str, line: int, message: str) -> None:
-    head = "" if text.startswith("format") else 'format = "schema/1"\n'
-    with pytest.raises(InputError) as caught:
-        load(tmp_path, head + text)
-    places = [f"{tmp_path}/own.toml:{line + (1 if head else 0)}:" in str(f) for f in caught.value.faults]
-    told = [message in str(f) for f in caught.value.faults]
-    assert (True, True) in zip(places, told, strict=True), str(caught.value)
-
-
 def test_all_faults_of_all_files_are_told_at_once(tmp_path: Path) -> None:
     for name, text in {"a": '[kind.x]\nextends = "nothing"', "b": "[kind.A]\n[kind.y]\nzzz = 1"}.items():
         (tmp_path / f"{name}.toml").write_text(f'format = "schema/1"\n{text}', encoding="utf-8")
