@@ -84,21 +84,33 @@ def rows() -> list[Row]:
     return found
 
 
-def play(row: Row) -> Row:
-    """The row with the exit code and the text that its command gives today."""
+def play(table: list[Row]) -> list[Row]:
+    """The rows with the exit code and the text that each command gives today."""
     before = Path.cwd()
     with tempfile.TemporaryDirectory() as made:
-        folder = Path(made).resolve()
-        write_project(folder, [row])
-        said = io.StringIO()
+        shared = Path(made).resolve() / "shared"
+        write_project(shared)
         try:
-            os.chdir(folder)
-            with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
-                code = call(row.command.split())
+            return [_play(row, shared) for row in table]
         finally:
             os.chdir(before)
-        text = said.getvalue().replace(f"{folder}/", "").replace(str(PROJECT.parents[2]), "ROCS_BT")
+
+
+def _play(row: Row, shared: Path) -> Row:
+    """Play a row in the shared project, or in one of its own: a process loads a Python file once."""
+    own = row.file.endswith(".py")
+    folder = write_project(shared.with_name(row.title)).parents[1] if own else shared
+    os.chdir(folder)
+    row.put(folder)
+    said = io.StringIO()
+    with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        code = call(row.command.split())
+    text = said.getvalue().replace(f"{folder}/", "").replace(str(PROJECT.parents[2]), "ROCS_BT")
     lines = [line.rstrip() for line in text.splitlines() if " checked: " not in line]
+    if (PROJECT / row.file).is_file():
+        shutil.copyfile(PROJECT / row.file, folder / row.file)
+    elif row.file:
+        (folder / row.file).unlink()
     return replace(row, code=code, reads="\n".join(lines) + "\n")
 
 
@@ -131,4 +143,4 @@ def _quoted(value: object) -> str:
 
 
 if __name__ == "__main__":
-    FILE.write_text(written([play(row) for row in rows()]), encoding="utf-8")
+    FILE.write_text(written(play(rows())), encoding="utf-8")

@@ -8,7 +8,7 @@ from .table import FILE, play, rows, written
 
 
 def test_messages_are_those_of_the_table():
-    found = written([play(row) for row in rows()])
+    found = written(play(rows()))
     expected = FILE.read_text(encoding="utf-8")
     diff = difflib.unified_diff(expected.splitlines(), found.splitlines(), "expected", "found", lineterm="", n=4)
     assert found == expected, "\n".join(["messages changed (python -m tests.messages.table):", *diff])
