@@ -148,7 +148,8 @@ class FollowRoute(PathAction):
                 anchor, since = (pose, rise), now
             elif now - since > (patience := self.wait if among.active else self.patience):
                 raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {patience:g} s")
-            if among.near(pose):
+            # Among movers the yaw is that of the plan; at the goal the robot turns to its heading.
+            if among.near(pose) and not (there and not drive.faces(pose)):
                 driven, drive.backward = None, False
                 yield among.step(pose, self.points)
                 continue

@@ -60,10 +60,10 @@ class TrackObjects(Analyze):
     a low existence is removed. Known peers are excluded, because a robot sensor measures them better. The analyser
     needs the signal of the ranges and the signals of a PoseMonitor.
 
-    With a scanner it also replaces `knowledge.world.movers` at each scan, and writes two signals, for the present speed
-    and turn rate of the robot: `collision_time` [s], until the hull touches a mover, and `predicted_clearance` [m], the
-    smallest gap to a mover within `horizon`. Both are +inf without movers, and NaN while a beam is NaN or the robot's
-    speed is unknown.
+    With a scanner it also replaces `knowledge.world.movers` at each scan. At each new pose it writes two signals, for
+    the present time and twist of the robot, however old the scan is: `collision_time` [s], until the hull touches a
+    mover, and `predicted_clearance` [m], the smallest gap to a mover within `horizon`. Both are +inf without movers,
+    NaN while a beam is NaN or the robot's speed is unknown, and valid as long as the scan.
 
     Args:
         ranges: Name of the signal with the ranges.
@@ -121,7 +121,7 @@ class TrackObjects(Analyze):
         length, width = body.get("length"), body.get("width")
         self._hull = Footprint(length, width) if length and width else None
         self._poses, self._motion = PoseHistory(), MotionBelief()
-        self._seen = -math.inf  # [s] time of the newest scan
+        self._seen, self._broken = -math.inf, False  # [s] time of the newest scan, and whether a beam of it is NaN
         self._written: dict[int, _Written] = {}
 
     def expects(self) -> Sequence[str]:
@@ -152,8 +152,10 @@ class TrackObjects(Analyze):
             ranges = np.array(sample.value[self._ranges], float)
             yield from self._look(sample.t, self._beams.scan(poses, ranges))
             if self._scanner:
-                present = self._poses.at(self.now(sample.t)) or pose
-                self._predict(sample.t, present, bool(np.isnan(ranges).any()))
+                self._note_movers(sample.t)
+                self._broken = bool(np.isnan(ranges).any())
+        if self._hull is not None and self.knowledge.world.movers is not None:
+            self._predict(self.knowledge.world.movers, self._hull)
 
     def _look(self, t: float, scan: Scan) -> Iterable[Change]:
         found = segments_of(scan, self._size)
@@ -176,12 +178,12 @@ class TrackObjects(Analyze):
             x, y = tracks.mean[i, :2].tolist()
             yield self.change(t, "appeared", self._node(number), x=x, y=y)
 
-    def _predict(self, t: float, pose: Pose2, broken: bool) -> None:
-        """Replace the movers, and write the signals of the coming seconds."""
-        tracks, world = self._tracker.tracks, self.knowledge.world
+    def _note_movers(self, t: float) -> None:
+        """Replace the movers by those of a scan."""
+        tracks = self._tracker.tracks
         chosen = tracks.taken(tracks.confirmed & tracks.movers(t))
         motion = self._motion.update(t, chosen.ids, chosen.mean)
-        world.movers = Movers(
+        self.knowledge.world.movers = Movers(
             t=t,
             ids=chosen.ids.copy(),
             mean=chosen.mean.copy(),
@@ -191,16 +193,19 @@ class TrackObjects(Analyze):
             moves=chosen.fast(self._tracker.settings.min_speed),
             **motion._asdict(),
         )
-        if self._hull is None:
+
+    def _predict(self, movers: Movers, hull: Footprint) -> None:
+        """Write the signals of the coming seconds, as of now: from the last scan and the present pose and twist."""
+        now = self.now(movers.t)
+        if (pose := self._poses.at(now)) is None:
             return
-        now = self.now(t)
         twist = self.knowledge.robot.twist(now)
-        known = not broken and not math.isnan(twist.forward + twist.turn)
+        known = not self._broken and not math.isnan(twist.forward + twist.left + twist.turn)
         collision = clearance = math.inf if known else math.nan
-        if known and len(chosen):
-            ahead = world.movers.predict(now + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
-            collision, clearance = ahead.contact(self._hull, pose, twist)
-        self.write(t, {COLLISION: [collision], CLEARANCE: [clearance]})
+        if known and len(movers):
+            ahead = movers.predict(now + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
+            collision, clearance = ahead.contact(hull, pose, twist)
+        self.write(movers.t, {COLLISION: [collision], CLEARANCE: [clearance]})
 
     def _write(self, t: float, number: int, index: int) -> None:
         graph, node, tracks = self.knowledge.graph, self._node(number), self._tracker.tracks

@@ -20,7 +20,7 @@ from .entry import (
     shipped_root,
 )
 from .ground_tables import GroundSpec, PushSpec
-from .perturbation import Perturbation, parse_perturbations, perturbed, read_perturbations
+from .perturbation import Perturbation, parse_perturbation, perturbed, read_perturbations
 from .planner_file import PlannerSpec, mission_values, read_planner
 from .robot_file import load_robot
 from .robot_spec import (
@@ -74,7 +74,7 @@ __all__ = [
     "load_robot",
     "make_entry",
     "mission_values",
-    "parse_perturbations",
+    "parse_perturbation",
     "perturbed",
     "read_perturbations",
     "read_planner",

@@ -34,7 +34,7 @@ from .entry import (
     shipped_root,
 )
 from .inherit import merged_with_base
-from .perturbation import Perturbation, parse_perturbations, read_perturbations
+from .perturbation import Perturbation, parse_perturbation, read_perturbations
 from .planner_file import PlannerSpec, read_planner
 from .robot_file import load_robot
 from .robot_spec import RobotSpec
@@ -301,7 +301,8 @@ class Catalog:
         """
         if "~" in name and not is_file(Path(name)):
             name, _, perturbed = name.partition("~")
-            return self.load_planner(name).under(*parse_perturbations(perturbed, self.load_perturbations()))
+            known = self.load_perturbations()
+            return self.load_planner(name).under(*(parse_perturbation(each, known) for each in perturbed.split("~")))
         name, at, robot = name.partition("@")
         if name or not at:
             file = self.find("planner", name).path

@@ -217,23 +217,20 @@ def _strength(table: Table) -> tuple[float, str]:
     return found.value, "" if str(found.dimension) in ("", "1") else str(found.dimension)
 
 
-def parse_perturbations(text: str, known: Mapping[str, Perturbation]) -> tuple[Perturbation, ...]:
-    """Perturbations from a text such as `noise=6~delay`; a strength is in SI units or has its unit.
+def parse_perturbation(text: str, known: Mapping[str, Perturbation]) -> Perturbation:
+    """Perturbation from a text such as `noise` or `noise=6`; a strength is in SI units or has its unit.
 
     Args:
-        text: Names, each with an optional strength, separated by `~`.
+        text: Name, with an optional strength.
         known: Perturbations that exist, by name.
 
     Raises:
         InputError: No such perturbation, or its strength is invalid.
     """
-    found = []
-    for each in text.split("~"):
-        name, equals, given = (part.strip() for part in each.partition("="))
-        if name not in known:
-            raise UnknownName(unknown("perturbation", name, known))
-        found.append(known[name] if not equals else _at(known[name], given))
-    return tuple(found)
+    name, equals, given = (part.strip() for part in text.partition("="))
+    if name not in known:
+        raise UnknownName(unknown("perturbation", name, known))
+    return known[name] if not equals else _at(known[name], given)
 
 
 def _at(of: Perturbation, given: str) -> Perturbation:

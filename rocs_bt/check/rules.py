@@ -12,7 +12,7 @@ from ..actions import ACTIONS, action_table
 from ..agent.build import thresholds
 from ..catalog import Catalog, Entry, RobotSpec
 from ..errors import Fault, InputError, unknown
-from ..expression import Environment
+from ..expression import Environment, is_absent
 from ..knowledge import Knowledge
 from ..plan import mission_actions
 from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
@@ -158,16 +158,19 @@ def fitted_rules(entry: Entry, catalog: Catalog, robot: str | None = None) -> li
 
 
 def _any_robot(entry: Entry, catalog: Catalog) -> list[str]:
-    """First robot for which a file loads that no scenario uses; or else the first one with the required signals."""
+    """First robot for which a file loads that no scenario uses, at best with all signals that its rules require."""
     required = required_signals(entry.path)
     robots = [robot.name for robot in catalog.list("robot")]
     environments = {robot: _environment(robot, catalog) for robot in robots}
-    fitting = [robot for robot in robots if required <= environments[robot].signals.keys()] or robots
-    for robot in fitting:
-        with suppress(InputError):
+    robots.sort(key=lambda robot: not required <= environments[robot].signals.keys())
+    for robot in robots:
+        try:
             load_rules(entry.path, environments[robot], ACTIONS)
-            return [robot]
-    return fitting[:1]
+        except InputError as error:
+            if any(map(is_absent, error.faults)):
+                continue  # the robot does not fit; otherwise the file is wrong
+        return [robot]
+    return robots[:1]
 
 
 def _users(entry: Entry, catalog: Catalog) -> list[tuple[str, str, str]]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from ..catalog import Catalog, Perturbation, PlannerSpec, parse_perturbations
+from ..catalog import Catalog, Perturbation, PlannerSpec, parse_perturbation
 from ..errors import Fault, InputError
 from .terminal import echo, show_table
 
@@ -111,7 +111,7 @@ def cold_plan(
         hint = f"Write {named[0].partition('~')[0]} --perturb {named[0].partition('~')[2]}."
         raise InputError(Fault(f"with --cold, '{named[0]}' must not name a perturbation.", hint=hint))
     known = catalog.load_perturbations()
-    wanted = [each for text in given for each in parse_perturbations(text, known)] or list(known.values())
+    wanted = [_perturbation(text, known) for text in given] or list(known.values())
     pairs, skipped = [], list[str]()
     for planner in map(catalog.load_planner, planners):
         found = list(applicable(planner, wanted, places, catalog))
@@ -122,6 +122,15 @@ def cold_plan(
     for line in dict.fromkeys(skipped):
         echo(f"not played: {line}", err=True)
     return ColdPlan(tuple(pairs), tuple(dict.fromkeys(skipped)), catalog)
+
+
+def _perturbation(text: str, known: Mapping[str, Perturbation]) -> Perturbation:
+    """Perturbation of one option --perturb."""
+    if "~" in text:
+        each = " ".join(f"--perturb {name}" for name in text.split("~"))
+        hint = f"Write {each} to play them one by one, or without --cold the planner PLANNER~{text} for all at once."
+        raise InputError(Fault(f"--perturb takes one perturbation, found '{text}'.", hint=hint))
+    return parse_perturbation(text, known)
 
 
 def print_cold(losses: Sequence[Loss], walks: Sequence[Walk]) -> None:

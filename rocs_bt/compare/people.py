@@ -27,7 +27,7 @@ PERSON = 0.25
 
 _HEIGHT, _LEG = 1.7, 0.06  # [m] height of a person, radius of a leg
 _DISC = 0.32  # [m] radius of the disc that the reference path is for
-_FROM_ROBOT = 1.5  # [m] from the robot at the start
+_FROM_ROBOT = 1.5  # [m] from the centre of the robot to the outline of a body, at the start
 _SPACE = 0.4  # [m] beside a body at its start, and beside a line that a blind body walks on
 _TRIES = 5000
 

@@ -3,7 +3,7 @@
 The package depends on signals and units only, so any module that reads a condition from a file may import it.
 """
 
-from .absent import ABSENT, NO_NAME, one_for_each_signal
+from .absent import ABSENT, NO_NAME, is_absent, one_for_each_signal
 from .compiler import Expression, Values, compile_expression, compile_node, compile_plain
 from .environment import Environment, Forms
 from .functions import FUNCTIONS, Misuse
@@ -40,6 +40,7 @@ __all__ = [
     "compile_node",
     "compile_plain",
     "evaluate",
+    "is_absent",
     "lower",
     "one_for_each_signal",
     "parse",

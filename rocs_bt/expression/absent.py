@@ -41,12 +41,17 @@ def absent_name(name: str, known: Iterable[str]) -> Fault:
     return replace(fault, hint=_SOURCES.get(name, fault.hint))
 
 
+def is_absent(fault: Fault) -> bool:
+    """Whether a fault is about a signal that the robot lacks."""
+    return bool(NO_NAME.search(fault.message)) or fault.message.startswith(ABSENT)
+
+
 def one_for_each_signal(faults: Iterable[Fault]) -> list[Fault]:
     """Remove all but the first fault about each signal that the expressions of a file use and a robot lacks."""
     seen, kept = set[tuple[Path | None, str]](), []
     for fault in faults:
-        found = NO_NAME.search(fault.message)
-        if found or fault.message.startswith(ABSENT):
+        if is_absent(fault):
+            found = NO_NAME.search(fault.message)
             key = fault.file, found[1] if found else fault.message
             if key in seen:
                 continue

@@ -16,7 +16,7 @@ from rocs_bt.errors import InputError
 from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
 from rocs_bt.geometry import Pose2, wrap_angle
-from rocs_bt.knowledge import Knowledge, OccupancyGrid
+from rocs_bt.knowledge import Knowledge, Movers, OccupancyGrid
 from rocs_bt.pipeline import Pipeline, Priority, TicketState
 from rocs_bt.safety import Limits, SafetyGate
 from rocs_bt.signal import Signal
@@ -244,6 +244,18 @@ class TestGoTo:
             robot.sense()
             assert robot.go(action).state is TicketState.SUCCEEDED
             assert robot.pose.yaw == pytest.approx(math.pi / 2, abs=math.radians(5.0))
+
+    @pytest.mark.parametrize("kind", ["mecanum", "flying"])
+    def test_among_movers_too_it_arrives_with_the_yaw_of_an_angle(self, kind):
+        robot = Robot(kind)
+        robot.place("far", 1.5, 0.0, "goal")
+        robot.knowledge.graph.set("R1", length=0.6, width=0.4)
+        robot.knowledge.world.occupancy = OccupancyGrid(0.05, 12.0)
+        robot.knowledge.world.movers = Movers.of(0.0, np.array([[3.0, 3.0, -0.1, 0.0]]))
+        route = FollowRoute(points=[(0, 0), (1.5, 0)], goal="far", heading="90 deg", tolerance=0.2, cruise=0.6)
+        assert robot.go(route).state is TicketState.SUCCEEDED
+        assert robot.pose.yaw == pytest.approx(math.pi / 2, abs=math.radians(5.0))
+        assert math.dist(robot.pose[:2], (1.5, 0.0)) <= 0.2
 
 
 class TestOtherActions:

@@ -8,7 +8,7 @@ from rocs_bt.analyze import ANALYZERS
 from rocs_bt.channel import Stamped
 from rocs_bt.clock import SimulatedClock
 from rocs_bt.errors import InputError
-from rocs_bt.event import KnowledgeChanged, ListSink
+from rocs_bt.event import Change, KnowledgeChanged, ListSink
 from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.signal import Signal
@@ -22,32 +22,40 @@ FIELD = math.radians(270.0)
 class World:
     """A robot with a scanner, round things around it, and its analyser."""
 
-    def __init__(self, *things, beams=361, scanner=True, body=None, **parameters):
-        self.clock, self.sink = SimulatedClock(0.05), ListSink()
+    def __init__(self, *things, beams=361, scanner=True, body=None, sideways=False, **parameters):
+        self.clock, self.sink, self.changed = SimulatedClock(0.05), ListSink(), ListSink()
         self.knowledge = Knowledge("R2", self.clock, self.sink)
         look = {"rays": beams, "span": FIELD, "mount": Pose2(0.0, 0.0, 0.0)} if scanner else {}
         self.knowledge.graph.add("lidar", "sensor", signal="scan", **look)
         self.knowledge.graph.relate("R2", "has_sensor", "lidar")
         self.knowledge.graph.set("R2", **(body or {}))
         given = {"ranges": "scan", "half_angle": math.radians(0.5), "max_range": 6.0} | parameters
-        self.analyze = ANALYZERS["TrackObjects"]("seen", self.knowledge, ListSink(), **given)
+        self.analyze = ANALYZERS["TrackObjects"]("seen", self.knowledge, self.changed, **given)
         own = [Signal("scan", beams, (LENGTH,)), Signal("speed", 1, (SPEED,)), Signal("turn_rate", 1, (TURN_RATE,))]
+        own += [Signal("lateral_speed", 1, (SPEED,))] if sideways else []
         for signal in [*self.analyze.signals(), *own]:
             self.knowledge.signals.declare(signal)
         self.knowledge.signals.freeze()
-        self.speed = 0.0
+        self.speed = self.lateral_speed = 0.0
         self.pose, self.things, self.beams, self.changes = Pose2(0.0, 0.0, 0.0), list(things), beams, []
 
-    def steps(self, count, *, blind=False, moving=(0.0, 0.0)):
+    def steps(self, count, *, blind=False, moving=(0.0, 0.0), scan=True):
         for _ in range(count):
             self.clock.advance()
             self.things = [(x + 0.05 * moving[0], y + 0.05 * moving[1], r) for x, y, r in self.things]
             bearings = [-0.5 * FIELD + i * FIELD / (self.beams - 1) for i in range(self.beams)]
             ranges = [math.nan] * self.beams if blind else cast(self.pose, bearings, self.things, 6.0)
             t = self.clock.now()
-            self.knowledge.signals.update({"speed": [self.speed], "turn_rate": [0.0]}, t)
-            samples = [Stamped(t, "scan", {"scan": ranges}), Stamped(t, "pose", {"pose": list(self.pose)})]
-            self.changes += [(c.kind, c.subject) for c in self.analyze.process(samples)]
+            speeds = {"speed": self.speed, "lateral_speed": self.lateral_speed, "turn_rate": 0.0}
+            known = {name: [value] for name, value in speeds.items() if name in self.knowledge.signals}
+            self.knowledge.signals.update(known, t)
+            samples = [Stamped(t, "pose", {"pose": list(self.pose)})]
+            samples = [Stamped(t, "scan", {"scan": ranges}), *samples] if scan else samples
+            for sample in samples:
+                self.analyze.inbox.put(sample)
+            before = len(self.changed.events)
+            self.analyze.run(t)
+            self.changes += [(e.kind, e.subject) for e in self.changed.events[before:] if isinstance(e, Change)]
         return self
 
     def signal(self, name):
@@ -147,6 +155,31 @@ def test_the_signals_say_when_and_how_near_what_moves_will_be():
     assert world.signal("collision_time") == math.inf
     assert world.signal("predicted_clearance") == pytest.approx(1.55, abs=0.15)
     world.steps(1, blind=True)
+    assert math.isnan(world.signal("collision_time"))
+
+
+def test_the_signals_are_as_of_now_while_scans_are_lost():
+    world = World((2.0, 1.4, 0.2), body=BODY).steps(40, moving=(0.0, -0.4))
+    world.speed = 0.9
+    world.steps(1, moving=(0.0, -0.4))
+    at_scan = world.signal("collision_time")
+    seen = []
+    for _ in range(3):  # a robot that drives as announced, without a scan
+        world.pose = Pose2(world.pose.x + 0.045, 0.0, 0.0)
+        seen.append(world.steps(1, moving=(0.0, -0.4), scan=False).signal("collision_time"))
+    assert seen == pytest.approx([at_scan - 0.05 * late for late in (1, 2, 3)], abs=0.051)
+    assert seen == sorted(seen, reverse=True)
+    assert seen[-1] < at_scan - 0.09
+
+
+def test_motion_to_the_side_counts():
+    world = World((0.0, 3.0, 0.2), body=BODY, sideways=True).steps(40, moving=(0.0, -0.4))  # now at 2.2 m to the left
+    world.lateral_speed = 0.6
+    world.steps(1, moving=(0.0, -0.4))
+    # The hull reaches the mover after (2.2 - 0.2 - 0.2) / (0.6 + 0.4) = 1.8 s.
+    assert world.signal("collision_time") == pytest.approx(1.8, abs=0.25)  # 4.5 s without it
+    world.lateral_speed = math.nan
+    world.steps(1, moving=(0.0, -0.4))
     assert math.isnan(world.signal("collision_time"))
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.catalog import Catalog, Perturbation, RobotSpec, parse_perturbations, perturbed
+from rocs_bt.catalog import Catalog, Perturbation, RobotSpec, parse_perturbation, perturbed
 from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.simulation.simulated_world import build_world
 from rocs_bt.sink import NullSink
@@ -76,16 +76,16 @@ def test_a_default_of_a_driver_is_a_value_and_a_missing_key_an_error() -> None:
 
 
 def test_a_name_with_a_strength_selects_a_perturbation() -> None:
-    assert [str(each) for each in parse_perturbations("noise=6~delay", SHIPPED)] == ["noise=6", "delay=0.1"]
-    assert parse_perturbations("delay=200 ms", SHIPPED)[0].amount == "0.2 s"
-    assert parse_perturbations("delay=0.2", SHIPPED)[0].next().amount == "0.4 s"
+    assert [str(parse_perturbation(each, SHIPPED)) for each in ("noise=6", " delay ")] == ["noise=6", "delay=0.1"]
+    assert parse_perturbation("delay=200 ms", SHIPPED).amount == "0.2 s"
+    assert parse_perturbation("delay=0.2", SHIPPED).next().amount == "0.4 s"
     assert SHIPPED["friction"].next().strength == pytest.approx(0.15)
 
 
 @pytest.mark.parametrize("text", ["delay=-1", "delay=3 m", "delay=often", "delay=0", "delay=inf", "delay="])
 def test_an_invalid_strength_is_refused(text: str) -> None:
     with pytest.raises(InputError):
-        parse_perturbations(text, SHIPPED)
+        parse_perturbation(text, SHIPPED)
 
 
 def test_an_unknown_perturbation_is_refused_with_those_that_exist() -> None:

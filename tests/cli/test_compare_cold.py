@@ -36,6 +36,7 @@ def test_a_cold_comparison_prints_stores_and_exports_its_losses(rocs_bt, tmp_pat
         (["tree", "--perturb", "nois"], "Did you mean 'noise'"),
         (["tree", "--perturb", "delay=1 m"], "the strength of 'delay' must be in s"),
         (["tree", "hybrid", "--cold", "--stop-early"], "exclude each other"),
+        (["tree", "--perturb", "noise=6~delay"], "Write --perturb noise=6 --perturb delay to play them one by one"),
         (["tree~noise", "--cold"], "must not name a perturbation"),
         (["tree", "--robot", "quadruped", "--perturb", "delay"], "no perturbation has an effect"),
     ],

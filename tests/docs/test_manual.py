@@ -105,7 +105,7 @@ def test_every_internal_link_resolves(site):
 
 
 def test_the_site_is_small(site):
-    assert sum(p.stat().st_size for p in site.rglob("*") if p.is_file()) <= 10e6
+    assert sum(p.stat().st_size for p in site.rglob("*") if p.is_file()) <= 10.5e6
 
 
 def test_every_page_is_in_exactly_one_toctree():

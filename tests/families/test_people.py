@@ -42,6 +42,8 @@ def test_nobody_begins_in_the_place_of_another(name: str, values: dict[str, obje
             assert math.dist((one.x, one.y), (two.x, two.y)) > one.radius + two.radius
         x, y = scene.reference[0]
         assert min(math.dist((x, y), (disc.x, disc.y)) - disc.radius for disc in discs) > 0.6
+        walking = [body for body in scene.ground.actors if isinstance(body, Post)]
+        assert min(math.dist((x, y), (one.x, one.y)) - one.radius for one in walking) >= 1.5, "as docs/families.md says"
         assert (x == 1.0) != bool(middle)
         assert scene.reference_length > 0.25 * family.long
         assert scene.difficulty["people"] == len(scene.scenario["actor"])
