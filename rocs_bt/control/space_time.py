@@ -43,6 +43,9 @@ MARGIN = 0.06
 MAX_MARGIN = 0.36
 """Greatest share of the uncertainty of a position in that gap [m]: what is far ahead must not close the way."""
 
+PARTING = 1.2
+"""Time within which the robot has to leave a mover that touches it [s]."""
+
 SOON = 0.9
 """Inverse of the time ahead at which a contact counts half [1/s], because a new plan comes before it."""
 
@@ -123,7 +126,8 @@ class TimedPlan(NamedTuple):
 class _States(NamedTuple):
     """n states at the end of a layer.
 
-    `hit` is the probability of contacts so far, and `held` the way that was left when the last of them began [m].
+    `hit` are the probabilities of contacts with each mover so far, shape (n, movers), and `held` is the way that was
+    left when the last contact began [m].
     """
 
     x: Array
@@ -137,6 +141,32 @@ class _States(NamedTuple):
 
     def of(self, chosen: npt.NDArray[np.intp]) -> _States:
         return _States(*(column[chosen] for column in self))
+
+
+class _Company(NamedTuple):
+    """Predicted movers as discs, in m rows of which each is a hypothesis, at the times of all poses of a plan, (k).
+
+    Attributes:
+        at: Centres, world frame, shape (m, k, 2) [m].
+        outer: Distances from the hull at which contact begins, shape (m, k) [m].
+        weight: Probabilities of the rows, shape (m,).
+        mover: Index of the mover of each row, from 0 on, shape (m,).
+    """
+
+    at: Array
+    outer: Array
+    weight: Array
+    mover: npt.NDArray[np.intp]
+
+    @staticmethod
+    def of(prediction: Prediction, hull: Footprint, start: Pose2) -> _Company:
+        outer = prediction.radius[:, None] + MARGIN + np.minimum(prediction.margin, MAX_MARGIN)
+        # What touches the robot already is no new contact, as long as the robot leaves within PARTING.
+        gaps = prediction.gaps(hull, np.array([start]), prediction.times[:1])[0] + prediction.radius
+        left = np.clip(1.0 - (prediction.times - prediction.times[0]) / PARTING, 0.0, 1.0)
+        outer += np.minimum((gaps - 0.01)[:, None] - outer, 0.0) * left * (gaps < outer[:, 0])[:, None]
+        mover = np.unique(prediction.owner, return_inverse=True)[1]
+        return _Company(prediction.positions, outer, prediction.weight, mover)
 
 
 class SpaceTime:
@@ -179,8 +209,10 @@ class SpaceTime:
             prediction: Predicted movers at the times of `times(t)`.
             back: Greatest speed in reverse, such as the ground behind the robot allows [m/s].
         """
-        one = np.ones(1)
-        states = _States(*(value * one for value in (*start, twist.forward, twist.turn, 0.0, 0.0, 0.0)))
+        one, company = np.ones(1), _Company.of(prediction, self._hull, start) if len(prediction) else None
+        movers = int(company.mover.max()) + 1 if company is not None else 0
+        x, y, yaw, v, w = (value * one for value in (*start, twist.forward, twist.turn))
+        states = _States(x, y, yaw, v, w, cost=np.zeros(1), hit=np.zeros((1, movers)), held=np.zeros(1))
         gap = float(way.gaps(states.x, states.y, np.cos(states.yaw), np.sin(states.yaw))[0])
         tight = min(TIGHT, gap - 0.005)  # a robot that is close already may leave
         poses: list[Array] = []
@@ -191,7 +223,7 @@ class SpaceTime:
             v, count, wide = np.maximum(v, -back), len(states.x), len(v)
             parent = np.repeat(np.arange(count), wide)
             before = states.of(parent)
-            states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, way, tight, prediction)
+            states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, way, tight, company)
             states, rest = self._rest(states, before, way)
             total = states.cost + rest
             kept = np.array([int(total.argmin())]) if layer == LAYERS else self._different(states, total)
@@ -204,10 +236,10 @@ class SpaceTime:
             best = int(parent[best])
         path = np.concatenate([[tuple(start)], *reversed(rows)])
         times = np.concatenate([[t], self.times(t)])
-        return TimedPlan(times, path, float(states.hit[0]), float(total[0]))
+        return TimedPlan(times, path, float(states.hit[0].max(initial=0.0)), float(total[0]))
 
     def _ramped(
-        self, s: _States, v: Array, w: Array, layer: int, way: WayField, tight: float, prediction: Prediction
+        self, s: _States, v: Array, w: Array, layer: int, way: WayField, tight: float, company: _Company | None
     ) -> tuple[_States, Array]:
         """States after a layer of ramps from states (n) to target speeds and turn rates, and poses (3, PARTS, n)."""
         limits, h = self._limits, self._h
@@ -231,33 +263,32 @@ class SpaceTime:
         gap = way.gaps(x, y, c, sine)
         added = np.where(gap < tight, SOLID * fast + 5.0 * (fast > 0.05), 0.0)
         added += 0.6 * h * fast * np.clip(0.25 - gap, 0.0, 0.25)
-        if len(prediction):
+        if company is not None:
             k = slice(layer * PARTS, (layer + 1) * PARTS)
-            company, hit = self._company(np.stack([x, y, c, sine]), fast, hit, k, prediction)
-            added += company
+            close, hit = self._close(np.stack([x, y, c, sine]), fast, hit, k, company)
+            added += close
         cost += added.sum(axis=0)
         return _States(x[-1], y[-1], yaw[-1], reached, turning, cost, hit, s.held), np.stack([x, y, yaw])
 
-    def _company(self, poses: Array, fast: Array, hit: Array, k: slice, prediction: Prediction) -> tuple[Array, Array]:
-        """Costs of closeness and contacts, shape (PARTS, n), and the probability of contacts until their end, (n).
+    def _close(self, poses: Array, fast: Array, hit: Array, k: slice, company: _Company) -> tuple[Array, Array]:
+        """Costs of closeness and contacts, shape (PARTS, n), and the probabilities of contacts so far, (n, movers).
 
         Args:
             poses: x [m], y [m], cosine and sine of the yaw, world frame, shape (4, PARTS, n).
             fast: Speed at each pose [m/s], shape (PARTS, n).
-            hit: Probability of contacts before, shape (n).
+            hit: Probabilities of contacts with each mover before, shape (n, movers).
             k: Predicted times of the poses.
-            prediction: Predicted movers, m rows.
+            company: Predicted movers, m rows.
         """
         manners, hull = self._manners, self._hull
-        at, outer = prediction.positions[:, k], prediction.radius + MARGIN
-        outer = outer[:, None] + np.minimum(prediction.margin[:, k], MAX_MARGIN)
+        at, outer = company.at[:, k], company.outer[:, k]
         reach = hull.outer + PASSING + float(outer.max())
         low, high = poses[:2].min(axis=(1, 2)) - reach, poses[:2].max(axis=(1, 2)) + reach
         near = ((at >= low) & (at <= high)).all(axis=-1).any(axis=1)
         if not near.any():
             return np.zeros_like(fast), hit
         # Single precision relative to one of the poses suffices and takes half the time.
-        origin, weight = poses[:2, 0, 0].copy(), prediction.weight[near].astype(np.float32)
+        origin, weight = poses[:2, 0, 0].copy(), company.weight[near].astype(np.float32)
         there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[:, :, None]  # (2, PARTS, 1, m)
         outer = outer[near].T[:, None]
         poses[:2] -= origin[:, None, None]
@@ -274,13 +305,20 @@ class SpaceTime:
         ahead += beside
         over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
         over -= outer.astype(np.float32)
-        # That of the most probable hypothesis alone: the sum over those of a mover makes the robot too timid to get by.
-        probable = np.where(over < 0.0, weight, np.float32(0.0)).max(axis=-1).astype(float)
+        # That of a mover's most probable hypothesis alone: the sum makes the robot too timid to get by.
+        begun = np.zeros(fast.shape)
+        part, state, row = np.nonzero(over < 0.0)
+        if len(row):
+            hit, mover, share = hit.copy(), company.mover[near][row], company.weight[near][row]
+            for j in range(len(begun)):
+                now = part == j
+                before = hit.sum(axis=1)
+                np.maximum.at(hit, (state[now], mover[now]), share[now])
+                begun[j] = hit.sum(axis=1) - before
         soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
         price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
         deep = np.clip(0.3 - over.min(axis=-1) / 0.3, 0.4, 1.3)
-        so_far = np.maximum.accumulate(np.concatenate([hit[None], probable]), axis=0)
-        cost = np.diff(so_far, axis=0) * price * deep  # a contact counts once, when it begins
+        cost = begun * price * deep  # a contact counts once, when it begins
         close = np.maximum(1.0 - over * np.float32(1.0 / manners.personal_space), 0.0)
         np.minimum(close, 1.0, out=close)
         if manners.side != "either":
@@ -292,7 +330,7 @@ class SpaceTime:
             over *= np.float32(WRONG_SIDE)
             close += over
         cost += CLOSE * self._h * (close @ weight) * (0.25 + fast * fast)
-        return soon * cost, so_far[-1]
+        return soon * cost, hit
 
     def _rest(self, s: _States, before: _States, way: WayField) -> tuple[_States, Array]:
         """States (n) with their `held`, and the estimated cost of the way from them to the goal [s].
@@ -302,8 +340,8 @@ class SpaceTime:
         left, ahead = way.to_go(s.x, s.y), 0.25
         beyond = way.to_go(s.x + ahead * np.cos(s.yaw), s.y + ahead * np.sin(s.yaw))
         away = np.clip((beyond - left) / ahead + 1.0, 0.0, 2.0) * np.clip(left - 0.5, 0.0, 1.0)
-        held = np.where(s.hit > before.hit, np.maximum(s.held, left), s.held)
-        left = left + s.hit * np.maximum(held - left, 0.0)
+        held = np.where((s.hit > before.hit).any(axis=1), np.maximum(s.held, left), s.held)
+        left = left + s.hit.max(axis=1, initial=0.0) * np.maximum(held - left, 0.0)
         cost = s.cost + LAYER * np.minimum(left / THERE, 1.0)  # time costs until it is there, so it never dawdles
         return s._replace(cost=cost, held=held), left / (0.9 * self._limits.cruise) + 0.6 * away
 

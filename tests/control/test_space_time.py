@@ -143,6 +143,30 @@ def test_it_passes_on_the_side_of_its_manners(side, sign) -> None:
     assert aside * sign > 0.2
 
 
+def planned(rows, goal=(4.0, 0.0)):
+    """Plan of a robot that rests at the origin."""
+    search, field = SpaceTime(HULL, LIMITS, Manners()), WayField(np.zeros(2), 6.0, np.zeros((0, 2)), HULL)
+    field.lead(np.array([(0.0, 0.0), goal]), np.zeros((0, 3)))
+    movers = Movers.of(0.0, np.array(rows))
+    return search.plan(0.0, Pose2(0.0, 0.0, 0.0), Twist2(0.0), field, movers.predict(search.times(0.0)))
+
+
+def test_one_that_touches_the_robot_costs_nothing_if_the_robot_leaves() -> None:
+    free, touched = planned([(-5.0, 4.0, 0.0, 0.0)]), planned([(-0.51, 0.0, 0.0, 0.0)])
+    assert touched.contact == 0.0
+    assert touched.cost == pytest.approx(free.cost, abs=1.0)
+    beside = planned([(0.0, -0.47, 0.0, 0.0)])
+    assert beside.contact == 0.0
+    assert beside.poses[-1, 0] > 2.0
+
+
+def test_a_contact_with_one_does_not_make_those_with_others_free() -> None:
+    struck = [(0.0, 1.0, 0.0, -2.0), (0.0, -1.0, 0.0, 2.0)]
+    one, two = planned(struck[:1]).cost, planned(struck).cost
+    both = planned([*struck, (0.45, 0.5, 0.0, -0.8), (-0.45, 0.5, 0.0, -0.8)]).cost
+    assert one < two < both
+
+
 def test_two_that_meet_in_a_corridor_pass_each_other() -> None:
     walls = np.vstack([wall((-2.0, 1.0), (10.0, 1.0)), wall((-2.0, -1.0), (10.0, -1.0))])
     robots = [Robot((0.0, 0.0, 0.0), (8.0, 0.0), walls), Robot((8.0, 0.0, math.pi), (0.0, 0.0), walls)]
