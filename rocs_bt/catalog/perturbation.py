@@ -28,7 +28,7 @@ CHANGES = {
 
 _BODY = ("size", "friction")
 # Keys of a device that are not parameters of its driver.
-_SHARES = ("drop_out", "missing_echo", "slip")
+_SHARES = ("drop_out", "missing_echo", "odometry", "slip")
 _OWN = ("noise", "latency", "drop_out", "rate", "max_age", "max_command_age")
 
 Device = TypeVar("Device", SensorSpec, ActuatorSpec)

@@ -307,18 +307,20 @@ class RobotSpec:
         return tuple(dict.fromkeys(self.beside(n.partition(":")[0]) for n in names if is_reference(n)))
 
 
-_FAULTS = {"latency": "s", "drop_out": "", "missing_echo": "", "sweep": "s", "drift": "", "jump": "", "slip": ""}
-"""Unit of each fault of a device in the simulation; that of `drift` and `jump` is that of the driver."""
+_FAULTS = {"latency": "s", "drop_out": "", "missing_echo": "", "sweep": "s", "odometry": "", "slip": ""}
+"""Unit of each fault of a device in the simulation."""
+
+_POSE_FAULTS = {"position": {"drift": "m", "jump": "m"}, "orientation": {"drift": "rad", "jump": "rad"}}
+"""Faults with a unit of their own, by driver."""
 
 
 def _faults(driver: str, values: Mapping[str, Any]) -> list[str]:
     """Faults of a device with a shipped driver, as text, such as `sweep 0.025 s`."""
-    own = {"position": "m", "orientation": "rad"}.get(driver, "")
-    found = {name: values[name] for name in _FAULTS if name in values and not is_reference(driver)}
+    units = {} if is_reference(driver) else _FAULTS | _POSE_FAULTS.get(driver, {})
     return [
-        " ".join([name, *(f"{each:g}" for each in np.atleast_1d(value)), _FAULTS[name] or own]).strip()
-        for name, value in found.items()
-        if np.any(value)
+        " ".join([name, *(f"{each:g}" for each in np.atleast_1d(values[name])), unit]).strip()
+        for name, unit in units.items()
+        if name in values and np.any(values[name])
     ]
 
 

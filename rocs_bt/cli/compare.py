@@ -110,7 +110,8 @@ def command(
     With --robot, each planner is compared on each of the robots, as PLANNER@ROBOT; without PLANNERS, the robots are
     compared in the mission and with the rules of the scenario itself. PLANNERS may also be such pairs.
 
-    With --cold, each planner is also played on robots that differ from its model of them, and the loss is printed.
+    With --cold, each planner is also played on robots that differ from its model of them, and the loss is printed: in
+    body, noise, delay, wheel radius or friction, with an odometer instead of the true pose, or with lost scans.
 
     An interrupted comparison continues where it stopped when called again. Exits with 1 if an episode ended in an
     error or content raised an exception.

@@ -48,18 +48,20 @@ class PositionParameters:
     """Position sensor: x, y, z of the base [m], world frame.
 
     Attributes:
+        odometry: Relative error of an odometer that replaces the true pose; 0 for the true pose.
         drift: Standard deviation of the change of the error of x and of y in a second, a random walk [m].
         jump: Standard deviation of the error of x and of y that is sampled again at each jump [m].
         jump_every: Mean time between two jumps [s]; they come at random.
     """
 
     size: ClassVar[int] = 3
+    odometry: float = 0.0
     drift: Metres = 0.0
     jump: Metres = 0.0
     jump_every: Seconds = 10.0
 
     def __post_init__(self) -> None:
-        _check_error(self.drift, self.jump, self.jump_every)
+        _check_error(self.odometry, self.drift, self.jump, self.jump_every)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,18 +69,20 @@ class OrientationParameters:
     """Orientation sensor: yaw of the base [rad], world frame.
 
     Attributes:
+        odometry: Relative error of an odometer, as of a position sensor.
         drift: Standard deviation of the change of the error in a second, a random walk [rad].
         jump: Standard deviation of the error that is sampled again at each jump [rad].
         jump_every: Mean time between two jumps [s]; they come at random.
     """
 
     size: ClassVar[int] = 1
+    odometry: float = 0.0
     drift: Radians = 0.0
     jump: Radians = 0.0
     jump_every: Seconds = 10.0
 
     def __post_init__(self) -> None:
-        _check_error(self.drift, self.jump, self.jump_every)
+        _check_error(self.odometry, self.drift, self.jump, self.jump_every)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -460,7 +464,9 @@ def _check_motors(motors: tuple[str, ...], signs: tuple[int, ...], wheel_radius:
         raise InputError(Fault(f"wheel_radius must be positive, found {wheel_radius} m."))
 
 
-def _check_error(drift: float, jump: float, jump_every: float) -> None:
+def _check_error(odometry: float, drift: float, jump: float, jump_every: float) -> None:
+    if not 0.0 <= odometry <= 1.0:
+        raise InputError(Fault(f"odometry must be a share, 0 to 1, found {odometry:g}."))
     if not (0.0 <= drift < math.inf and 0.0 <= jump < math.inf):
         raise InputError(Fault(f"drift and jump must be 0 or more and finite, found {drift:g} and {jump:g}."))
     if not jump_every > 0.0:

@@ -19,6 +19,9 @@ GROUND: Final = "ground"
 CHOICE: Final = "choice"
 """Purpose: the object of a group that follows its script; the owner is the group."""
 
+ODOMETER: Final = "odometer"
+"""Purpose: errors of the odometer of the owner, if its pose sensors have one."""
+
 
 def push_of(number: int) -> str:
     """Purpose: time of one push on the owner, by its number in the scenario from 0."""

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from ..agent import RobotDevices, robot_locomotion
 from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, perturbed
 from ..clock import Clock, Rate, SimulatedClock
@@ -15,6 +17,8 @@ from ..drivers.mujoco import (
     FreeObject,
     MujocoActuator,
     MujocoWorld,
+    Odometer,
+    PoseSensor,
     RobotInstance,
     SensorMount,
     Velocity,
@@ -31,11 +35,14 @@ from .ground import ground_pieces
 from .outcome import Goal, Judge
 from .placement import jittered, place_all
 from .push_schedule import PushSchedule, push_schedules
-from .random_streams import CHOICE, START, loop_of, noise_of, stream
+from .random_streams import CHOICE, ODOMETER, START, loop_of, noise_of, stream
 from .script_parameters import script_parameters
 from .scripted_object import ScriptedObject
 from .scripted_objects import FREE, FreeParameters, make_scripted_object
 from .scripted_robots import ScriptedRobot, make_scripted_robot
+
+ENCODED, COUNTS = ("motors", "wheel_radius", "signs"), 4096
+"""Keys of an actuator that its encoders share, and their counts per turn of a wheel."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +113,8 @@ def build_world(
     sensors, actuators = {}, {}
     for name in (agent.name for agent in scenario.agents):
         sensors[name] = _sensors(world, catalog, scenario, name, actual[name], seed)
+        with located_at(actual[name].file):
+            _add_odometer(world, name, actual[name], sensors[name], stream(scenario.name, seed, name, ODOMETER))
         actuators[name] = {
             a.name: _actuator(world, catalog, name, actual[name], a, scenario, seed, sink, wheels)
             for a in actual[name].actuators
@@ -158,6 +167,24 @@ def _sensors(
                 drop_out=spec.drop_out,
             )
     return made
+
+
+def _add_odometer(
+    world: MujocoWorld, name: str, robot: RobotSpec, sensors: Mapping[str, Sensor], rng: np.random.Generator
+) -> None:
+    """Connect the pose sensors that read an odometer to one of the robot's own wheels, or of its base without any."""
+    dead = [each for each in sensors.values() if isinstance(each, PoseSensor) and each.given.odometry]
+    if not dead:
+        return
+    locomotion = robot_locomotion(robot.locomotion)
+    actuator = next(each for each in robot.actuators if each.name == robot.locomotion.actuator)
+    motors = {key: actuator.parameters[key] for key in ENCODED if key in actuator.parameters}
+    travel = None
+    if locomotion.wheels and "motors" in motors:
+        travel = make_sensor(world, name, ODOMETER, "wheel_travel", {**motors, "counts": COUNTS}).sample
+    odometer = Odometer(world, name, dead[0].given.odometry, rng, travel, locomotion)
+    for each in dead:
+        each.odometer = odometer
 
 
 def _judge(scenario: ScenarioSpec, agent: AgentSpec) -> Judge:

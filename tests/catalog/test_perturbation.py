@@ -28,7 +28,7 @@ def test_each_shipped_perturbation_changes_the_jackal_as_written() -> None:
     assert values(found["delay"], "delay") == pytest.approx([0.2])
     assert values(found["wheel_radius"], "wheel_radius") == pytest.approx([0.098 * 1.05] * 2)
     assert [s.drop_out for s in found["lost_scans"].sensors] == [0.2, 0.0, 0.0, 0.0]
-    assert values(found["odometry"], "drift") == [0.01, 0.01]
+    assert values(found["odometry"], "odometry") == [0.01, 0.01]
     assert found["friction"].variant.friction == 0.3
     assert found["body"].variant.size == pytest.approx(1.1)
     assert values(found["body"], "wheel_radius") == pytest.approx([0.098 * 1.1] * 2)

@@ -362,7 +362,7 @@ def test_a_file_with_every_documented_key_loads(kind, tmp_path):
 MARKED = [(kind, title) for kind, text in FILES.items() for title in re.findall(r"# zzz (\S+)", text)]
 DRIVER = {
     "robot.locomotion": {"vx"},  # a table, below
-    "robot.sensor": {"drift", "jump", "jump_every"},
+    "robot.sensor": {"odometry", "drift", "jump", "jump_every"},
     "robot.actuator": {"motors", "wheel_radius", "signs", "max_acceleration", "delay", "slip"},
 }
 

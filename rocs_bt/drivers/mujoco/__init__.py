@@ -9,8 +9,9 @@ from .compose import FreeObject, RobotInstance, SensorMount, compile_model, comp
 from .lidar import Rays
 from .mount import DriverWorld, Mount
 from .nearness import Near
+from .odometer import Odometer
 from .sensor import MujocoSensor
-from .sensors import SENSORS, make_sensor
+from .sensors import SENSORS, PoseSensor, make_sensor
 from .world import Contact, MujocoWorld
 
 __all__ = [
@@ -26,6 +27,8 @@ __all__ = [
     "MujocoSensor",
     "MujocoWorld",
     "Near",
+    "Odometer",
+    "PoseSensor",
     "Rays",
     "RobotInstance",
     "SensorMount",

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ...errors import InputError, unknown
-from ...geometry import wrap_angle
+from ...geometry import Pose2, wrap_angle
 from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
 from ..common import BatteryModel, GyroModel, PoseError, RobotSensorModel, TwistModel
@@ -35,52 +35,65 @@ from .mount import Mount
 from .sensor import MujocoSensor
 
 if TYPE_CHECKING:
+    from .odometer import Odometer
     from .world import MujocoWorld
 
 
-class Position(MujocoSensor):
+class PoseSensor(MujocoSensor):
+    """Base class of sensors of the pose, with their errors.
+
+    Attributes:
+        given: Parameters.
+        odometer: Odometer that replaces the true pose; None for the true pose. All sensors of a robot share one.
+    """
+
+    def __init__(self, name: str, mount: Mount, given: PositionParameters | OrientationParameters, errors: int) -> None:
+        super().__init__(name, mount)
+        self.given = given
+        self.odometer: Odometer | None = None
+        self._error = PoseError(given, errors, mount.faults_rng()) if given.drift or given.jump else None
+
+    @property
+    def exact(self) -> bool:
+        """Whether the readings are ground truth."""
+        return self._error is None and not self.mount.noise and not self.given.odometry
+
+    def pose(self) -> Pose2:
+        """Pose of the base, true or of the odometer."""
+        return self.mount.world.pose(self.mount.robot) if self.odometer is None else self.odometer.pose()
+
+
+class Position(PoseSensor):
     """Position sensor: x, y, z of the base [m], world frame."""
 
     declares = PositionParameters
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        super().__init__(name, mount)
         given = read_parameters(PositionParameters, parameters, f"position sensor '{name}'")
-        self._error = PoseError(given, 2, mount.faults_rng()) if given.drift or given.jump else None
-
-    @property
-    def exact(self) -> bool:
-        """Whether the readings are ground truth."""
-        return self._error is None and not self.mount.noise
+        super().__init__(name, mount, given, 2)
 
     def sample(self) -> list[float]:
-        world = self.mount.world
-        found = world.position(self.mount.robot)
+        found = self.mount.world.position(self.mount.robot)
+        if self.odometer is not None:
+            found[:2] = self.pose()[:2]
         if self._error is None:
             return found
-        x, y = self._error.at(world.stamp)
+        x, y = self._error.at(self.mount.world.stamp)
         return [found[0] + x, found[1] + y, found[2]]
 
 
-class Orientation(MujocoSensor):
+class Orientation(PoseSensor):
     """Orientation sensor: yaw of the base [rad], world frame."""
 
     declares = OrientationParameters
 
     def __init__(self, name: str, mount: Mount, **parameters: Any) -> None:
-        super().__init__(name, mount)
         given = read_parameters(OrientationParameters, parameters, f"orientation sensor '{name}'")
-        self._error = PoseError(given, 1, mount.faults_rng()) if given.drift or given.jump else None
-
-    @property
-    def exact(self) -> bool:
-        """Whether the readings are ground truth."""
-        return self._error is None and not self.mount.noise
+        super().__init__(name, mount, given, 1)
 
     def sample(self) -> list[float]:
-        world = self.mount.world
-        yaw = world.pose(self.mount.robot).yaw
-        return [yaw if self._error is None else wrap_angle(yaw + self._error.at(world.stamp)[0])]
+        yaw = self.pose().yaw
+        return [yaw if self._error is None else wrap_angle(yaw + self._error.at(self.mount.world.stamp)[0])]
 
 
 class TwistSensor(MujocoSensor):
