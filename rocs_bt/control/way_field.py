@@ -55,11 +55,14 @@ class WayField:
         )
         self._end = centre
         self._way: Array = np.zeros((side // COARSE, side // COARSE))
-        count = math.ceil(hull.length / hull.width - 1e-9)
-        part = hull.length / (2 * count)
-        self._discs = [(2 * k + 1) * part - 0.5 * hull.length for k in range(count)]
-        self._radius = math.hypot(part, 0.5 * hull.width)
-        self._inner = hull.inner
+        # Discs in a row along the longer axis cover the hull.
+        long, short = max(hull.length, hull.width), min(hull.length, hull.width)
+        count = max(math.ceil(long / short - 1e-9), 2)
+        part = long / (2 * count)
+        row = [(2 * k + 1) * part - 0.5 * long for k in range(count)]
+        self._discs = [(at, 0.0) if hull.length >= hull.width else (0.0, at) for at in row]
+        self._radius = math.hypot(part, 0.5 * short)
+        self._half = 0.5 * hull.width  # what the hull needs on either side as it drives
 
     def lead(self, route: Array, standing: Array) -> None:
         """Compute the way to the end of a route.
@@ -83,9 +86,9 @@ class WayField:
             beside = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
             near = np.hypot(x[beside[1]] - at_x, y[beside[0], None] - at_y) < BESIDE
             open_gap = self._gap[COARSE // 2 :: COARSE, COARSE // 2 :: COARSE][beside]
-            gap[beside] = np.where(near & (open_gap <= EASE), np.maximum(gap[beside], self._inner + 0.1), gap[beside])
-        cost = np.where(gap > self._inner + 0.06, 1.0 + 2.0 * np.clip(EASE - gap, 0.0, EASE), math.inf)
-        cost += np.where(crowded > self._inner + 0.06, 2.0 * np.clip(EASE - crowded, 0.0, EASE), STANDING)
+            gap[beside] = np.where(near & (open_gap <= EASE), np.maximum(gap[beside], self._half + 0.1), gap[beside])
+        cost = np.where(gap > self._half + 0.06, 1.0 + 2.0 * np.clip(EASE - gap, 0.0, EASE), math.inf)
+        cost += np.where(crowded > self._half + 0.06, 2.0 * np.clip(EASE - crowded, 0.0, EASE), STANDING)
         self._end = route[-1]
         goal = self._cell(*self._end.tolist())
         cost[goal] = min(cost[goal], 3.0 + STANDING)
@@ -93,7 +96,10 @@ class WayField:
         self._way = np.where(np.isfinite(found), found, FAR)
 
     def gaps(self, x: Array, y: Array, c: Array, s: Array) -> Array:
-        """Gaps between the hull and the obstacles [m], too small by a few centimetres, of the shape of the arguments.
+        """Gaps between the hull and the obstacles [m], of the shape of the arguments.
+
+        They are too small by a few centimetres beside the longer sides, and by up to a third of the shorter side
+        before the others.
 
         Args:
             x: Positions along x, world frame [m].
@@ -104,8 +110,9 @@ class WayField:
         side = len(self._gap) - 1
         u, v = (x - self._low[0]) / CELL, (y - self._low[1]) / CELL
         found: list[Array] = []
-        for ahead in self._discs:
-            column, row = (u + ahead / CELL * c).astype(np.intp), (v + ahead / CELL * s).astype(np.intp)
+        for ahead, aside in self._discs:
+            column = (u + (ahead * c - aside * s) / CELL).astype(np.intp)
+            row = (v + (ahead * s + aside * c) / CELL).astype(np.intp)
             found.append(self._gap[row.clip(0, side), column.clip(0, side)])
         gaps: Array = np.minimum.reduce(found) - self._radius
         return gaps

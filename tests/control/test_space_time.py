@@ -252,13 +252,25 @@ def test_the_way_leads_around_walls_and_stationary_ones() -> None:
     assert float(open_field.to_go(np.zeros(1), np.zeros(1))[0]) > straight
 
 
-def test_gaps_of_the_field_are_those_of_the_hull_less_a_few_centimetres() -> None:
-    rng = np.random.default_rng(5)
+@pytest.mark.parametrize("size", [(0.5, 0.43), (0.4, 0.4), (0.3, 0.6), (1.2, 0.4)])
+def test_gaps_of_the_field_are_those_of_the_hull_less_a_part_of_its_width(size) -> None:
+    rng, hull = np.random.default_rng(5), Footprint(*size)
     points = rng.uniform(-3.0, 3.0, (30, 2))
-    field = WayField(np.zeros(2), 6.0, points, HULL)
+    field = WayField(np.zeros(2), 6.0, points, hull)
     poses = np.column_stack([rng.uniform(-3.0, 3.0, (200, 2)), rng.uniform(-math.pi, math.pi, 200)])
-    true = HULL.clearance(poses, points)
+    true = hull.clearance(poses, points)
     found = field.gaps(*poses.T[:2], np.cos(poses[:, 2]), np.sin(poses[:, 2]))
     outside = true > 0.0
     assert (found <= true + 0.04)[outside].all()
-    assert (true - found)[outside].max() < 0.2
+    assert (true - found)[outside].max() < 0.07 + min(size) / 3.0
+
+
+def test_the_way_of_a_wide_robot_does_not_lead_through_a_gap_that_is_too_narrow() -> None:
+    points = np.vstack([wall((2.0, 0.3), (2.0, 3.0)), wall((2.0, -0.3), (2.0, -3.0))])
+    left = []
+    for hull in (Footprint(0.4, 0.3), Footprint(0.3, 0.7)):
+        field = WayField(np.zeros(2), 6.0, points, hull)
+        field.lead(np.array([[0.0, 0.0], [0.0, 4.0], [4.0, 4.0], [4.0, 0.0]]), np.zeros((0, 3)))
+        left.append(float(field.to_go(np.zeros(1), np.zeros(1))[0]))
+    assert left[0] < 5.0
+    assert left[1] > 6.0, "around the walls"
