@@ -180,10 +180,10 @@ class TrackObjects(Analyze):
 
     def _note_movers(self, t: float) -> None:
         """Replace the movers by those of a scan."""
-        tracks = self._tracker.tracks
+        tracks, world = self._tracker.tracks, self.knowledge.world
         chosen = tracks.taken(tracks.confirmed & tracks.movers(t))
         motion = self._motion.update(t, chosen.ids, chosen.mean)
-        self.knowledge.world.movers = Movers(
+        tracked = Movers(
             t=t,
             ids=chosen.ids.copy(),
             mean=chosen.mean.copy(),
@@ -193,6 +193,7 @@ class TrackObjects(Analyze):
             moves=chosen.fast(self._tracker.settings.min_speed),
             **motion._asdict(),
         )
+        world.movers = tracked if world.foreseen is None else world.foreseen
 
     def _predict(self, movers: Movers, hull: Footprint) -> None:
         """Write the signals of the coming seconds, as of now: from the last scan and the present pose and twist."""

@@ -33,7 +33,8 @@ class PlannerSpec:
         nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
         robot: Robot that the planner controls; empty for the robot of the scenario.
         perturbations: Changes of the simulated robot of which planner and agent do not know.
-        oracle: Whether the planner gets ground-truth information, such as the map (`Mission.privileged`).
+        oracle: Whether the planner gets ground-truth information: the map of a scene (`Mission.privileged`), and the
+            true future of what moves.
         doc: One-sentence description.
         source: Book or paper of the method.
         file: Planner file; None for a planner made by a program.
@@ -62,7 +63,7 @@ class PlannerSpec:
             agent: Name of an agent of the scenario.
             privileged: Ground-truth information; passed on only if this planner is an oracle.
         """
-        known = (privileged or {}) if self.oracle else {}
+        known = (privileged or {}) if self.oracle else None
         agents = [self._instead_of(each, known) if each.name == agent else each for each in scenario.agents]
         return replace(scenario, agents=tuple(agents))
 
@@ -75,7 +76,7 @@ class PlannerSpec:
         name = "~".join((self.name, *map(str, perturbations)))
         return replace(self, name=name, perturbations=(*self.perturbations, *perturbations))
 
-    def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any]) -> AgentSpec:
+    def _instead_of(self, agent: AgentSpec, privileged: Mapping[str, Any] | None) -> AgentSpec:
         agent = replace(agent, robot=self.robot or agent.robot, perturbations=self.perturbations)
         if not self.mission:
             return agent

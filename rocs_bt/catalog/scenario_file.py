@@ -75,8 +75,8 @@ class AgentSpec:
         line: Line of the table in the file.
         parameters_at: Position of the parameters in their file; None for those made by a program.
         overlay: Tables that override those of the robot.
-        privileged: Ground-truth information for oracle planners (`Mission.privileged`), set by programs and never by a
-            file.
+        privileged: Ground-truth information of an oracle planner (`Mission.privileged`), which then also knows the
+            future of what moves; None for all others. Set by programs and never by a file.
         perturbations: Changes of the simulated robot of which the agent does not know, set by programs and never by a
             file.
     """
@@ -97,7 +97,7 @@ class AgentSpec:
     parameters_at: ParameterTable | None = None
     nodes: str = ""
     overlay: Overlay | None = None
-    privileged: Mapping[str, Any] = field(default_factory=dict)
+    privileged: Mapping[str, Any] | None = None
     perturbations: tuple[Perturbation, ...] = ()
 
 

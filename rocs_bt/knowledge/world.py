@@ -18,10 +18,13 @@ class WorldModel(Model):
     Attributes:
         occupancy: Occupancy grid that the robot builds; None if no block builds one.
         movers: Estimates of what moves around the robot, as of the latest scan; None if no block tracks it.
+        foreseen: True movers with their future, which a simulation gives to oracle planners only; they are `movers`,
+            too, instead of estimates.
     """
 
     occupancy: OccupancyGrid | None = None
     movers: Movers | None = None
+    foreseen: Movers | None = None
 
     def place(self, name: str, pose: Pose2 | Pose3, kind: str = "place", **attributes: Any) -> None:
         """Add a node with a pose, or move it.

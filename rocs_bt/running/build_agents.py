@@ -46,7 +46,7 @@ def load_controller(
         peers={name: tag for name, tag in scenario.tags.items() if name != agent.name},
         actions=mission_actions(mission),
         latency=agent.latency,
-        privileged=agent.privileged,
+        privileged=agent.privileged or {},
         schema=catalog.load_schema(),
     )
 

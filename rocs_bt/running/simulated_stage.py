@@ -18,8 +18,10 @@ from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
 from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch
 from ..simulation.fact_schedule import FactSchedule, fact_schedules
+from ..simulation.foresight import Foresight
 from ..simulation.pace import Pace
 from ..simulation.physics_thread import PhysicsThread
+from ..simulation.scripted_object import ScriptedObject
 from ..simulation.simulated_world import SimulatedWorld, build_world
 from .build_agents import build_agents
 from .episode import EpisodeAgent, brake
@@ -40,6 +42,7 @@ class SimulatedStage:
         sink: Sink for the ground truth.
         control: Control rate in physics steps.
         facts: Scheduled facts of the agents.
+        foresight: Foresight of the agents with an oracle; None without one.
         wall: Wall clock of world and agents, which `playing` starts at zero; None in lockstep.
 
     Attributes:
@@ -59,6 +62,7 @@ class SimulatedStage:
         *,
         control: Rate,
         facts: Sequence[FactSchedule] = (),
+        foresight: Foresight | None = None,
         wall: WallClock | None = None,
     ) -> None:
         self.clock: Clock = simulated.clock
@@ -72,6 +76,7 @@ class SimulatedStage:
         self._sink = sink
         self._control = control
         self._actors = (*simulated.actors, *facts)
+        self._foresight = foresight
         self._wall = wall
         self._paused = False
         self._clearance = ClearanceWatch(simulated.world, [a.name for a in agents], sink, simulated.spatial)
@@ -105,6 +110,7 @@ class SimulatedStage:
             sink,
             control=spec.rate.control_rate,
             facts=fact_schedules(spec, agents, simulated),
+            foresight=_foresight(spec, agents, simulated),
             wall=wall,
         )
 
@@ -181,6 +187,8 @@ class SimulatedStage:
 
     def advance(self, t: float) -> None:
         """Let the actors go on, and in lockstep the agents before and the physics after them."""
+        if self._foresight is not None:
+            self._foresight.step(t)
         if self.time_stops:
             for agent in self._agents:
                 if not self.judges[agent.name].decided:
@@ -258,3 +266,10 @@ def simulated_agents(
     devices = {agent.name: simulated.devices(agent.name) for agent in spec.agents}
     runtime = Runtime(simulated.clock, sink, time.perf_counter)
     return build_agents(spec, catalog, devices, runtime, seed=seed, missions=missions, faults=faults)
+
+
+def _foresight(spec: ScenarioSpec, agents: Sequence[Agent], simulated: SimulatedWorld) -> Foresight | None:
+    names = {agent.name for agent in spec.agents if agent.privileged is not None}
+    oracles = [agent.knowledge.world for agent in agents if agent.name in names]
+    scripts = [actor for actor in simulated.actors if isinstance(actor, ScriptedObject)]
+    return Foresight(simulated.world, scripts, oracles) if oracles else None
