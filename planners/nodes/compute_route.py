@@ -6,7 +6,7 @@ from math import dist, isnan
 
 from rocs_bt.action import Failure, Reason
 from rocs_bt.errors import Fault, InputError
-from rocs_bt.plan import NoRoute, mission_of
+from rocs_bt.plan import MapRoutePlanner, NoRoute, mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from rocs_bt.units import LENGTH
 
@@ -24,6 +24,7 @@ class ComputeRoute(Instant):
     goal = Input(str, doc="node of the world model with a pose")
     planner = Input(str, doc="name of a file in planners/routes")
     clearance = Input(float, 0.1, "minimum gap between the hull and known obstacles [m]", dimension=LENGTH)
+    moving = Input(bool, True, "whether the path leads around what moves at present; FollowRoute avoids it itself")
     path = Output(list, "corners of the path, (x, y) in the world frame [m], from the robot on")
     length = Output(float, "length of the path [m]")
 
@@ -48,6 +49,8 @@ class ComputeRoute(Instant):
             return self._fail(Reason.LOST_POSE)
         if self._named != (named := self.planner):
             self._named, self._router = named, mission.content.load_route(named)(knowledge)
+        if isinstance(self._router, MapRoutePlanner):
+            self._router.moving = self.moving
         try:
             found = self._router.route(start, goal, self.clearance)
         except NoRoute as error:

@@ -31,7 +31,7 @@ class AnyAngle(MapRoutePlanner):
         room = 0.5 * min(body.get("length", 0.0), body.get("width", 0.0)) + clearance  # inner radius of the hull
         low = tuple(min(a, b) - MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
         high = tuple(max(a, b) + MARGIN for a, b in zip(start[:2], goal[:2], strict=True))
-        window = grid.window(low, high)
+        window = grid.window(low, high, moving=self.moving)
         here, there = (_cell(window, p[:2]) for p in (start, goal))
         free = _free(window, room)
         if not free[there]:

@@ -10,17 +10,17 @@ A path is kept while no new obstacle comes near it, and otherwise bent around th
 begins with the part of the old one that the robot drives before it can turn off.
 """
 
-from functools import cache, lru_cache
+from functools import cache
 from math import cos, hypot, inf, isnan, sin, sqrt
 from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
-from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from rocs_bt.control.elastic_band import STEP, DistanceField, headings, relaxed
 from rocs_bt.control.footprint import Footprint
+from rocs_bt.control.grid_graph import grid_graph
 from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point
@@ -51,9 +51,6 @@ MAX_PATH_DISTANCE = 0.3  # [m] Maximum distance between the robot and its path.
 TURN = 6  # A path turns back if this many cells from its beginning it is behind the robot.
 SHORT = 3.0  # [m] Remaining length at which a path that ends before the goal is replaced.
 
-NEIGHBOURS = ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1))
-LEGS = [hypot(*step) for step in NEIGHBOURS]
-
 
 class GridAstar(MapRoutePlanner):
     """Plans in the robot's own map; requires the analyser LocalMap and the robot's length and width.
@@ -74,7 +71,9 @@ class GridAstar(MapRoutePlanner):
     def search(self, grid, start: Pose2, goal: Pose2, clearance: float) -> list[Point]:
         kept = self._planned if self._planned is not None and self._planned.serves(start, goal) else None
         now = self.knowledge.clock.now()
-        if kept is not None and (kept.revision == grid.revision or now - self._checked < CHECK_INTERVAL - 1e-6):
+        if kept is not None and (
+            kept.revision == self.revision_of(grid) or now - self._checked < CHECK_INTERVAL - 1e-6
+        ):
             return kept.path
         self._checked = now
         self._planned = None
@@ -99,12 +98,13 @@ class GridAstar(MapRoutePlanner):
         block = BLOCK * grid.cell
         size = np.ceil((high - low) / block) * block - 0.5 * grid.cell  # covers a whole number of blocks
         low = np.floor(low / grid.cell) * grid.cell + 0.25 * grid.cell
-        return Field.of(grid.window(tuple(low), tuple(low + size)), self._footprint.inner)
+        return Field.of(grid.window(tuple(low), tuple(low + size), moving=self.moving), self._footprint.inner)
 
     def _section_beside(self, grid, points):
         """Map section beside a path, large enough for its costs and clearances."""
         reach = self._footprint.inner + EASE + BESIDE
-        window = grid.window(tuple(points.min(axis=0) - reach), tuple(points.max(axis=0) + reach))
+        low, high = points.min(axis=0) - reach, points.max(axis=0) + reach
+        window = grid.window(tuple(low), tuple(high), moving=self.moving)
         return Field.of(window, self._footprint.inner)
 
     def _plan(self, field, start, goal, clearance, kept):
@@ -253,7 +253,7 @@ def _search(field, cost, start, goal):
     parts, _ = label(np.isfinite(cost), structure=np.ones((3, 3)))  # much faster than a search that finds no path
     if not (parts.reshape(-1)[ends] == parts[here]).any():
         return None
-    graph, first, limit = _reduced(cost, guess), here[0] * columns + here[1], FIRST * guess[here]
+    graph, first, limit = grid_graph(cost, guess), here[0] * columns + here[1], FIRST * guess[here]
     while True:
         distance, before = dijkstra(graph, indices=first, return_predecessors=True, limit=limit)
         best = ends[distance[ends].argmin()]
@@ -287,33 +287,6 @@ def _add_turn_cost(field, cost, start):
     away = np.hypot(x, y)
     back = 0.5 - 0.5 * (x * cos(start.yaw) + y * sin(start.yaw)) / np.maximum(away, field.around.cell_size)
     cost[part][:] += np.where(away < NEAR, BACK * back, 0.0)[: cost[part].shape[0], : cost[part].shape[1]]
-
-
-def _reduced(cost, guess):
-    """Graph of all cells with edge costs reduced by the decrease of the heuristic, so that Dijkstra acts as A*."""
-    rows, columns = cost.shape
-    near, starts = _neighbours(rows, columns)
-    around, ahead = np.pad(cost, 1, constant_values=inf), np.pad(guess, 1)
-    weights = np.empty((rows, columns, len(NEIGHBOURS)))
-    for k, (i, j) in enumerate(NEIGHBOURS):
-        part = slice(1 + i, 1 + i + rows), slice(1 + j, 1 + j + columns)
-        weights[:, :, k] = (0.5 * LEGS[k]) * (cost + around[part]) + (ahead[part] - guess)
-    np.maximum(weights, 1e-9, out=weights)  # rounding may give negative values; a zero would be no edge
-    return csr_array((weights.reshape(-1), near, starts), shape=(cost.size, cost.size))
-
-
-@lru_cache(maxsize=16)
-def _neighbours(rows, columns):
-    """Column indices and row starts of the sparse adjacency matrix of a section's cells.
-
-    A neighbour outside the section is replaced by the cell itself, at infinite cost.
-    """
-    own = np.arange(rows * columns, dtype=np.int32).reshape(rows, columns)
-    padded = np.pad(own, 1, constant_values=-1)
-    near = np.stack([padded[1 + i : 1 + i + rows, 1 + j : 1 + j + columns] for i, j in NEIGHBOURS], axis=-1)
-    near = np.where(near < 0, own[:, :, None], near)
-    starts = np.arange(0, len(NEIGHBOURS) * own.size + 1, len(NEIGHBOURS), dtype=np.int32)
-    return near.reshape(-1), starts
 
 
 def _edge(rows, columns, aim):

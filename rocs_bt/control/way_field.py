@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import math
-from functools import lru_cache
 
 import numpy as np
 import numpy.typing as npt
 
 from .footprint import Footprint
+from .grid_graph import grid_graph
 from .locomotion import Array
 
 CELL = 0.05
@@ -26,8 +26,13 @@ EASE = 0.6
 STANDING = 6.0
 """Additional cost of a metre through stationary movers [m]: they may go, so they close no way."""
 
+USED = 0.3
+"""Gap of the hull up to which gaps are exact; greater ones are too small [m]."""
+
 BESIDE = 0.15
 """Distance from a planned route within which the way is open whatever the coarse grid says [m]."""
+
+_AROUND = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
 
 
 class WayField:
@@ -41,18 +46,9 @@ class WayField:
     """
 
     def __init__(self, centre: Array, reach: float, points: Array, hull: Footprint) -> None:
-        from scipy.ndimage import distance_transform_edt
-
         around = math.ceil(reach / (CELL * COARSE))
         side = (2 * around + 1) * COARSE  # the robot is in the middle of a cell, so that left and right are alike
         self._low = centre - (around + 0.5) * CELL * COARSE
-        cells = ((points - self._low) / CELL).astype(np.intp)
-        cells = cells[((cells >= 0) & (cells < side)).all(axis=1)]
-        free = np.ones((side, side), bool)
-        free[cells[:, 1], cells[:, 0]] = False
-        self._gap: Array = (
-            distance_transform_edt(free) * CELL - 0.5 * CELL if len(cells) else np.full((side, side), reach)
-        )
         self._end = centre
         self._way: Array = np.zeros((side // COARSE, side // COARSE))
         # Discs in a row along the longer axis cover the hull.
@@ -63,6 +59,12 @@ class WayField:
         self._discs = [(at, 0.0) if hull.length >= hull.width else (0.0, at) for at in row]
         self._radius = math.hypot(part, 0.5 * short)
         self._half = 0.5 * hull.width  # what the hull needs on either side as it drives
+        cells = ((points - self._low) / CELL).astype(np.intp)
+        cells = cells[((cells >= 0) & (cells < side)).all(axis=1)]
+        taken = np.zeros((side, side), bool)
+        taken[cells[:, 1], cells[:, 0]] = True
+        far = math.ceil((max(EASE, self._half + 0.1, self._radius + USED)) / CELL) + 1
+        self._gap: Array = distances(taken, far) * CELL - 0.5 * CELL
 
     def lead(self, route: Array, standing: Array) -> None:
         """Compute the way to the end of a route.
@@ -74,32 +76,29 @@ class WayField:
         from scipy.sparse.csgraph import dijkstra
 
         side, cell = len(self._way), COARSE * CELL
-        gap = self._gap[COARSE // 2 :: COARSE, COARSE // 2 :: COARSE].copy()
+        gap = self._gap[COARSE // 2 :: COARSE, COARSE // 2 :: COARSE]
         crowded = np.full((side, side), math.inf)
-        x = self._low[0] + (np.arange(side) + 0.5) * cell
-        y = self._low[1] + (np.arange(side) + 0.5) * cell
+        x, y = (low + (np.arange(side) + 0.5) * cell for low in self._low)
         for at_x, at_y, radius in standing.tolist():
             np.minimum(crowded, np.hypot(x - at_x, y[:, None] - at_y) - radius, out=crowded)
         route = self._inside(_spaced(route, 0.5 * cell))
-        for at_x, at_y in route.tolist():
-            row, column = self._cell(at_x, at_y)
-            beside = slice(max(row - 1, 0), row + 2), slice(max(column - 1, 0), column + 2)
-            near = np.hypot(x[beside[1]] - at_x, y[beside[0], None] - at_y) < BESIDE
-            open_gap = self._gap[COARSE // 2 :: COARSE, COARSE // 2 :: COARSE][beside]
-            gap[beside] = np.where(near & (open_gap <= EASE), np.maximum(gap[beside], self._half + 0.1), gap[beside])
+        opened = self._beside(route) & (gap <= EASE)
+        gap = np.where(opened, np.maximum(gap, self._half + 0.1), gap)
         cost = np.where(gap > self._half + 0.06, 1.0 + 2.0 * np.clip(EASE - gap, 0.0, EASE), math.inf)
         cost += np.where(crowded > self._half + 0.06, 2.0 * np.clip(EASE - crowded, 0.0, EASE), STANDING)
         self._end = route[-1]
         goal = self._cell(*self._end.tolist())
         cost[goal] = min(cost[goal], 3.0 + STANDING)
-        found = dijkstra(_graph(cost, cell), directed=False, indices=goal[0] * side + goal[1]).reshape(side, side)
-        self._way = np.where(np.isfinite(found), found, FAR)
+        found = dijkstra(grid_graph(cost), indices=goal[0] * side + goal[1]).reshape(side, side)
+        self._way = np.where(np.isfinite(found), found * cell, FAR)
 
     def gaps(self, x: Array, y: Array, c: Array, s: Array) -> Array:
         """Gaps between the hull and the obstacles [m], of the shape of the arguments.
 
         They are too small by a few centimetres beside the longer sides, and by up to a third of the shorter side
         before the others.
+
+        Gaps above `USED` may be much too small.
 
         Args:
             x: Positions along x, world frame [m].
@@ -138,6 +137,17 @@ class WayField:
         row, column = int((y - self._low[1]) / cell), int((x - self._low[0]) / cell)
         return min(max(row, 0), side - 1), min(max(column, 0), side - 1)
 
+    def _beside(self, route: Array) -> npt.NDArray[np.bool_]:
+        """Cells of the way with centres nearer than `BESIDE` to a route inside the square, shape (side, side)."""
+        side, cell = len(self._way), COARSE * CELL
+        around = np.clip(((route - self._low) / cell).astype(np.intp), 0, side - 1)[:, None] + _AROUND
+        at = self._low + (around + 0.5) * cell
+        near = np.hypot(*(at - route[:, None]).transpose(2, 0, 1)) < BESIDE
+        column, row = around[near & ((around >= 0) & (around < side)).all(axis=-1)].T
+        beside = np.zeros((side, side), bool)
+        beside[row, column] = True
+        return beside
+
     def _inside(self, route: Array) -> Array:
         """Part of a route up to the border of the square, at least one point."""
         size = len(self._gap) * CELL
@@ -154,26 +164,20 @@ def _spaced(route: Array, step: float) -> Array:
     return np.column_stack([np.interp(at, along, route[:, 0]), np.interp(at, along, route[:, 1])])
 
 
-def _graph(cost: Array, cell: float) -> object:
-    """Sparse graph of the cells with finite cost and their eight neighbours; weights in metres of the way."""
-    from scipy.sparse import coo_matrix
+def distances(taken: npt.NDArray[np.bool_], far: int) -> Array:
+    """Distances of the cells of a grid to the nearest taken cell, at most `far` [cells], between their centres.
 
-    first, second, far = _edges(*cost.shape)
-    flat = cost.reshape(-1)
-    weights = 0.5 * (flat[first] + flat[second]) * (far * cell)
-    kept = np.isfinite(weights)
-    return coo_matrix((weights[kept], (first[kept], second[kept])), shape=(flat.size, flat.size)).tocsr()
-
-
-@lru_cache(maxsize=4)
-def _edges(rows: int, columns: int) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Array]:
-    """Cells at both ends of each edge between neighbours, and its length [cells]."""
-    number = np.arange(rows * columns).reshape(rows, columns)
-    first, second, far = [], [], []
-    for up, right in ((0, 1), (1, 0), (1, 1), (1, -1)):
-        low, high = max(0, -right), columns - max(0, right)
-        a, b = number[: rows - up, low:high], number[up:, low + right : high + right]
-        first.append(a.reshape(-1))
-        second.append(b.reshape(-1))
-        far.append(np.full(a.size, math.hypot(up, right)))
-    return np.concatenate(first), np.concatenate(second), np.concatenate(far)
+    Two passes, along rows and then along columns: Saito and Toriwaki, New algorithms for Euclidean distance
+    transformation of an n-dimensional digitized picture with applications, Pattern Recognition 27, 1994.
+    """
+    columns = np.arange(taken.shape[1], dtype=np.int16)
+    west = np.maximum.accumulate(np.where(taken, columns, np.int16(-far - 1)), axis=1)
+    east = np.minimum.accumulate(np.where(taken, columns, np.int16(len(columns) + far))[:, ::-1], axis=1)[:, ::-1]
+    along = np.minimum(np.minimum(columns - west, east - columns), np.int16(far))
+    along *= along
+    square = along.copy()
+    for k in range(1, far):
+        there = along + np.int16(k * k)
+        np.minimum(square[k:], there[:-k], out=square[k:])
+        np.minimum(square[:-k], there[k:], out=square[:-k])
+    return np.sqrt(np.minimum(square, np.int16(far * far)).astype(float))

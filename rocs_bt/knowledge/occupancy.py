@@ -53,7 +53,7 @@ class Window:
         x: Western edge, world frame [m].
         y: Southern edge, world frame [m].
         cell: Side of a cell [m].
-        revision: Revision of the grid at the time of the copy.
+        revision: `revision` of the grid at the time of the copy, or `still_revision` if it is without what moves.
     """
 
     states: npt.NDArray[np.int8]
@@ -100,6 +100,7 @@ class OccupancyGrid:
     Attributes:
         cell: Side of a cell [m].
         revision: Number of changes of the set of occupied cells, including every move and every `clear`.
+        still_revision: The same without the echoes of what moves.
 
     Raises:
         KnowledgeError: A size is not positive, or there would be more than `MAX_CELLS`.
@@ -115,7 +116,7 @@ class OccupancyGrid:
                 f"a grid of {side} m with cells of {cell} m has {self._count**2} cells; the most are {MAX_CELLS}. "
                 "Take a greater cell or a smaller side."
             )
-        self.revision = 0
+        self.revision = self.still_revision = 0
         self._lock = threading.Lock()
         self._evidence = np.zeros((self._count, self._count), np.float32)
         self._echoes = np.zeros((self._count, self._count, 2), np.float32)  # from the cell's centre [m]
@@ -148,7 +149,7 @@ class OccupancyGrid:
                 rolled[there] = old[here]
                 setattr(self, name, rolled)
             self._corner = np.array(wanted)
-            self.revision += 1
+            self._count_change()
 
     def add_scan(self, hits: Array, passed: Cells, view: View | None = None, moving: Array | None = None) -> int:
         """Add one scan: positions of echoes, and cells that a beam passed through.
@@ -168,7 +169,10 @@ class OccupancyGrid:
             changed = self._add(hits, passed)
             self._latest, self._view = (hits, passed), view
             before, self._moving = self._moving, np.zeros((0, 2)) if moving is None else moving
-            self.revision += changed > 0 or len(before) + len(self._moving) > 0
+            if changed > 0:
+                self._count_change()
+            elif len(before) + len(self._moving) > 0:
+                self.revision += 1
         return changed
 
     def _add(self, hits: Array, passed: Cells) -> int:
@@ -218,7 +222,7 @@ class OccupancyGrid:
             self._evidence[chosen] = self._echo_counts[chosen] = 0.0
             hits, passed = self._latest
             self._add(hits[self._among(chosen, self.cells(hits))], passed[self._among(chosen, passed)])
-            self.revision += 1
+            self._count_change()
 
     def forget(self, centres: Array, radii: Array) -> int:
         """Reset the cells in some discs to unknown, such as those that something moving crosses.
@@ -240,7 +244,8 @@ class OccupancyGrid:
                 inside = dx * dx + dy * dy <= radius * radius
                 gone += int(np.count_nonzero(self._evidence[rows, columns][inside] > OCCUPIED_ABOVE))
                 self._evidence[rows, columns][inside] = self._echo_counts[rows, columns][inside] = 0.0
-            self.revision += gone > 0
+            if gone:
+                self._count_change()
         return gone
 
     def occupied(self) -> Cells:
@@ -267,7 +272,8 @@ class OccupancyGrid:
         with self._lock:
             rows, columns = self._slices(row, top, column, right)
             states, echoes = _states(self._evidence[rows, columns]), self._echoes[rows, columns].astype(float)
-            first, revision, movers = self._corner.tolist(), self.revision, self._moving
+            first, movers = self._corner.tolist(), self._moving
+            revision = self.revision if moving else self.still_revision
         padding = _padding(rows, row - first[0], top - first[0]), _padding(columns, column - first[1], right - first[1])
         if any(map(any, padding)):
             states = np.pad(states, padding, constant_values=UNKNOWN)
@@ -299,6 +305,10 @@ class OccupancyGrid:
         if not (moving and len(movers)):
             return points
         return np.vstack([points, movers[((movers >= low) & (movers <= high)).all(axis=1)]])
+
+    def _count_change(self) -> None:
+        self.revision += 1
+        self.still_revision += 1
 
     def _slices(self, row: int, top: int, column: int, right: int) -> tuple[slice, slice]:
         """Slices of the cells of a rectangle, last row and column included, that are in the grid."""

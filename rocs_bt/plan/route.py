@@ -64,10 +64,14 @@ class MapRoutePlanner(RoutePlanner):
     """Base class of planners of paths through the robot's own map, which the analyser LocalMap builds.
 
     A search that failed is not repeated while the map, the goal, the clearance and the robot's pose are the same.
+
+    Attributes:
+        moving: Whether paths lead around the echoes of what moves; not needed if the follower avoids them itself.
     """
 
     def __init__(self, knowledge: Knowledge) -> None:
         super().__init__(knowledge)
+        self.moving = True
         self._failed: tuple[int, Pose2, Pose2, float, NoRoute] | None = None
 
     @abstractmethod
@@ -87,17 +91,22 @@ class MapRoutePlanner(RoutePlanner):
         grid = self.knowledge.world.occupancy
         if grid is None:
             raise NoRoute("the robot builds no map; add the analyser LocalMap")
+        present = self.revision_of(grid)
         if self._failed is not None:
             revision, here, there, gap, reason = self._failed
             stays = start.distance(here) < grid.cell and abs(wrap_angle(start.yaw - here.yaw)) < SAME_YAW
-            if revision == grid.revision and there == goal and gap == clearance and stays:
+            if revision == present and there == goal and gap == clearance and stays:
                 raise NoRoute(*reason.args)
             self._failed = None
         try:
             return self.search(grid, start, goal, clearance)
         except NoRoute as error:
-            self._failed = grid.revision, start, goal, clearance, error
+            self._failed = present, start, goal, clearance, error
             raise
+
+    def revision_of(self, grid: OccupancyGrid) -> int:
+        """Revision of what paths lead around."""
+        return grid.revision if self.moving else grid.still_revision
 
 
 class RoadRoutePlanner(RoutePlanner):

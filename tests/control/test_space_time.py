@@ -7,10 +7,11 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from scipy.ndimage import distance_transform_edt
 
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.control.space_time import LAYER, LAYERS, Limits, Manners, SpaceTime
-from rocs_bt.control.way_field import WayField
+from rocs_bt.control.way_field import USED, WayField, distances
 from rocs_bt.geometry import Pose2, Twist2
 from rocs_bt.knowledge import Movers
 
@@ -262,7 +263,7 @@ def test_gaps_of_the_field_are_those_of_the_hull_less_a_part_of_its_width(size) 
     found = field.gaps(*poses.T[:2], np.cos(poses[:, 2]), np.sin(poses[:, 2]))
     outside = true > 0.0
     assert (found <= true + 0.04)[outside].all()
-    assert (true - found)[outside].max() < 0.07 + min(size) / 3.0
+    assert (np.minimum(true, USED) - found)[outside].max() < 0.07 + min(size) / 3.0
 
 
 def test_the_way_of_a_wide_robot_does_not_lead_through_a_gap_that_is_too_narrow() -> None:
@@ -274,3 +275,11 @@ def test_the_way_of_a_wide_robot_does_not_lead_through_a_gap_that_is_too_narrow(
         left.append(float(field.to_go(np.zeros(1), np.zeros(1))[0]))
     assert left[0] < 5.0
     assert left[1] > 6.0, "around the walls"
+
+
+def test_distances_between_cells_are_those_of_scipy_up_to_their_maximum():
+    rng = np.random.default_rng(3)
+    for share in (0.0, 0.002, 0.05, 1.0):
+        taken = rng.random((60, 80)) < share
+        exact = distance_transform_edt(~taken) if taken.any() else np.full(taken.shape, np.inf)
+        assert np.array_equal(distances(taken, 13), np.minimum(exact, 13.0))

@@ -149,6 +149,19 @@ def test_a_way_is_bent_by_what_comes_up_beside_it_but_for_what_is_driven_already
     assert bench.route(Pose2(0.3, 0.0)) is bent
 
 
+@pytest.mark.parametrize("moving", [True, False])
+def test_a_way_leads_around_what_moves_only_if_the_follower_does_not(moving):
+    bench, beside = Bench(post(2.5, 3.0)), np.empty((0, 2), dtype=np.intp)
+    bench.planner.moving = moving
+    way = bench.route()
+    for x in (2.0, 2.1):
+        bench.grid.add_scan(np.empty((0, 2)), beside, None, post(x, 0.1))
+        for _ in range(5):
+            bench.clock.advance()
+        assert (bench.route(Pose2(0.2, 0.0)) is way) is not moving
+    assert bench.grid.still_revision < bench.grid.revision
+
+
 def test_a_tight_gap_is_no_short_cut():
     wall = [post(2.5, sign * (0.235 + 0.1 + 0.15 * k)) for sign in (-1, 1) for k in range(14)]  # 3.5 cm on either side
     assert np.abs(np.array(Bench(*wall).route())[:, 1]).max() > 1.0
