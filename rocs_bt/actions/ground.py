@@ -96,9 +96,11 @@ def known_room(body: Body, sign: int, bend: float, reach: float) -> float:
     points = _new_ground(hull, sign, steps)
     c, s = math.cos(pose.yaw), math.sin(pose.yaw)
     world = points @ np.array([[c, s], [-s, c]]) + (pose.x, pose.y)
-    known = body.trail.covers(world, hull)
+    known = np.zeros(len(points), dtype=bool)
     if scanner is not None:
-        known = known | _in_scan(body, scanner, points) | _in_map(body, world)
+        known = _in_scan(body, scanner, points) | _in_map(body, world)
+    if not known.all():
+        known[~known] = body.trail.covers(world[~known], hull)
     free = known.reshape(len(steps), -1).all(axis=1) & _clear(body, hull, pose, sign * steps)
     return math.inf if free.all() else max(room, float(STEP * free.argmin()))
 

@@ -34,12 +34,11 @@ def grid_graph(cost: Array, guess: Array | None = None) -> csr_array:
     near, starts = _neighbours(rows, columns)
     around = np.pad(cost, 1, constant_values=math.inf)
     weights = np.empty((rows, columns, len(NEIGHBOURS)))
-    ahead = None if guess is None else np.pad(guess, 1)
+    bound = np.zeros_like(cost) if guess is None else guess
+    ahead = np.pad(bound, 1)
     for k, (i, j) in enumerate(NEIGHBOURS):
         part = slice(1 + i, 1 + i + rows), slice(1 + j, 1 + j + columns)
-        weights[:, :, k] = (0.5 * LEGS[k]) * (cost + around[part])
-        if ahead is not None:
-            weights[:, :, k] += ahead[part] - guess
+        weights[:, :, k] = (0.5 * LEGS[k]) * (cost + around[part]) + (ahead[part] - bound)
     np.maximum(weights, 1e-9, out=weights)  # rounding may give negative values; a zero would be no edge
     return csr_array((weights.reshape(-1), near, starts), shape=(cost.size, cost.size))
 

@@ -51,6 +51,7 @@ class WayField:
         self._low = centre - (around + 0.5) * CELL * COARSE
         self._end = centre
         self._way: Array = np.zeros((side // COARSE, side // COARSE))
+        self._corners = _corners(self._way)
         # Discs in a row along the longer axis cover the hull.
         long, short = max(hull.length, hull.width), min(hull.length, hull.width)
         count = max(math.ceil(long / short - 1e-9), 2)
@@ -91,6 +92,7 @@ class WayField:
         cost[goal] = min(cost[goal], 3.0 + STANDING)
         found = dijkstra(grid_graph(cost), indices=goal[0] * side + goal[1]).reshape(side, side)
         self._way = np.where(np.isfinite(found), found * cell, FAR)
+        self._corners = _corners(self._way)
 
     def gaps(self, x: Array, y: Array, c: Array, s: Array) -> Array:
         """Gaps between the hull and the obstacles [m], of the shape of the arguments.
@@ -106,24 +108,27 @@ class WayField:
             c: Cosines of the yaws.
             s: Sines of the yaws.
         """
-        side = len(self._gap) - 1
+        side = len(self._gap)
         u, v = (x - self._low[0]) / CELL, (y - self._low[1]) / CELL
         found: list[Array] = []
         for ahead, aside in self._discs:
             column = (u + (ahead * c - aside * s) / CELL).astype(np.intp)
             row = (v + (ahead * s + aside * c) / CELL).astype(np.intp)
-            found.append(self._gap[row.clip(0, side), column.clip(0, side)])
+            np.minimum(np.maximum(column, 0, out=column), side - 1, out=column)
+            np.minimum(np.maximum(row, 0, out=row), side - 1, out=row)
+            row *= side
+            row += column
+            found.append(self._gap.take(row))
         gaps: Array = np.minimum.reduce(found) - self._radius
         return gaps
 
     def to_go(self, x: Array, y: Array) -> Array:
         """Way that is left from n points, shape (n,) [m], interpolated between cells."""
-        side, cell = len(self._way), COARSE * CELL
+        squares, cell = len(self._way) - 1, COARSE * CELL
         u, v = (x - self._low[0]) / cell - 0.5, (y - self._low[1]) / cell - 0.5
-        j, i = u.astype(np.intp).clip(0, side - 2), v.astype(np.intp).clip(0, side - 2)
-        right, up = (u - j).clip(0.0, 1.0), (v - i).clip(0.0, 1.0)
-        corners = np.stack([self._way[i, j], self._way[i, j + 1], self._way[i + 1, j], self._way[i + 1, j + 1]])
-        np.minimum(corners, corners.min(axis=0) + 2.0, out=corners)  # a cell without a way is no cliff
+        j, i = (np.minimum(np.maximum(at.astype(np.intp), 0), squares - 1) for at in (u, v))
+        right, up = (np.minimum(np.maximum(at, 0.0), 1.0) for at in (u - j, v - i))
+        corners = self._corners.take(i * squares + j, axis=1)
         way: Array = (corners[0] * (1.0 - right) + corners[1] * right) * (1.0 - up)
         way += (corners[2] * (1.0 - right) + corners[3] * right) * up
         # Near the end the distance is exact: it is seldom the middle of a cell.
@@ -164,6 +169,13 @@ def _spaced(route: Array, step: float) -> Array:
     return np.column_stack([np.interp(at, along, route[:, 0]), np.interp(at, along, route[:, 1])])
 
 
+def _corners(way: Array) -> Array:
+    """Values at the corners of the squares between the centres of four cells, shape (4, squares)."""
+    corners = np.stack([way[:-1, :-1], way[:-1, 1:], way[1:, :-1], way[1:, 1:]]).reshape(4, -1)
+    clipped: Array = np.minimum(corners, corners.min(axis=0) + 2.0)  # a cell without a way is no cliff
+    return clipped
+
+
 def distances(taken: npt.NDArray[np.bool_], far: int) -> Array:
     """Distances of the cells of a grid to the nearest taken cell, at most `far` [cells], between their centres.
 
@@ -180,4 +192,5 @@ def distances(taken: npt.NDArray[np.bool_], far: int) -> Array:
         there = along + np.int16(k * k)
         np.minimum(square[k:], there[:-k], out=square[k:])
         np.minimum(square[:-k], there[k:], out=square[:-k])
-    return np.sqrt(np.minimum(square, np.int16(far * far)).astype(float))
+    found: Array = np.sqrt(np.minimum(square, np.int16(far * far)).astype(float))
+    return found

@@ -234,16 +234,17 @@ class OccupancyGrid:
         Returns:
             Number of cells that were occupied.
         """
-        gone = 0
+        around = math.ceil(float(radii.max(initial=0.0)) / self.cell)
+        beside = self.cells(centres)[..., None] + np.arange(-around, around + 1)  # rows and columns, (k, 2, n)
+        apart = (beside + 0.5) * self.cell - centres[:, ::-1, None]
+        apart *= apart
+        disc, i, j = np.nonzero(apart[:, 1, None, :] + apart[:, 0, :, None] <= (radii * radii)[:, None, None])
+        cells = np.column_stack([beside[disc, 0, i], beside[disc, 1, j]])
         with self._lock:
-            for (x, y), radius in zip(centres.tolist(), radii.tolist(), strict=True):
-                (row, column), (top, right) = self.cells(np.array([(x - radius, y - radius), (x + radius, y + radius)]))
-                rows, columns = self._slices(row, top, column, right)
-                i, j = np.ogrid[rows, columns]
-                dx, dy = (j + self._corner[1] + 0.5) * self.cell - x, (i + self._corner[0] + 0.5) * self.cell - y
-                inside = dx * dx + dy * dy <= radius * radius
-                gone += int(np.count_nonzero(self._evidence[rows, columns][inside] > OCCUPIED_ABOVE))
-                self._evidence[rows, columns][inside] = self._echo_counts[rows, columns][inside] = 0.0
+            flat, _ = self._flat(cells)
+            evidence = self._evidence.reshape(-1)
+            gone = len(np.unique(flat[evidence[flat] > OCCUPIED_ABOVE]))
+            evidence[flat] = self._echo_counts.reshape(-1)[flat] = 0.0
             if gone:
                 self._count_change()
         return gone
