@@ -289,14 +289,18 @@ class SpaceTime:
             return np.zeros_like(fast), hit
         # Single precision relative to one of the poses suffices and takes half the time.
         origin, weight = poses[:2, 0, 0].copy(), company.weight[near].astype(np.float32)
-        there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[:, :, None]  # (2, PARTS, 1, m)
-        outer = outer[near].T[:, None]
+        there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[..., None]  # (2, PARTS, m, 1)
+        outer = outer[near].T[..., None].astype(np.float32)
         poses[:2] -= origin[:, None, None]
-        x, y, c, s = poses.astype(np.float32)[..., None]
+        x, y, c, s = poses.astype(np.float32)[:, :, None]
         dx, dy = there[0] - x, there[1] - y
-        aside, ahead = c * dy - s * dx, np.abs(c * dx + s * dy)
+        aside, part = c * dy, s * dx
+        aside -= part
+        ahead = np.multiply(c, dx, out=part)
+        ahead += np.multiply(s, dy, out=dy)
+        np.abs(ahead, out=ahead)
         ahead -= np.float32(0.5 * hull.length)
-        beside = np.abs(aside)
+        beside = np.abs(aside, out=dx)
         beside -= np.float32(0.5 * hull.width)
         np.maximum(ahead, 0.0, out=ahead)
         np.maximum(beside, 0.0, out=beside)
@@ -304,10 +308,10 @@ class SpaceTime:
         beside *= beside
         ahead += beside
         over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
-        over -= outer.astype(np.float32)
+        over -= outer
         # That of a mover's most probable hypothesis alone: the sum makes the robot too timid to get by.
         begun = np.zeros(fast.shape)
-        part, state, row = np.nonzero(over < 0.0)
+        part, row, state = np.nonzero(over < 0.0)
         if len(row):
             hit, mover, share = hit.copy(), company.mover[near][row], company.weight[near][row]
             for j in range(len(begun)):
@@ -317,10 +321,11 @@ class SpaceTime:
                 begun[j] = hit.sum(axis=1) - before
         soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
         price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
-        deep = np.clip(0.3 - over.min(axis=-1) / 0.3, 0.4, 1.3)
+        deep = np.clip(0.3 - over.min(axis=1) / 0.3, 0.4, 1.3)
         cost = begun * price * deep  # a contact counts once, when it begins
-        close = np.maximum(1.0 - over * np.float32(1.0 / manners.personal_space), 0.0)
-        np.minimum(close, 1.0, out=close)
+        close = np.multiply(over, np.float32(-1.0 / manners.personal_space), out=dy)
+        close += 1.0
+        np.clip(close, 0.0, 1.0, out=close)
         if manners.side != "either":
             wrong = aside < 0.0 if manners.side == "right" else aside > 0.0
             over *= np.float32(-1.0 / PASSING)
@@ -329,7 +334,7 @@ class SpaceTime:
             over *= wrong
             over *= np.float32(WRONG_SIDE)
             close += over
-        cost += CLOSE * self._h * (close @ weight) * (0.25 + fast * fast)
+        cost += CLOSE * self._h * (weight @ close) * (0.25 + fast * fast)
         return soon * cost, hit
 
     def _rest(self, s: _States, before: _States, way: WayField) -> tuple[_States, Array]:
