@@ -7,7 +7,7 @@ from abc import ABC
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
@@ -102,9 +102,21 @@ class TrafficFamily(Family, ABC):
             run into a stationary robot.
     """
 
+    least: ClassVar[tuple[float, float]] = (5.0, 1.0)
+    """Smallest length and width of a hall of this family [m]."""
+
+    bodies: ClassVar[str] = "people"
+    """What walks."""
+
     long: PositiveMetres = 12.0
     wide: PositiveMetres = 7.0
     middle: Count = 0
+
+    def __post_init__(self) -> None:
+        for name, least in zip(("long", "wide"), self.least, strict=True):
+            if not (found := getattr(self, name)) >= least:
+                raise InputError(f"{name} must be at least {least:g} m in {self.name}, found {found:g} m.")
+        switch(self.middle, "middle")
 
     def hall(self) -> Ground:
         """Floor with four walls; the corner in the south-west is the origin."""
@@ -144,7 +156,9 @@ class TrafficFamily(Family, ABC):
         """
         made: list[Walk] = []
         for index in range(count):
-            one = self.fitting(f"{count} people", partial(walk, rng, index), lambda w: w.free(ground, start, made))
+            one = self.fitting(
+                f"{count} {self.bodies}", partial(walk, rng, index), lambda w: w.free(ground, start, made)
+            )
             made.append(one)
         return made
 
@@ -189,7 +203,9 @@ class PeopleFamily(TrafficFamily, ABC):
     legs: Count = 0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         one_of(self.motion, "motion", MOTIONS)
+        switch(self.legs, "legs")
 
     def walk(
         self,
@@ -205,6 +221,16 @@ class PeopleFamily(TrafficFamily, ABC):
         blind = self.motion == "blind" or (self.motion == "mixed" and index % 2 == 1)
         speed = pace * self.speed * float(rng.uniform(0.7, 1.3))
         return Walk(start=start, end=end, speed=speed, blind=blind, deviation=deviation, legs=bool(self.legs))
+
+
+def switch(value: int, name: str) -> None:
+    """Refuse the value of a parameter that is neither 0 nor 1.
+
+    Raises:
+        InputError: With the name and the value.
+    """
+    if value not in (0, 1):
+        raise InputError(f"{name} must be 0 or 1, found {value}.")
 
 
 def one_of(value: str, name: str, values: Sequence[str]) -> None:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rocs_bt.compare import Block, PeopleFamily, Scene, Walk, one_of
+from rocs_bt.errors import InputError
 from rocs_bt.units import PositiveCount, PositiveMetres
 
 ENCOUNTERS = ("oncoming", "overtaking", "door")
@@ -32,6 +33,8 @@ class Corridor(PeopleFamily):
     def __post_init__(self) -> None:
         super().__post_init__()
         one_of(self.encounter, "encounter", ENCOUNTERS)
+        if self.encounter == "door" and not self.door < self.wide:
+            raise InputError(f"door must be narrower than the corridor of {self.wide:g} m, found {self.door:g} m.")
 
     def scene(self, index: int) -> Scene:
         """Generate the scene with an index."""

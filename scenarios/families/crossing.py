@@ -19,6 +19,7 @@ class Crossing(PeopleFamily):
     `length` of the shortest path without people [m].
     """
 
+    least = (6.0, 2.0)
     people: PositiveCount = 6
 
     def scene(self, index: int) -> Scene:

@@ -23,6 +23,7 @@ class Crowd(PeopleFamily):
     `length` of the shortest path without people [m].
     """
 
+    least = (6.0, 3.0)
     density: str = "normal"
 
     def __post_init__(self) -> None:

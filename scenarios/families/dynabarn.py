@@ -28,11 +28,14 @@ class Dynabarn(TrafficFamily):
     `length` of the shortest path without cylinders [m].
     """
 
+    least = (6.0, 4.0)
+    bodies = "cylinders"
     level: str = "medium"
     long: PositiveMetres = 14.0
     wide: PositiveMetres = 10.0
 
     def __post_init__(self) -> None:
+        super().__post_init__()
         one_of(self.level, "level", list(LEVELS))
 
     def scene(self, index: int) -> Scene:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ KINDS = [
     *(("corridor", {"motion": m, "encounter": e}) for m in MOTIONS for e in ("oncoming", "overtaking", "door")),
     *(("dynabarn", {"level": level}) for level in ("easy", "medium", "hard")),
 ]
+FAMILIES = ("crowd", "crossing", "corridor", "dynabarn")
 NAMES = ["-".join([name, *values.values()]) for name, values in KINDS]
 
 
@@ -123,11 +125,24 @@ def test_people_are_polite_blind_or_both_in_turn() -> None:
         ("crowd", {"density": "full"}, "density must be sparse, normal or dense, found 'full'"),
         ("corridor", {"encounter": "none"}, "encounter must be oncoming, overtaking or door, found 'none'"),
         ("dynabarn", {"level": "9"}, "level must be easy, medium or hard, found '9'"),
+        ("corridor", {"encounter": "door", "door": "3 m"}, "door must be narrower than the corridor of 3 m, found 3 m"),
+        ("crossing", {"legs": 2}, "legs must be 0 or 1, found 2"),
+        *((name, {"middle": 3}, "middle must be 0 or 1, found 3") for name in FAMILIES),
     ],
 )
 def test_what_a_family_does_not_know_is_refused(name: str, values: dict[str, object], message: str) -> None:
     with pytest.raises(InputError, match=message):
         load_family(CATALOG, name, values)
+
+
+@pytest.mark.parametrize("name", FAMILIES)
+def test_a_hall_of_any_size_has_a_scene_or_says_why_not(name: str) -> None:
+    for long, wide in itertools.product((0.5, 5.0, 6.0, 8.0), (0.5, 2.0, 3.0, 4.0)):
+        try:
+            made(name, {"long": f"{long} m", "wide": f"{wide} m"}).scene(0)
+        except InputError as error:
+            found = str(error)
+            assert re.search(r"must be at least|has no room for|has no path for a robot", found), found
 
 
 def test_a_hall_that_is_too_small_is_refused() -> None:
