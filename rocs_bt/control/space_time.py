@@ -246,8 +246,8 @@ class SpaceTime:
         up = np.where(s.v >= 0.0, limits.acceleration, limits.deceleration)
         down = np.where(s.v > 0.0, limits.deceleration, limits.acceleration)
         faster, turned, swing = v - s.v, w - s.w, limits.turn_acceleration
-        reached = s.v + np.clip(faster, -down * LAYER, up * LAYER)
-        turning = s.w + np.clip(turned, -swing * LAYER, swing * LAYER)
+        reached = s.v + np.minimum(np.maximum(faster, -down * LAYER), up * LAYER)
+        turning = s.w + np.minimum(np.maximum(turned, -swing * LAYER), swing * LAYER)
         cost = s.cost + 0.03 * np.abs(turning - s.w) + 0.04 * np.abs(reached - s.v)
         cost += 0.03 * LAYER * np.abs(turning) + REVERSE * LAYER * (reached < -0.05)
         if layer == 0:
@@ -262,7 +262,7 @@ class SpaceTime:
         c, sine, fast, hit = np.cos(yaw), np.sin(yaw), np.abs(speed), s.hit
         gap = way.gaps(x, y, c, sine)
         added = np.where(gap < tight, SOLID * fast + 5.0 * (fast > 0.05), 0.0)
-        added += 0.6 * h * fast * np.clip(0.25 - gap, 0.0, 0.25)
+        added += 0.6 * h * fast * np.minimum(np.maximum(0.25 - gap, 0.0), 0.25)
         if company is not None:
             k = slice(layer * PARTS, (layer + 1) * PARTS)
             close, hit = self._close(np.stack([x, y, c, sine]), fast, hit, k, company)
@@ -321,16 +321,16 @@ class SpaceTime:
                 begun[j] = hit.sum(axis=1) - before
         soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
         price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
-        deep = np.clip(0.3 - over.min(axis=1) / 0.3, 0.4, 1.3)
+        deep = np.minimum(np.maximum(0.3 - over.min(axis=1) / 0.3, 0.4), 1.3)
         cost = begun * price * deep  # a contact counts once, when it begins
         close = np.multiply(over, np.float32(-1.0 / manners.personal_space), out=dy)
         close += 1.0
-        np.clip(close, 0.0, 1.0, out=close)
+        np.minimum(np.maximum(close, 0.0, out=close), 1.0, out=close)
         if manners.side != "either":
             wrong = aside < 0.0 if manners.side == "right" else aside > 0.0
             over *= np.float32(-1.0 / PASSING)
             over += 1.0
-            np.clip(over, 0.0, 1.0, out=over)
+            np.minimum(np.maximum(over, 0.0, out=over), 1.0, out=over)
             over *= wrong
             over *= np.float32(WRONG_SIDE)
             close += over
@@ -342,9 +342,11 @@ class SpaceTime:
 
         Nobody drives through another: what lies behind a probable contact is no progress.
         """
-        left, ahead = way.to_go(s.x, s.y), 0.25
-        beyond = way.to_go(s.x + ahead * np.cos(s.yaw), s.y + ahead * np.sin(s.yaw))
-        away = np.clip((beyond - left) / ahead + 1.0, 0.0, 2.0) * np.clip(left - 0.5, 0.0, 1.0)
+        ahead = 0.25
+        beyond = s.x + ahead * np.cos(s.yaw), s.y + ahead * np.sin(s.yaw)
+        left, further = way.to_go(np.stack([s.x, beyond[0]]), np.stack([s.y, beyond[1]]))
+        away = np.minimum(np.maximum((further - left) / ahead + 1.0, 0.0), 2.0)
+        away *= np.minimum(np.maximum(left - 0.5, 0.0), 1.0)
         held = np.where((s.hit > before.hit).any(axis=1), np.maximum(s.held, left), s.held)
         left = left + s.hit.max(axis=1, initial=0.0) * np.maximum(held - left, 0.0)
         cost = s.cost + LAYER * np.minimum(left / THERE, 1.0)  # time costs until it is there, so it never dawdles

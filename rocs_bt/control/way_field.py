@@ -123,7 +123,7 @@ class WayField:
         return gaps
 
     def to_go(self, x: Array, y: Array) -> Array:
-        """Way that is left from n points, shape (n,) [m], interpolated between cells."""
+        """Way that is left from points [m], interpolated between cells, of the shape of the arguments."""
         squares, cell = len(self._way) - 1, COARSE * CELL
         u, v = (x - self._low[0]) / cell - 0.5, (y - self._low[1]) / cell - 0.5
         j, i = (np.minimum(np.maximum(at.astype(np.intp), 0), squares - 1) for at in (u, v))
