@@ -34,7 +34,6 @@ COMMANDS = {
     "report": "Make the summary and report of a recording, also of an incomplete one.",
     "export": "Write a run as a ROS 2 bag, for rviz, PlotJuggler and Foxglove.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",
-    "episode": "Play one episode of a comparison again, with recording and report.",
     "compare": "Compare planners over many scenes and seeds, with statistical verdicts.",
     "search": "Search for a scene in which a planner fails, and reduce it to a minimal one.",
     "scene": "Generate scenes of a family as scenarios, and report their difficulty.",

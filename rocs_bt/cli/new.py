@@ -43,7 +43,9 @@ _NEXT = {
     "rules": 'rocs-bt rules test @NAME@   and write in a scenario: rules = ["@NAME@"]',
     "robot": 'rocs-bt identify @NAME@   and write in a scenario: robot = "@NAME@"',
     "scenario": "rocs-bt run @NAME@",
-    "planner": "rocs-bt episode @NAME@ @FAMILY@-0   or   rocs-bt compare @NAME@ tree --family @FAMILY@ --scenes 5",
+    "planner": (
+        "rocs-bt run @FAMILY@-0 --planner @NAME@   or   rocs-bt compare @NAME@ tree --family @FAMILY@ --scenes 5"
+    ),
 }
 
 

@@ -18,6 +18,7 @@ from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_warnings
 
 if TYPE_CHECKING:
+    from ..catalog import Catalog, ScenarioSpec
     from ..running import Option, RunResult
 
 _NOTICE = "\n{signal}: ending the run and writing its report; a second signal ends it at once.\n"
@@ -91,19 +92,21 @@ def play_scenario(
     as_json: bool,
     no_code: bool,
     unit: str,
+    planner: str = "",
     on_hardware: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> int:
     """Run a scenario, print its outcome, and return the exit code.
 
     Args:
-        scenario: Name or file of the scenario.
+        scenario: Name or file of the scenario; with a planner also a scene of a family.
         given: Options of the run, by attribute of `RunOptions`.
         show_live: Whether to show the live page.
         port: Port of the live page; 0 for any free port.
         as_json: Whether to print the summary as JSON.
         no_code: Whether to refuse Python content.
         unit: Unit of the progress bar.
+        planner: Name of the planner that controls the agent under test; empty for the scenario's own.
         on_hardware: Whether to run on hardware. The default folder of output then keeps an earlier recording.
         progress: Function that is called once per control period, with the time [s].
     """
@@ -114,14 +117,15 @@ def play_scenario(
     if given["watch_rules"]:
         given["sinks"] = [*given.get("sinks", ()), _Replacements()]
     project = catalog_for(scenario, no_code=no_code)
-    catalog = CachingCatalog(project.project, code=project.code)  # robots of one kind are loaded once
-    run, findings = checked_run(scenario, catalog, RunOptions(**given), on_hardware=on_hardware)
+    catalog: Catalog = CachingCatalog(project.project, code=project.code)  # robots of one kind are loaded once
+    played, catalog = _episode(planner, scenario, catalog) if planner else (scenario, catalog)
+    run, findings = checked_run(played, catalog, RunOptions(**given), on_hardware=on_hardware)
     spec = run.spec
     notes = [note for agent in spec.agents for note in mission_notes(agent, catalog)]
     for note in dict.fromkeys(notes):
         echo(str(note), err=True)
-    show_warnings(findings.warnings, f"rocs-bt check {scenario}")
-    folder = given["out"] or _default_folder(f"{spec.name}-{given['seed']}", on_hardware)
+    show_warnings(findings.warnings, "rocs-bt check" if planner else f"rocs-bt check {scenario}")
+    folder = given["out"] or _default_folder(planner, scenario if planner else spec.name, given["seed"], on_hardware)
     signals = StopSignals(_NOTICE)
     with closing(run), _live(port) if show_live else nullcontext() as live:
         with Progress(spec.name, given["duration"] or spec.duration, unit) as shown:
@@ -141,12 +145,24 @@ def play_scenario(
     return exit_code(result.summary, signal=signals.received, missing=bool(result.missing))
 
 
-def _default_folder(name: str, keep: bool) -> Path:
-    """Folder of this name in `runs`; to keep an earlier recording, with the next free number."""
-    folder, number = Path("runs") / name, 1
+def _episode(planner: str, scene: str, catalog: Catalog) -> tuple[ScenarioSpec | str, Catalog]:
+    """Scenario of a scene with its planner, and the catalog of its content."""
+    from ..compare.replay import episode_scenario
+
+    return episode_scenario(catalog.load_planner(planner), scene, catalog)
+
+
+def _default_folder(planner: str, scenario: str, seed: int, keep: bool) -> Path:
+    """Folder of a run in `runs`; to keep an earlier recording, with the next free number."""
+    if planner:
+        from ..compare.replay import episode_folder
+
+        return episode_folder(planner, scenario, seed)
+    folder = first = Path("runs") / f"{scenario}-{seed}"
+    number = 1
     while keep and (folder / "run.mcap").exists():
         number += 1
-        folder = Path("runs") / f"{name}_{number}"
+        folder = first.with_name(f"{first.name}_{number}")
     return folder
 
 

@@ -13,7 +13,13 @@ from .terminal import echo
 
 @click.command()
 @scenario_options("simulation")
-def command(scenario: str, swaps: tuple[str, ...], **given: Any) -> int:
+@click.option(
+    "--planner",
+    default="",
+    metavar="NAME",
+    help="Planner that controls the agent, as in a comparison; SCENARIO may then be a scene, such as barn_like-17.",
+)
+def command(scenario: str, planner: str, swaps: tuple[str, ...], **given: Any) -> int:
     """Run SCENARIO, a name or a file, and print the outcome of each agent.
 
     Writes summary.json, run.mcap and report.html, also if Ctrl-C, SIGTERM or SIGHUP ends the run; a second signal ends
@@ -24,7 +30,7 @@ def command(scenario: str, swaps: tuple[str, ...], **given: Any) -> int:
 
     asked, made, local = [read_swap(text) for text in swaps], _Swaps(), local_options(given)
     given |= {"swaps": asked, "sinks": [made] if asked else []}
-    code = play_scenario(scenario, given, unit="s simulated", **local)
+    code = play_scenario(scenario, given, unit="s simulated", planner=planner, **local)
     for swap in sorted(asked, key=lambda swap: swap.at)[made.count :]:
         echo(f"'{swap}' was not made, because the run had ended.", err=True)
     return code

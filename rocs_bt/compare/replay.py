@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from .._run import run
-from ..catalog import Catalog, PlannerSpec
+from ..catalog import Catalog, PlannerSpec, ScenarioSpec
 from ..errors import Fault, InputError
 from ..running import RunResult
 from .episode import FamilyScene, ScenarioScene, SceneRef
@@ -26,7 +26,7 @@ def replay_command(record: EpisodeRecord) -> str:
 
 def episode_command(planner: str, scene: str, seed: int) -> str:
     """Shell command that plays an episode; planner and scene have the names that records contain."""
-    return shlex.join(["rocs-bt", "episode", planner, scene, "--seed", str(seed)])
+    return shlex.join(["rocs-bt", "run", scene, "--planner", planner, "--seed", str(seed)])
 
 
 def episode_folder(planner: str, scene: str, seed: int) -> Path:
@@ -78,9 +78,18 @@ def replay_episode(planner: PlannerSpec | str, scene: str, seed: int, catalog: C
         InputError: The planner or scene does not exist, or its content is invalid.
     """
     chosen = catalog.load_planner(planner) if isinstance(planner, str) else planner
+    scenario, content = episode_scenario(chosen, scene, catalog)
+    return run(scenario, content, seed=seed, out=out, command=episode_command(chosen.name, scene, seed))
+
+
+def episode_scenario(planner: PlannerSpec, scene: str, catalog: Catalog) -> tuple[ScenarioSpec, Catalog]:
+    """Scenario of an episode, with its planner, and the catalog of its content.
+
+    Raises:
+        InputError: The scene does not exist, or its content is invalid.
+    """
     prepared = EpisodeRunner(catalog.project, code=catalog.code).prepare(scene_by_name(scene, catalog))
-    again = episode_command(chosen.name, scene, seed)
-    return run(prepared.with_planner(chosen), prepared.catalog, seed=seed, out=out, command=again)
+    return prepared.with_planner(planner), prepared.catalog
 
 
 def parse_parameters(texts: Sequence[str]) -> dict[str, Any]:

@@ -84,7 +84,7 @@ class Play(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     def arguments(self) -> list[str]:
         """Arguments of `rocs-bt`."""
-        return ["episode", self.planner, self.scene, f"--seed={self.seed}"]
+        return ["run", self.scene, f"--planner={self.planner}", f"--seed={self.seed}"]
 
 
 def stored_episodes(runs: Path) -> dict[Play, EpisodeRecord]:

@@ -68,7 +68,7 @@ def test_robots_are_compared_as_planners_are(rocs_bt, tmp_path, planners, names)
     told = rocs_bt("compare", *planners, *robots, "--scenario", "brief", "--seeds", 1, "--metric", "time", "--json")
     assert told.code == 0, told.err
     assert {result["planner"] for result in json.loads(told.out)["results"]} == names
-    assert rocs_bt("episode", min(names), "brief").code == 1  # a timeout, as in the comparison
+    assert rocs_bt("run", "brief", "--planner", min(names)).code == 1  # a timeout, as in the comparison
 
 
 def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path):
@@ -85,7 +85,7 @@ def test_an_error_is_told_with_the_command_that_plays_it_again(rocs_bt, tmp_path
     assert "ZeroDivisionError" in told.err
     assert "3 exceptions, failed: the mission failed: planner 'Bad' raised ZeroDivisionError" in told.err
     assert "(bad.py:9)" in told.err
-    assert "rocs-bt episode bad brief --seed 1" in told.err
+    assert "rocs-bt run brief --planner bad --seed 1" in told.err
 
 
 def test_a_wrong_parameter_is_told_at_its_place_in_the_planners_file(rocs_bt, tmp_path):

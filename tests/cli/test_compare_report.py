@@ -1,4 +1,4 @@
-"""`rocs-bt compare --report --markdown`, and `rocs-bt episode`."""
+"""`rocs-bt compare --report --markdown`, and `rocs-bt run --planner`."""
 
 import re
 import shlex
@@ -13,11 +13,11 @@ def test_a_comparison_writes_its_page_and_its_tables(project, rocs_bt):
     assert f"<pre>rocs-bt {command}</pre>" in page
     assert "Inconclusive: brisk against careful." in page
     assert "| brisk | 100.0 %" in tables
-    again = rocs_bt("episode", "brisk", "first", "--seed", "2")
+    again = rocs_bt("run", "first", "--planner", "brisk", "--seed", "2")
     assert again.code == 0
     assert re.search(r"Report: runs/brisk-first-2/report.html", again.out)
 
 
 def test_a_planner_or_a_scene_that_is_not_there_is_told(project, rocs_bt):
-    assert "'quick'" in rocs_bt("episode", "quick", "first").err
-    assert "'second' is neither a scenario" in rocs_bt("episode", "brisk", "second").err
+    assert "'quick'" in rocs_bt("run", "first", "--planner", "quick").err
+    assert "'second' is neither a scenario" in rocs_bt("run", "second", "--planner", "brisk").err

@@ -56,7 +56,7 @@ def said(capsys: pytest.CaptureFixture[str], *arguments: str, code: int = 0) -> 
 
 
 def played(robot: str, scene: str, out: Path) -> str:
-    call(["episode", f"hybrid@{robot}", scene, "--out", str(out)])
+    call(["run", scene, f"--planner=hybrid@{robot}", "--out", str(out)])
     agents = json.loads((out / "summary.json").read_text("utf-8"))["agents"]
     return str(next(iter(agents.values()))["outcome"])
 

@@ -63,7 +63,7 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
     assert told.code == 1, told.err
     assert "none fails in bare-" in told.out
     assert "0 obstacles" in told.out
-    assert "rocs-bt episode none none_in_bare --seed 1" in told.out
+    assert "rocs-bt run none_in_bare --planner none --seed 1" in told.out
     assert (tmp_path / "scenarios" / "worlds" / "none_in_bare.xml").exists()
     plain = rocs_bt("search", "none", *bare, "--budget", 12, "--json")
     scenario = (tmp_path / "scenarios" / "none_in_bare.toml").read_text()
@@ -80,7 +80,7 @@ def test_a_scene_that_was_found_is_kept_told_and_tested(rocs_bt, tmp_path, bare)
 def test_the_scene_of_a_planner_on_a_robot_has_this_robot(rocs_bt, tmp_path, bare):
     told = rocs_bt("search", "none@robotino", *bare, "--budget", 12, "--out", ".")
     assert told.code == 1, told.err
-    assert "rocs-bt episode none@robotino none_robotino_in_bare --seed 1" in told.out
+    assert "rocs-bt run none_robotino_in_bare --planner none@robotino --seed 1" in told.out
     scenario = (tmp_path / "scenarios" / "none_robotino_in_bare.toml").read_text()
     assert 'robot = "robotino"' in scenario
     test = (tmp_path / "tests" / "test_none_robotino_in_bare.py").read_text()

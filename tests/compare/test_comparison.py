@@ -168,7 +168,7 @@ def test_disagreements_have_the_one_that_succeeded_first():
         ("a", "b", "field-1"),
         ("b", "a", "field-2"),
     ]
-    assert replay_command(found[0].loser) == "rocs-bt episode b field-1 --seed 1"
+    assert replay_command(found[0].loser) == "rocs-bt run field-1 --planner b --seed 1"
     assert isinstance(comparison.verdict("a", "b"), Verdict)
 
 

@@ -196,7 +196,7 @@ def test_markdown_has_the_same_tables(comparison):
     assert [line.split(" | ")[0] for line in leaderboard.splitlines()[2:]] == ["| good", "| middling", "| bad <b>"]
     assert judged.count("\n") == 4
     assert "| good better than middling in success |" in judged
-    assert failures.count("`rocs-bt episode") == 20
+    assert failures.count("`rocs-bt run") == 20
     assert "more failures" in told
 
 

@@ -39,8 +39,8 @@ def test_not_better_fails_and_names_what_speaks_against_it_with_commands():
     assert text.startswith("a is not better than b in success: -0.667 [")
     assert "b is better in 20 of 30 episodes:" in text
     assert "  field-10 seed 1: success 0 and 1; a collision at 15.0 s, b success at 20.0 s\n" in text
-    assert "    rocs-bt episode a field-10 --seed 1\n    rocs-bt episode b field-10 --seed 1" in text
-    assert text.count("rocs-bt episode") == 10
+    assert "    rocs-bt run field-10 --planner a --seed 1\n    rocs-bt run field-10 --planner b --seed 1" in text
+    assert text.count("rocs-bt run") == 10
 
 
 def test_what_cannot_be_told_is_neither_and_says_how_many_scenes_would_do():
@@ -74,7 +74,7 @@ def test_a_rate_has_an_exact_bound():
     text = failure(lambda: often.assert_rate("a", "collision", upper=0.1))
     assert "30 of 130 episodes" in text
     assert "and so not at most 0.1" in text
-    assert "field-100 seed 1: collision at 15.0 s\n    rocs-bt episode a field-100 --seed 1" in text
+    assert "field-100 seed 1: collision at 15.0 s\n    rocs-bt run field-100 --planner a --seed 1" in text
     assert "and 25 more" in text
     assert "field-100 seed 1" in failure(lambda: often.assert_rate("a", lower=0.9))
     with pytest.raises(ValueError, match="either upper"):
