@@ -43,7 +43,7 @@ def test_a_damaged_file_of_a_member_is_named_with_what_to_do(keys, tmp_path, nam
     folder = shutil.copytree(keys / "one/R1", tmp_path / "R1")
     assert Keys.read(folder).secret == (folder / "group.key").read_bytes()
     (folder / name).write_bytes(DAMAGES[damage]((folder / name).read_bytes()))
-    with pytest.raises(InputError, match=rf"{name}' .*rocs-bt share keys"):
+    with pytest.raises(InputError, match=rf"{name}' .*rocs-bt knowledge keys"):
         Keys.read(folder)
 
 

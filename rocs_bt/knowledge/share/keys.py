@@ -26,7 +26,7 @@ AUTHORITY, AUTHORITY_KEY, SECRET = "authority.pem", "authority.key", "group.key"
 CERTIFICATE, KEY = "member.pem", "member.key"
 VALID = timedelta(days=3650)
 
-_HINT = "Make keys with `rocs-bt share keys NAME...` and copy the folder NAME."
+_HINT = "Make keys with `rocs-bt knowledge keys NAME...` and copy the folder NAME."
 _SECRET_SIZE = 32  # [bytes]
 _MOST = 1_000_000  # maximum size of a key file [bytes]
 
@@ -138,7 +138,7 @@ def _key_in(file: Path) -> EllipticCurvePrivateKey:
     except (ValueError, TypeError, UnsupportedAlgorithm) as error:  # TypeError: a key with a password
         raise InputError(Fault(f"'{file}' holds no private key in PEM form.", hint=_HINT)) from error
     if not isinstance(key, ec.EllipticCurvePrivateKey):
-        raise InputError(Fault(f"'{file}' is not a key made by `rocs-bt share keys`.", hint=_HINT))
+        raise InputError(Fault(f"'{file}' is not a key made by `rocs-bt knowledge keys`.", hint=_HINT))
     return key
 
 

@@ -135,7 +135,7 @@ def check_address(address: str, *, private: bool) -> None:
         raise InputError(
             Fault(
                 f"'{address}' is not on this host; sharing with other hosts needs keys.",
-                hint='Make them with `rocs-bt share keys NAME...` and name the folder: keys = "keys/NAME".',
+                hint='Make them with `rocs-bt knowledge keys NAME...` and name the folder: keys = "keys/NAME".',
             )
         )
 
