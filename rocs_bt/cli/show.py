@@ -1,4 +1,4 @@
-"""`rocs-bt show`: draw the tree of a mission, or list a rule file."""
+"""`rocs-bt show`: draw the tree of a mission, list a rule file, or write the nodes available to missions."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .terminal import echo, own_stdout
 
 
 @click.command()
-@click.argument("name", metavar="MISSION|RULES")
+@click.argument("name", metavar="[MISSION|RULES]", required=False)
 @click.option(
     "--format",
     "form",
@@ -31,9 +31,10 @@ from .terminal import echo, own_stdout
 @click.option("--nodes", "dialect", type=click.Choice(DIALECTS), help="XML missions: dialect of the nodes.")
 @click.option("--robot", default="pioneer_p3dx", show_default=True, help="Robot that the tree is built for.")
 @click.option("--compiled", is_flag=True, help="Rule files: show the generated Python code.")
+@click.option("--palette", is_flag=True, help="Write the nodes available to missions instead, for an editor.")
 @no_code_option
 def command(
-    name: str,
+    name: str | None,
     form: str,
     out: Path | None,
     main: str,
@@ -41,15 +42,24 @@ def command(
     dialect: str | None,
     robot: str,
     compiled: bool,
+    palette: bool,
     no_code: bool,
 ) -> None:
     """Draw the tree of a mission with its parameters, or list the rules of a rule file.
 
-    If a mission and a rule file have the same name, the mission is shown; with --compiled, the rule file.
+    If a mission and a rule file have the same name, the mission is shown; with --compiled, the rule file. With
+    --palette, write a TreeNodesModel of all actions and nodes of rocs_bt and of the project, with ports, types and
+    defaults: load it in an editor such as Groot2, or include it in a mission.
     """
     from ..check import draw_mission
 
+    if palette == (name is not None):
+        raise click.UsageError("Name a mission or a rule file, or give --palette.")
     click.get_current_context().with_resource(own_stdout())
+    if name is None:
+        text = _palette(dialect or "rocs", code=not no_code)
+        _write(text, out, f"{text.count(' ID=')} nodes")
+        return
     catalog = catalog_for(name, no_code=no_code)
     rules = compiled or name.endswith(".toml") or name not in {e.name for e in catalog.list("mission")}
     if rules and (name.endswith(".toml") or compiled or name in {e.name for e in catalog.list("rules")}):
@@ -67,11 +77,26 @@ def command(
     )
     for note in notes:
         echo(str(note), err=True)
+    _write(drawn, out, f"{entry.name}, as {form}")
+
+
+def _write(text: str, out: Path | None, what: str) -> None:
     if out is None:
-        echo(drawn.rstrip("\n"))
+        echo(text.rstrip("\n"))
     else:
-        write_whole(out, drawn)
-        echo(f"{out}: {entry.name}, as {form}.")
+        write_whole(out, text)
+        echo(f"{out}: {what}.")
+
+
+def _palette(dialect: str, *, code: bool) -> str:
+    """Model of all nodes of a dialect and of the project."""
+    from ..actions import action_table
+    from ..plan import mission_nodes, shipped_nodes
+    from ..trees.xml import palette
+
+    shipped = shipped_nodes(dialect)
+    own = [node for node in Catalog.here().load_nodes() if node.tag not in shipped] if code else []
+    return palette(mission_nodes(action_table(), own, dialect).values())
 
 
 def _rules(catalog: Catalog, name: str, robot: str, compiled: bool) -> str:

@@ -318,8 +318,8 @@ def test_a_mission_of_nav2_is_a_planner_to_compare(rocs_bt, project):
 
 
 def test_the_palette_has_the_nodes_of_nav2(rocs_bt):
-    text = rocs_bt("palette", "--nodes", "nav2").out
+    text = rocs_bt("show", "--palette", "--nodes", "nav2").out
     for name in ("RateController", "FollowPath", "ComputePathToPose", "Spin", "GoalUpdated"):
         assert text.count(f' ID="{name}"') == 1
     assert '<input_port name="path"' in text.split('ID="FollowPath"')[1].split("</Action>")[0]
-    assert "RateController" not in rocs_bt("palette").out
+    assert "RateController" not in rocs_bt("show", "--palette").out

@@ -26,7 +26,7 @@ def noisy(tmp_path_factory):
         ("check --json", json.loads),
         ("run loud --for 0.2 --json", json.loads),
         ("list --json", json.loads),
-        ("palette", ElementTree.fromstring),
+        ("show --palette", ElementTree.fromstring),
         ("show loud --format svg", ElementTree.fromstring),
     ],
 )

@@ -137,7 +137,7 @@ def hostile(project: Path) -> None:
         ["run", "first", f"--{EVIL}"],
         [f"{EVIL}"],
         ["replay", f"{EVIL}"],
-        ["palette"],
+        ["show", "--palette"],
         ["new", f"here{EVIL}"],
         ["doctor"],
     ],

@@ -43,7 +43,7 @@ AT = {
     "plot r --out o": ("rocs_bt.record.figures.plot", "write_whole", "o/trajectory.png"),
     "list": ("rocs_bt.cli.list", "echo", ""),
     "knowledge export r --out k.json": ("rocs_bt.cli.knowledge", "write_whole", "k.json"),
-    "palette --out p.xml": ("rocs_bt.cli.palette", "write_whole", "p.xml"),
+    "show --palette --out p.xml": ("rocs_bt.cli.show", "write_whole", "p.xml"),
 }
 
 

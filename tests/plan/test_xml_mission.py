@@ -258,7 +258,7 @@ class TestShow:
         assert shown[0] == shown[1]
 
     def test_the_palette_has_actions_and_nodes(self, capsys, tmp_path):
-        assert call(["palette", "--out", str(tmp_path / "nodes.xml")]) == 0
+        assert call(["show", "--palette", "--out", str(tmp_path / "nodes.xml")]) == 0
         written = (tmp_path / "nodes.xml").read_text()
         assert '<Action ID="GoTo">' in written
         assert '<Condition ID="When">' in written
