@@ -139,7 +139,7 @@ LOADERS = {
     "k.json": Loader(lambda path: from_json_text(path.read_text("utf-8", "replace"), path), "k.json"),
     "substitutions.json": Loader(read_substitutions, SUBSTITUTIONS),
     "map.yaml": Loader(read_map_yaml, YAML),
-    "m.pgm": Loader(read_pgm, PGM),
+    "m.pgm": Loader(lambda path: read_pgm(path.read_bytes(), path), PGM),
     "world_0.world": Loader(read_barn_world, BARN),
 }
 """Loaders by the name of a file that each reads. `make test` mutates each file a little, `make soak` for long."""

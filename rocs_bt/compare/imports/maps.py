@@ -1,6 +1,7 @@
-"""Maps of ROS's map server as worlds of walls.
+"""Maps of ROS's map server as worlds of walls: occupied cells are walls, unknown ones are empty.
 
-A map has no starts and goals. These are sampled with a seed from the map's name, so every import gives the same scenes.
+A map has no starts and goals. These are sampled with a seed from the map's name, so every import gives the same scenes;
+the path between them leads over free cells only.
 """
 
 from __future__ import annotations
@@ -8,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Iterator
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -22,13 +24,17 @@ from ..obstacle import Point
 from .raster import read_map
 
 APART = 4.0
-"""Minimum distance between start and goal [m]."""
+"""Minimum distance between start and goal [m]; on a small map, 0.6 times the diagonal of its free cells."""
 
 RADIUS = 0.32
 """Radius of a disc for which every scene must have a path [m]; a Jackal turns within a radius of 0.33 m."""
 
 MOST_BLOCKS = 5000
 """Maximum number of boxes in a world; with more, the simulation of a laser scan would take seconds."""
+
+
+_ENDS = (".yaml", ".yml")
+_SAMPLES = 1000
 
 
 def read_maps(path: Path, setup: AgentSetup | None = None, *, pairs: int = 5) -> Iterator[Scene]:
@@ -42,20 +48,22 @@ def read_maps(path: Path, setup: AgentSetup | None = None, *, pairs: int = 5) ->
     Raises:
         InputError: There is no map, a map is invalid, or it has no room for a scene; with the file.
     """
-    files = [path] if path.suffix == ".yaml" else sorted(f for f in path.rglob("*.yaml") if "image:" in _text(f))
+    found = sorted(file for end in _ENDS for file in path.rglob(f"*{end}"))
+    files = [path] if path.suffix in _ENDS else [file for file in found if "image:" in _text(file)]
     if not files:
         hint = "Give a map's .yaml file, or a folder that has one, with its .pgm or .png beside it."
-        raise InputError(Fault("the folder has no map: no .yaml file names an image.", path, hint=hint))
+        raise InputError(Fault("there is no map: no .yaml file names an image.", path, hint=hint))
     for file in files:
-        grid = read_map(file)
-        ground = _ground(grid, file)
+        made = read_map(file)
+        ground = _ground(made.walls, file)
         seed = hashlib.sha256(file.stem.encode()).digest()
         rng = np.random.default_rng(np.random.SeedSequence(int.from_bytes(seed, "big")))
-        for pair in range(pairs):
-            ends = _sample_ends(grid, rng)
-            if ends is None:
-                raise InputError(Fault(f"found no start and goal {APART:g} m apart with a path between them.", file))
+        pair = -1
+        for pair, ends in enumerate(islice(_pairs(made.barred, rng), pairs)):
             yield _scene(f"map_{file.stem}-{pair}", f"Map {file.stem}.", ground, *ends, setup or AgentSetup())
+        if pair < 0:
+            hint = f"A robot needs {2.0 * RADIUS:g} m of width; look at free_thresh, resolution and negate."
+            raise InputError(Fault("the map has no start and goal with a path of free cells.", file, hint=hint))
 
 
 def _text(file: Path) -> str:
@@ -76,15 +84,26 @@ def _ground(grid: FloorGrid, file: Path) -> Ground:
     return Ground(low, high, blocks)
 
 
-def _sample_ends(grid: FloorGrid, rng: np.random.Generator) -> tuple[Point, Point, GridPath] | None:
-    """Sample a free start and goal that are apart, with a path between them; None if 60 samples fail."""
-    rows, columns = np.nonzero(grid.clearances() > RADIUS + grid.cell)
-    for _ in range(60 if len(rows) > 1 else 0):
-        one, other = rng.integers(len(rows), size=2).tolist()
-        start, goal = grid.centre(int(rows[one]), int(columns[one])), grid.centre(int(rows[other]), int(columns[other]))
-        if math.dist(start, goal) >= APART and (path := grid.shortest(start, goal, RADIUS)) is not None:
-            return start, goal, path
-    return None
+def _pairs(grid: FloorGrid, rng: np.random.Generator) -> Iterator[tuple[Point, Point, GridPath]]:
+    """Sample starts and goals that are apart, in one free area, each with its path; ends if samples fail for long."""
+    from scipy.ndimage import label
+
+    clearances = grid.clearances()
+    areas, _ = label(clearances > RADIUS + grid.cell)
+    wide = clearances > 2.0 * RADIUS  # at a start nearer to a wall, reflexes would hold the robot
+    rows, columns = np.nonzero(np.where(wide, areas, 0) if wide.any() else areas)
+    points = [grid.centre(int(row), int(column)) for row, column in zip(rows, columns, strict=True)]
+    apart = min(APART, 0.6 * math.hypot(*(np.ptp(points, axis=0) if points else (0.0, 0.0))))
+    tried = 0
+    while tried < _SAMPLES and len(points) > 1:
+        one, other = rng.integers(len(points), size=2).tolist()
+        same = areas[rows[one], columns[one]] == areas[rows[other], columns[other]]
+        tried += 1
+        if same and math.dist(points[one], points[other]) >= max(apart, grid.cell):
+            path = grid.shortest(points[one], points[other], RADIUS)
+            if path is not None:
+                tried = 0
+                yield points[one], points[other], path
 
 
 def _scene(name: str, doc: str, ground: Ground, start: Point, goal: Point, path: GridPath, setup: AgentSetup) -> Scene:

@@ -25,6 +25,8 @@ _GAP = rb"(?:\s|#[^\n]*\n)+"
 _HEADER = re.compile(rb"(P[25])" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,7})" + _GAP + rb"(\d{1,5})\s")
 _PNG, _SIZE = b"\x89PNG\r\n\x1a\n", struct.Struct(">II")
 _NEEDED = ("image", "resolution", "origin")
+_MODES = ("trinary", "scale")  # in both, the thresholds decide what is occupied and what is free
+_UNKNOWN = 205  # shade of unknown cells in each saved map; that of Nav2 before 2025 says a free_thresh above it
 
 
 @dataclass(frozen=True)
@@ -36,39 +38,55 @@ class MapFile:
         resolution: Side of a cell [m].
         origin: Position of the image's lower left corner [m].
         occupied: Darkness above which a cell is occupied, 0 to 1.
+        free: Darkness below which a cell is free, 0 to 1. Between the two, the cell is unknown.
         negate: Whether white means occupied.
     """
 
     image: Path
     resolution: float
     origin: tuple[float, float]
-    occupied: float = 0.65
-    negate: bool = False
+    occupied: float
+    free: float
+    negate: bool
 
 
-def read_map(file: Path) -> FloorGrid:
-    """Read a map, a YAML file and its image, as an occupancy grid.
+@dataclass(frozen=True)
+class RosMap:
+    """A map of ROS: what is occupied, and where a robot may be sent.
+
+    Attributes:
+        walls: Grid of the occupied cells.
+        barred: Grid of the cells that are occupied or unknown.
+    """
+
+    walls: FloorGrid
+    barred: FloorGrid
+
+
+def read_map(file: Path) -> RosMap:
+    """Read a map, a YAML file and its image, as map_server of ROS does.
 
     Raises:
         InputError: One of the two files is invalid; with the line if known.
     """
     settings = read_map_yaml(file)
-    image = read_png(settings.image) if settings.image.suffix == ".png" else read_pgm(settings.image)
-    shade = image / 255.0 if settings.negate else 1.0 - image / 255.0
-    return FloorGrid(np.ascontiguousarray((shade > settings.occupied)[::-1]), settings.resolution, settings.origin)
+    data = _image_bytes(settings.image)
+    image = (read_png if data.startswith(_PNG) else read_pgm)(data, settings.image)[::-1]
+    dark = image / 255.0 if settings.negate else 1.0 - image / 255.0
+    free = dark < settings.free
+    if not settings.negate:
+        free &= image != _UNKNOWN
+    place = settings.resolution, settings.origin
+    return RosMap(FloorGrid(dark > settings.occupied, *place), FloorGrid(~free | (dark > settings.occupied), *place))
 
 
 def read_map_yaml(file: Path) -> MapFile:
-    """Read a map's YAML file. Only lines of the form `key: value` are supported; map files have no others.
+    """Read a map's YAML file: `key: value` in a line, or a list in the following ones. Map files have no other forms.
 
     Raises:
         InputError: The file is invalid; with the line.
     """
-    text = read_text(file)
-    found: dict[str, tuple[str, int]] = {}
-    for line, content in enumerate(text.splitlines(), 1):
-        if match := re.match(r"\s*([A-Za-z_]+)\s*:\s*([^#]*?)\s*(?:#.*)?$", content):
-            found[match[1]] = match[2].strip("'\""), line
+    found = _settings(read_text(file))
     if missing := [key for key in _NEEDED if key not in found]:
         raise InputError(
             Fault(f"the map lacks {', '.join(missing)}.", file, hint="See the file format of ROS's map server.")
@@ -76,14 +94,40 @@ def read_map_yaml(file: Path) -> MapFile:
     name, line = found["image"]
     image = file.parent / name
     if not name or "\0" in name or image.resolve().parent != file.parent.resolve():
-        raise InputError(Fault(f"the image must be a file beside the map, found '{name}'.", file, line))
+        hint = "Copy the image there, and write its name."
+        raise InputError(Fault(f"the image must be a file beside the map, found '{name}'.", file, line, hint=hint))
+    mode, line = found.get("mode", ("trinary", 0))
+    if mode not in _MODES:
+        hint = "Modes: " + ", ".join(_MODES) + "."
+        raise InputError(Fault(f"maps of the mode '{mode}' are not supported.", file, line, hint=hint))
+    occupied = _number(file, found, "occupied_thresh", 0.65, 0.0, 1.0)
+    free = _number(file, found, "free_thresh", min(0.196, occupied), 0.0, 1.0)
+    if free > occupied:
+        line = found.get("free_thresh", found.get("occupied_thresh", ("", 0)))[1]
+        message = f"free_thresh is {free:g} and occupied_thresh is {occupied:g}; it must not be larger."
+        raise InputError(Fault(message, file, line))
     return MapFile(
         image,
         _number(file, found, "resolution", 0.1, 1e-3, 10.0),
         _origin(file, *found["origin"]),
-        _number(file, found, "occupied_thresh", 0.65, 0.0, 1.0),
+        occupied,
+        free,
         _number(file, found, "negate", 0.0, 0.0, 1.0) > 0.5,
     )
+
+
+def _settings(text: str) -> dict[str, tuple[str, int]]:
+    """Text and line of each key; a list over several lines is joined by commas."""
+    found: dict[str, tuple[list[str], int]] = {}
+    key = ""
+    for line, content in enumerate(text.splitlines(), 1):
+        words = re.sub(r"(^|\s)#.*", "", content).strip()
+        if match := re.fullmatch(r"([A-Za-z_]+)\s*:(?:\s+(.*))?", words):
+            key = match[1]
+            found[key] = [(match[2] or "").strip("'\"")], line
+        elif key and words:
+            found[key][0].append(words.removeprefix("- "))
+    return {key: (",".join(filter(None, parts)), line) for key, (parts, line) in found.items()}
 
 
 def _number(
@@ -101,7 +145,7 @@ def _number(
 
 def _origin(file: Path, words: str, line: int) -> tuple[float, float]:
     try:
-        origin = [float(word) for word in words.strip("[]").split(",")]
+        origin = [float(word) for word in words.strip("[] ").split(",") if word.strip()]
     except ValueError:
         origin = []
     if len(origin) not in (2, 3) or not all(abs(value) < 1e5 for value in origin):
@@ -111,17 +155,16 @@ def _origin(file: Path, words: str, line: int) -> tuple[float, float]:
     return origin[0], origin[1]
 
 
-def read_pgm(file: Path) -> npt.NDArray[np.float64]:
-    """Read the shades of a portable graymap (P2 or P5), 0 to 255, top row first, shape (rows, columns).
+def read_pgm(data: bytes, file: Path) -> npt.NDArray[np.float64]:
+    """Shades in a portable graymap (P2 or P5), 0 to 255, top row first, shape (rows, columns).
 
     Raises:
-        InputError: The file is not a graymap.
+        InputError: The data of the file are not a graymap.
     """
-    data = _image_bytes(file)
     header = _HEADER.match(data)
     if header is None:
         raise InputError(
-            Fault("the image is not a portable graymap (P2 or P5).", file, hint="Convert it to PGM or PNG.")
+            Fault("the image is neither a PNG nor a portable graymap (P2 or P5).", file, hint="Convert it.")
         )
     columns, rows, most = (int(header[i]) for i in (2, 3, 4))
     if not (0 < columns * rows <= MOST_CELLS and 0 < most <= 65535):
@@ -138,16 +181,15 @@ def read_pgm(file: Path) -> npt.NDArray[np.float64]:
     return shades.reshape(rows, columns) * (255.0 / most)
 
 
-def read_png(file: Path) -> npt.NDArray[np.float64]:
-    """Read the shades of a PNG, 0 to 255, top row first, shape (rows, columns): the mean of its colours.
+def read_png(data: bytes, file: Path) -> npt.NDArray[np.float64]:
+    """Shades in a PNG, 0 to 255, top row first, shape (rows, columns): the mean of its colours.
 
     Raises:
-        InputError: The file is no PNG, or is too large.
+        InputError: The data of the file are no PNG, or are too large.
     """
     from matplotlib.image import imread
 
-    data = _image_bytes(file)
-    columns, rows = _SIZE.unpack(data[16:24]) if data[:8] == _PNG and len(data) >= 24 else (0, 0)
+    columns, rows = _SIZE.unpack(data[16:24]) if data.startswith(_PNG) and len(data) >= 24 else (0, 0)
     if not 0 < columns * rows <= MOST_CELLS:  # before the image is unpacked
         raise InputError(Fault(f"cannot import an image of {columns} x {rows} cells as a PNG.", file))
     try:
