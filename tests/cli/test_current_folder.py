@@ -21,7 +21,7 @@ list
 new project
 show go_to
 show dock
-palette
+show --palette
 check {DOCK}
 run {DOCK} --for 0.2 --out run --knowledge known
 drive {SCENARIOS}/exp1_ros2.toml --wait 0.1 --for 0.1
@@ -31,7 +31,7 @@ replay run --why 0.1
 report run
 export run --rosbag bag
 plot run
-episode go_to_origin exp1
+run exp1 --planner go_to_origin --for 0.2
 compare go_to_origin --scenario exp1 --seeds 1 --wall-limit 20
 search go_to_origin --family barn_like --budget 1 --set goal=1
 scene barn_like 1 --dry-run
@@ -44,7 +44,7 @@ knowledge import exported.json known
 knowledge query known robot
 knowledge show known
 knowledge why known
-share keys A B
+knowledge keys A B
 requirements run
 identify pioneer_p3dx
 docs --path
