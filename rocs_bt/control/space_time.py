@@ -9,8 +9,9 @@ speech recognition system, 1976). The costs are times: of driving to the goal, o
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -213,8 +214,9 @@ class SpaceTime:
         movers = int(company.mover.max()) + 1 if company is not None else 0
         x, y, yaw, v, w = (value * one for value in (*start, twist.forward, twist.turn))
         states = _States(x, y, yaw, v, w, cost=np.zeros(1), hit=np.zeros((1, movers)), held=np.zeros(1))
-        gap = float(way.gaps(states.x, states.y, np.cos(states.yaw), np.sin(states.yaw))[0])
-        tight = min(TIGHT, gap - 0.005)  # a robot that is close already may leave
+        here = states.x, states.y, np.cos(states.yaw), np.sin(states.yaw)
+        gaps = partial(way.gaps, fine=bool(way.gaps(*here)[0] < TIGHT))
+        tight = min(TIGHT, float(gaps(*here)[0]) - 0.005)  # a robot that is close already may leave
         poses: list[Array] = []
         parents: list[npt.NDArray[np.intp]] = []
         total = np.zeros(1)
@@ -223,7 +225,7 @@ class SpaceTime:
             v, count, wide = np.maximum(v, -back), len(states.x), len(v)
             parent = np.repeat(np.arange(count), wide)
             before = states.of(parent)
-            states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, way, tight, company)
+            states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, gaps, tight, company)
             states, rest = self._rest(states, before, way)
             total = states.cost + rest
             kept = np.array([int(total.argmin())]) if layer == LAYERS else self._different(states, total)
@@ -239,7 +241,14 @@ class SpaceTime:
         return TimedPlan(times, path, float(states.hit[0].max(initial=0.0)), float(total[0]))
 
     def _ramped(
-        self, s: _States, v: Array, w: Array, layer: int, way: WayField, tight: float, company: _Company | None
+        self,
+        s: _States,
+        v: Array,
+        w: Array,
+        layer: int,
+        gaps: Callable[..., Array],
+        tight: float,
+        company: _Company | None,
     ) -> tuple[_States, Array]:
         """States after a layer of ramps from states (n) to target speeds and turn rates, and poses (3, PARTS, n)."""
         limits, h = self._limits, self._h
@@ -260,7 +269,7 @@ class SpaceTime:
         x = s.x + h * np.cumsum(speed * np.cos(middle), axis=0)
         y = s.y + h * np.cumsum(speed * np.sin(middle), axis=0)
         c, sine, fast, hit = np.cos(yaw), np.sin(yaw), np.abs(speed), s.hit
-        gap = way.gaps(x, y, c, sine)
+        gap = gaps(x, y, c, sine)
         added = np.where(gap < tight, SOLID * fast + 5.0 * (fast > 0.05), 0.0)
         added += 0.6 * h * fast * np.minimum(np.maximum(0.25 - gap, 0.0), 0.25)
         if company is not None:

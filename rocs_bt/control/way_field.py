@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +14,9 @@ from .locomotion import Array
 
 CELL = 0.05
 """Side of a cell of the gaps [m]."""
+
+FINE = 0.15
+"""Greatest distance of the centres of discs that cover the hull finely [m]."""
 
 COARSE = 4
 """Side of a cell of the way [cells of the gaps]."""
@@ -35,6 +39,22 @@ BESIDE = 0.15
 _AROUND = np.array([(i, j) for i in (-1, 0, 1) for j in (-1, 0, 1)])
 
 
+class _Discs(NamedTuple):
+    """Discs that cover a hull: their centres, body frame, and their radius [m]."""
+
+    centres: list[tuple[float, float]]
+    radius: float
+
+    @staticmethod
+    def of(hull: Footprint, rows: int, columns: int) -> _Discs:
+        """Discs in a number of rows along the length, and columns along the width."""
+        ahead, aside = hull.length / (2 * rows), hull.width / (2 * columns)
+        centres = [
+            ((2 * i + 1 - rows) * ahead, (2 * j + 1 - columns) * aside) for i in range(rows) for j in range(columns)
+        ]
+        return _Discs(centres, math.hypot(ahead, aside))
+
+
 class WayField:
     """Static gaps and the way to a goal in a square around a robot.
 
@@ -52,19 +72,16 @@ class WayField:
         self._end = centre
         self._way: Array = np.zeros((side // COARSE, side // COARSE))
         self._corners = _corners(self._way)
-        # Discs in a row along the longer axis cover the hull.
         long, short = max(hull.length, hull.width), min(hull.length, hull.width)
-        count = max(math.ceil(long / short - 1e-9), 2)
-        part = long / (2 * count)
-        row = [(2 * k + 1) * part - 0.5 * long for k in range(count)]
-        self._discs = [(at, 0.0) if hull.length >= hull.width else (0.0, at) for at in row]
-        self._radius = math.hypot(part, 0.5 * short)
+        row = max(math.ceil(long / short - 1e-9), 2)
+        self._discs = _Discs.of(hull, *((row, 1) if hull.length >= hull.width else (1, row)))
+        self._fine = _Discs.of(hull, math.ceil(hull.length / FINE), math.ceil(hull.width / FINE))
         self._half = 0.5 * hull.width  # what the hull needs on either side as it drives
         cells = ((points - self._low) / CELL).astype(np.intp)
         cells = cells[((cells >= 0) & (cells < side)).all(axis=1)]
         taken = np.zeros((side, side), bool)
         taken[cells[:, 1], cells[:, 0]] = True
-        far = math.ceil((max(EASE, self._half + 0.1, self._radius + USED)) / CELL) + 1
+        far = math.ceil((max(EASE, self._half + 0.1, self._discs.radius + USED)) / CELL) + 1
         self._gap: Array = distances(taken, far) * CELL - 0.5 * CELL
 
     def lead(self, route: Array, standing: Array) -> None:
@@ -94,11 +111,11 @@ class WayField:
         self._way = np.where(np.isfinite(found), found * cell, FAR)
         self._corners = _corners(self._way)
 
-    def gaps(self, x: Array, y: Array, c: Array, s: Array) -> Array:
+    def gaps(self, x: Array, y: Array, c: Array, s: Array, *, fine: bool = False) -> Array:
         """Gaps between the hull and the obstacles [m], of the shape of the arguments.
 
         They are too small by a few centimetres beside the longer sides, and by up to a third of the shorter side
-        before the others.
+        before the others; by less than 0.1 m everywhere if they are `fine`, which takes longer.
 
         Gaps above `USED` may be much too small.
 
@@ -107,11 +124,12 @@ class WayField:
             y: Positions along y [m].
             c: Cosines of the yaws.
             s: Sines of the yaws.
+            fine: Whether they are needed close to obstacles.
         """
-        side = len(self._gap)
+        side, discs = len(self._gap), self._fine if fine else self._discs
         u, v = (x - self._low[0]) / CELL, (y - self._low[1]) / CELL
         found: list[Array] = []
-        for ahead, aside in self._discs:
+        for ahead, aside in discs.centres:
             column = (u + (ahead * c - aside * s) / CELL).astype(np.intp)
             row = (v + (ahead * s + aside * c) / CELL).astype(np.intp)
             np.minimum(np.maximum(column, 0, out=column), side - 1, out=column)
@@ -119,7 +137,7 @@ class WayField:
             row *= side
             row += column
             found.append(self._gap.take(row))
-        gaps: Array = np.minimum.reduce(found) - self._radius
+        gaps: Array = np.minimum.reduce(found) - discs.radius
         return gaps
 
     def to_go(self, x: Array, y: Array) -> Array:

@@ -260,9 +260,12 @@ def test_gaps_of_the_field_are_those_of_the_hull_less_a_part_of_its_width(size) 
     field = WayField(np.zeros(2), 6.0, points, hull)
     poses = np.column_stack([rng.uniform(-3.0, 3.0, (200, 2)), rng.uniform(-math.pi, math.pi, 200)])
     true = hull.clearance(poses, points)
-    found = field.gaps(*poses.T[:2], np.cos(poses[:, 2]), np.sin(poses[:, 2]))
+    found, fine = (
+        field.gaps(*poses.T[:2], np.cos(poses[:, 2]), np.sin(poses[:, 2]), fine=fine) for fine in (False, True)
+    )
     outside = true > 0.0
     assert (found <= true + 0.04)[outside].all()
+    assert np.abs(true - fine)[outside & (fine < USED)].max() < 0.1
     assert (np.minimum(true, USED) - found)[outside].max() < 0.07 + min(size) / 3.0
 
 
