@@ -6,7 +6,7 @@ from math import inf
 import numpy as np
 
 from rocs_bt.plan import NoRoute, Observation, RoutePlanner, Task, Vehicle
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
+from rocs_bt.units import MetresPerSecond, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 
 
 @dataclass(kw_only=True)
@@ -29,6 +29,8 @@ class DynamicWindow:
         margin: Minimum gap between the hull and obstacles along an arc.
         planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
+        movers: Whether arcs are compared with the predicted movers in space and time.
+        back: Maximum speed in reverse.
     """
 
     cruise: PositiveMetresPerSecond = 1.0
@@ -41,13 +43,15 @@ class DynamicWindow:
     margin: PositiveMetres = 0.04
     planner: str = "grid_astar"
     look: PositiveMetres = 1.0
+    movers: bool = False
+    back: MetresPerSecond = 0.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Read the robot's dimensions and limits, and create the route planner."""
-        self._robot, self._routes = Vehicle(task), task.route(self.planner)
+        self._robot, self._routes = Vehicle(task, movers=self.movers), task.route(self.planner)
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Select the best arc; turns on the spot if no arc is free."""
+        """Select the best arc; without a free one, turn on the spot, or among movers keep the largest gap."""
         robot = self._robot
         if robot.arrived(observation):
             return None
@@ -57,9 +61,12 @@ class DynamicWindow:
         v, w = self._window(*robot.motion(observation))
         steps = np.linspace(0.0, self.horizon, 9)[1:]
         poses = arcs(v, w, steps)
-        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses)
-        braking = v / (0.7 * robot.locomotion.acceleration_limit) + self.period
-        free = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1) > self.margin
+        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses, observation.t + steps)
+        braking = np.abs(v) / (0.7 * robot.locomotion.acceleration_limit) + self.period
+        nearest = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1)
+        free = nearest > self.margin
+        if self.movers and not free.any():
+            free = nearest >= nearest.max()
         if not free.any():
             return robot.move(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
         score = (
@@ -74,7 +81,7 @@ class DynamicWindow:
         """Speeds [m/s] and turn rates [rad/s] reachable within the period from the present ones, each of shape (k,)."""
         locomotion = self._robot.locomotion
         room = locomotion.acceleration_limit * self.period
-        v = np.linspace(max(0.0, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
+        v = np.linspace(max(-self.back, speed - room), min(self.cruise, max(speed, 0.0) + room), 9)
         reach = locomotion.turn_acceleration_limit * self.period
         w = np.linspace(max(-self.turn_rate, turn - reach), min(self.turn_rate, turn + reach), 15)
         grid = np.meshgrid(v, np.append(w, 0.0), indexing="ij")
@@ -99,6 +106,8 @@ class Mppi:
         gap: Gap to obstacles below which the penalty begins.
         planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
+        movers: Whether trajectories are compared with the predicted movers in space and time.
+        back: Maximum speed in reverse.
     """
 
     cruise: PositiveMetresPerSecond = 1.0
@@ -110,11 +119,14 @@ class Mppi:
     gap: PositiveMetres = 0.25
     planner: str = "grid_astar"
     look: PositiveMetres = 1.5
+    movers: bool = False
+    back: MetresPerSecond = 0.0
     _plan: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), init=False)
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Begin with a stationary trajectory."""
-        self._robot, self._rng, self._routes = Vehicle(task), rng, task.route(self.planner)
+        self._robot, self._rng = Vehicle(task, movers=self.movers), rng
+        self._routes = task.route(self.planner)
         self._plan = np.zeros((round(self.horizon / self.step), 2))
 
     def act(self, observation: Observation) -> list[float] | None:
@@ -127,7 +139,7 @@ class Mppi:
         self._plan = np.vstack([self._plan[1:], self._plan[-1:]])
         noise = self._rng.normal(0.0, (0.3 * self.cruise, 0.5 * self.turn_rate), (self.courses, *self._plan.shape))
         noise = np.cumsum(noise, axis=1) / np.sqrt(np.arange(1, len(self._plan) + 1))[:, None]
-        tried = np.clip(self._plan + noise, (0.0, -self.turn_rate), (self.cruise, self.turn_rate))
+        tried = np.clip(self._plan + noise, (-self.back, -self.turn_rate), (self.cruise, self.turn_rate))
         cost = self._costs(observation, tried)
         weights = np.exp(-(cost - cost.min()) / self.temperature)
         self._plan = np.tensordot(weights / weights.sum(), tried, axes=1)
@@ -142,7 +154,9 @@ class Mppi:
         y = np.cumsum(tried[:, :, 0] * self.step * np.sin(yaw), axis=1)
         every = slice(1, None, 2)  # every second pose suffices: the robot is longer than several steps
         poses = np.stack([x, y, yaw], axis=-1)[:, every]
-        gaps = np.minimum(robot.clearances(observation.pose, self.cruise * self.horizon + 0.5, poses), self.gap)
+        times = observation.t + self.step * np.arange(1, count + 1)[every]
+        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 0.5, poses, times)
+        gaps = np.minimum(gaps, self.gap)
         ahead, aside = aimed(robot, self._routes, observation, self.look, 0.03)
         left = np.hypot(ahead - x[:, -1], aside - y[:, -1])
         near = ((self.gap - gaps) / self.gap).sum(axis=1) * 2.0 * self.horizon / count

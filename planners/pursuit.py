@@ -7,7 +7,7 @@ import numpy as np
 
 from rocs_bt.errors import Fault, InputError
 from rocs_bt.plan import NoRoute, Observation, Task, Vehicle
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, RadiansPerSecond
+from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 
 
 @dataclass(kw_only=True)
@@ -23,6 +23,8 @@ class PurePursuit:
         look: Lookahead distance.
         clearance: Minimum gap between the hull and obstacles along the path.
         turn_rate: Maximum turn rate.
+        movers: Whether the robot slows down and stops for predicted movers.
+        horizon: Time to a predicted contact below which a speed is too high.
     """
 
     planner: str = "grid_astar"
@@ -30,10 +32,12 @@ class PurePursuit:
     look: PositiveMetres = 0.5
     clearance: PositiveMetres = 0.05
     turn_rate: RadiansPerSecond = 1.5
+    movers: bool = False
+    horizon: PositiveSeconds = 2.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Create the route planner."""
-        self._robot, self._routes = Vehicle(task), task.route(self.planner)
+        self._robot, self._routes = Vehicle(task, movers=self.movers), task.route(self.planner)
 
     def act(self, observation: Observation) -> list[float] | None:
         """Plan and steer."""
@@ -46,7 +50,20 @@ class PurePursuit:
             path = self._routes.route(pose, robot.goal, self.clearance)
         except NoRoute:
             return robot.stop()
-        return steered(robot, observation, path, self.look, self.cruise, self.turn_rate)
+        command = steered(robot, observation, path, self.look, self.cruise, self.turn_rate)
+        return [self._share(observation, command) * value for value in command] if self.movers else command
+
+    def _share(self, observation: Observation, command: list[float]) -> float:
+        """Largest share of a command without a contact within the horizon; else that with the latest contact."""
+        twist, times = self._robot.locomotion.twist(np.array(command)), np.linspace(0.0, self.horizon, 11)[1:]
+        shares = np.linspace(1.0, 0.0, 6)
+        driven = shares[:, None] * times
+        half = 0.5 * twist.turn * driven
+        chord = twist.forward * driven * np.sinc(half / np.pi)
+        arcs = np.stack([chord * np.cos(half), chord * np.sin(half), 2.0 * half], axis=-1)
+        near = self._robot.clearances(observation.pose, 3.0, arcs, observation.t + times) < self.clearance
+        contact = np.where(near.any(axis=1), times[near.argmax(axis=1)], inf)
+        return float(shares[contact.argmax()])
 
 
 @dataclass(kw_only=True)

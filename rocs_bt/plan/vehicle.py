@@ -16,12 +16,19 @@ from ..knowledge import OCCUPIED, Window
 from .python_planner import Observation, Task
 from .route import Point
 
+PROBABLE = 0.1
+"""Probability below which a hypothesis of a mover's motion does not count."""
+
+MARGIN = 0.3
+"""Greatest standard deviation of a mover's position that counts [m]; what is far ahead must not close the way."""
+
 
 class Vehicle:
     """View of a robot for a Python planner with one goal, independent of body and sensors: `Vehicle(task)` in `reset`.
 
     Args:
         task: Task of the planner.
+        movers: Whether tracked movers count where they are predicted, instead of as obstacles of the latest scan.
 
     Attributes:
         locomotion: Locomotion of the robot.
@@ -33,7 +40,7 @@ class Vehicle:
         InputError: There is not exactly one goal, or the robot's length and width are unknown.
     """
 
-    def __init__(self, task: Task) -> None:
+    def __init__(self, task: Task, *, movers: bool = False) -> None:
         if len(task.goals) != 1:
             raise InputError(
                 Fault(f"this planner needs exactly one goal, found {len(task.goals)}: {', '.join(task.goals)}.")
@@ -41,7 +48,7 @@ class Vehicle:
         ((name, self.goal),) = task.goals.items()
         self.tolerance = task.tolerances[name]
         self.locomotion = task.locomotion
-        self._world = task.knowledge.world
+        self._world, self._predicts = task.knowledge.world, movers
         body = task.knowledge.graph.attributes(task.knowledge.agent)
         if not (body.get("length") and body.get("width")):
             raise InputError(
@@ -95,8 +102,10 @@ class Vehicle:
         body: Array = away @ np.array([[c, -s], [s, c]])
         return body
 
-    def clearances(self, pose: Pose2, reach: float, poses: Array) -> Array:
+    def clearances(self, pose: Pose2, reach: float, poses: Array, times: Array | None = None) -> Array:
         """Gaps [m] between the robot's hull and occupied map cells, at several poses; +inf if no cell is near.
+
+        With `movers`, the gaps to predicted movers count as well, less the standard deviation of their positions.
 
         The hull is approximated by discs that cover it, which is fast for thousands of poses. The gaps are therefore
         too small by a few centimetres, which is the safe side.
@@ -105,6 +114,8 @@ class Vehicle:
             pose: Current pose, world frame.
             reach: Half the side length of the square section of the map around the robot that is used [m].
             poses: x [m], y [m], yaw [rad], body frame at `pose`, shape (..., 3).
+            times: Times at the poses, on the clock of `Observation.t`, of the shape of their last axis but one; movers
+                count only with these [s].
 
         Returns:
             Gaps [m], shape (...).
@@ -113,14 +124,14 @@ class Vehicle:
             InputError: The robot builds no map.
         """
         window = self._window(pose, reach)
+        smallest = self._mover_gaps(pose, poses, times)
         if not (window.states == OCCUPIED).any():
-            return np.full(poses.shape[:-1], np.inf)
+            return smallest
         away = self._distance_field(window)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         count = math.ceil(self.footprint.length / self.footprint.width - 1e-9)
         part = self.footprint.length / (2 * count)
         radius = math.hypot(part, 0.5 * self.footprint.width)
-        smallest = np.full(poses.shape[:-1], np.inf)
         for k in range(count):
             ahead = (2 * k + 1) * part - 0.5 * self.footprint.length
             x, y = poses[..., 0] + ahead * np.cos(poses[..., 2]), poses[..., 1] + ahead * np.sin(poses[..., 2])
@@ -129,6 +140,20 @@ class Vehicle:
             inside = (row >= 0) & (row < away.shape[0]) & (column >= 0) & (column < away.shape[1])
             at = away[np.where(inside, row, 0), np.where(inside, column, 0)] - radius
             smallest = np.minimum(smallest, np.where(inside, at, np.inf))
+        return smallest
+
+    def _mover_gaps(self, pose: Pose2, poses: Array, times: Array | None) -> Array:
+        """Smallest gaps to probable movers, shape and arguments as of `clearances`."""
+        movers, smallest = self._world.movers, np.full(poses.shape[:-1], np.inf)
+        if not self._predicts or times is None or movers is None or not len(movers):
+            return smallest
+        prediction = movers.predict(times).above(PROBABLE)
+        c, s = math.cos(pose.yaw), math.sin(pose.yaw)
+        there = poses @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
+        for k, t in enumerate(times):
+            gaps = prediction.gaps(self.footprint, there[..., k, :].reshape(-1, 3), np.array([t]))
+            gaps -= np.minimum(prediction.margin[:, k], MARGIN)
+            smallest[..., k] = gaps.min(axis=-1).reshape(smallest.shape[:-1])
         return smallest
 
     def lookahead_point(self, pose: Pose2, path: Sequence[Point], look: float) -> tuple[float, float]:
@@ -160,7 +185,8 @@ class Vehicle:
         grid = self._world.occupancy
         if grid is None:
             raise InputError(Fault("this planner needs a map; add the analyser LocalMap to the robot."))
-        return grid.window((pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach))
+        low, high = (pose.x - reach, pose.y - reach), (pose.x + reach, pose.y + reach)
+        return grid.window(low, high, moving=not self._predicts)
 
 
 def _resampled(path: Sequence[Point], step: float = 0.05) -> Array:
