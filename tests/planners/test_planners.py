@@ -48,6 +48,9 @@ def test_only_the_oracles_are_some():
     assert [name for name in NAMES if Catalog().load_planner(name).oracle] == ["among_oracle", "oracle"]
 
 
+DRIVE = sorted({"hybrid", *(n for n in NAMES if n.split("_among")[0] in ("pure_pursuit", "dynamic_window", "mppi"))})
+
+
 @pytest.fixture
 def easy():
     """A room of 6 m with two posts and a wall end beside the way: a Jackal is to come from one side to the other."""
@@ -62,7 +65,7 @@ def easy():
     return GeneratedScene.of(Scene(scenario, ground))
 
 
-@pytest.mark.parametrize("name", sorted({"pure_pursuit", "dynamic_window", "mppi", "hybrid"} & set(NAMES)))
+@pytest.mark.parametrize("name", DRIVE)
 def test_those_that_drive_with_a_map_of_their_own_come_to_an_easy_goal(name, easy):
     runner = EpisodeRunner()
     record = runner.play(Episode("key", runner.catalog.load_planner(name), easy, 1))
