@@ -210,8 +210,11 @@ class TrackObjects(Analyze):
 
     def _write(self, t: float, number: int, index: int) -> None:
         graph, node, tracks = self.knowledge.graph, self._node(number), self._tracker.tracks
-        now, before = self._believed(t, index), self._written.get(number)
-        if before is not None and graph.has(node) and not _changed(before, now):
+        before, there = self._written.get(number), graph.has(node)
+        if before is not None and there and t - before.t < WRITE_EVERY - 1e-9:
+            return
+        now = self._believed(t, index)
+        if before is not None and there and not _changed(before, now):
             return
         self._written[number] = now
         values = {
@@ -223,7 +226,7 @@ class TrackObjects(Analyze):
             "speed": float(tracks.speed[index]),
             "seen": now.seen,
         }
-        if graph.has(node):
+        if there:
             graph.set(node, **values)
         else:
             graph.add(node, "object", **values)
@@ -262,7 +265,7 @@ class TrackObjects(Analyze):
 
 def _changed(before: _Written, now: _Written) -> bool:
     """Whether the estimate differs enough from the written values to be written again."""
-    return now.t - before.t >= WRITE_EVERY - 1e-9 and (
+    return (
         before.moves is not now.moves
         or before.pose.distance(now.pose) > MOVED
         or abs(now.existence - before.existence) > GREW * before.existence

@@ -18,8 +18,8 @@ HYPOTHESES = ("goes on", "turns", "stops", "changes speed")
 The last one leads a mover that brakes into a turn back, until it has its former speed again.
 """
 
-PRIOR = (0.5, 0.3, 0.2, 0.8)
-"""Probabilities of the hypotheses of a mover of which no motion has been observed yet."""
+PRIOR = (5 / 18, 3 / 18, 2 / 18, 8 / 18)
+"""Probabilities of the hypotheses before any motion has been observed; without the last one in the same proportion."""
 
 STEP = 0.05
 """Time step of the search for a collision [s]; nothing that walks passes through an outline within it."""

@@ -111,6 +111,13 @@ class WayField:
         self._way = np.where(np.isfinite(found), found * cell, FAR)
         self._corners = _corners(self._way)
 
+    def gap(self, x: Array, y: Array) -> Array:
+        """Distances of points from the nearest obstacle, world frame, of the shape of the arguments [m]."""
+        last = len(self._gap) - 1
+        column, row = ((x - self._low[0]) / CELL).astype(np.intp), ((y - self._low[1]) / CELL).astype(np.intp)
+        gap: Array = self._gap[row.clip(0, last), column.clip(0, last)]
+        return gap
+
     def gaps(self, x: Array, y: Array, c: Array, s: Array, *, fine: bool = False) -> Array:
         """Gaps between the hull and the obstacles [m], of the shape of the arguments.
 

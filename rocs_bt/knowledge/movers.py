@@ -9,6 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..control.prediction import HYPOTHESES, Prediction, accelerated, displaced
+from ..control.walls import Walls, follow
 from .signals import Array
 
 LEAST = 0.02
@@ -73,34 +74,37 @@ class Movers:
         ids, sure = np.arange(1, n + 1), np.zeros((n, 4, 4))
         return cls(t, ids, mean, sure, radii, seen, speed > 0.0, np.zeros(n), still, speed, belief)
 
-    def predict(self, times: Array | Sequence[float]) -> Prediction:
+    def predict(self, times: Array | Sequence[float], walls: Walls | None = None) -> Prediction:
         """Predict the motion of all movers, with a row for each plausible hypothesis of each mover.
 
         Args:
             times: Times on the agent's clock, ascending, shape (k,) [s]. A time before `t` counts as `t`.
+            walls: Static obstacles: a mover that would walk into one follows it, up to a corner. None for open space.
         """
         times = np.array(times, float)
         ahead = np.maximum(times - self.t, 0.0)
-        still, velocity, straight = np.zeros_like(ahead), self.mean[:, 2:], np.zeros(len(self))
-        moved = np.stack(
-            [
-                displaced(velocity, straight, ahead),
-                displaced(velocity, self.turn_rate, ahead),
-                displaced(velocity, straight, still),
-                accelerated(velocity, self.acceleration, self.top, ahead),
-            ]
-        )
-        moving, standing = self._spread(ahead), self._spread(still)
-        margin = np.minimum(np.stack([moving, moving, standing, moving]), MAX_MARGIN)
+        velocity = self.mean[:, 2:]
+        moved = np.zeros((len(HYPOTHESES), len(self), len(ahead), 2))
+        moved[0] = velocity[:, None] * ahead[:, None]
+        moved[1] = displaced(velocity, self.turn_rate, ahead)
+        if self.acceleration.any():
+            moved[3] = accelerated(velocity, self.acceleration, self.top, ahead)
+        moving, standing = self._spread(ahead), self._spread(np.zeros(1))
+        margin = np.minimum([moving, moving, np.broadcast_to(standing, moving.shape), moving], MAX_MARGIN)
         # A mover that turns back has no speed for a moment.
         moves = self.moves | self.acceleration.any(axis=1)
         weight = np.where(moves, self.belief.T, np.eye(len(HYPOTHESES))[:, 2:3])
         kept = weight >= LEAST
-        share = np.where(kept, weight, 0.0) / np.where(kept, weight, 0.0).sum(axis=0)
+        share = np.where(kept, weight, 0.0)
+        share /= share.sum(axis=0)
         hypothesis, mover = np.nonzero(kept)
+        start = self.mean[mover, :2]
+        positions = start[:, None] + moved[kept]
+        if walls is not None:
+            follow(walls, start, positions, self.radius[mover])
         return Prediction(
             times=times,
-            positions=self.mean[mover, None, :2] + moved[kept],
+            positions=positions,
             radius=self.radius[mover],
             margin=margin[kept],
             weight=share[kept],

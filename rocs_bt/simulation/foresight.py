@@ -36,8 +36,8 @@ class Foreseen(Movers):
     times: Array
     positions: Array
 
-    def predict(self, times: Array | Sequence[float]) -> Prediction:
-        """The known motion: one row for each mover, with weight 1 and without a margin."""
+    def predict(self, times: Array | Sequence[float], walls: object = None) -> Prediction:
+        """The known motion, whatever the walls: one row for each mover, with weight 1 and without a margin."""
         times, count = np.array(times, float), len(self)
         known = Prediction(
             times=self.times,

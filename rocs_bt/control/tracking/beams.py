@@ -81,8 +81,9 @@ class Beams:
         bearings = rays[:, 2] + yaw
         found = np.asarray(ranges, float)
         heard = found <= self.max_range  # false for NaN too
-        points = eyes + np.where(heard, found, 0.0)[:, None] * np.column_stack([np.cos(bearings), np.sin(bearings)])
-        return Scan(self, eyes, bearings, found, heard, points)
+        looks = np.column_stack([np.cos(bearings), np.sin(bearings)])
+        points = eyes + np.where(heard, found, 0.0)[:, None] * looks
+        return Scan(self, eyes, bearings, looks, found, heard, points)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +94,7 @@ class Scan:
         beams: Geometry of the beams.
         eyes: Origins of the beams, shape (b, 2) [m].
         bearings: Directions of the beams, shape (b,) [rad].
+        looks: The same as unit vectors, shape (b, 2).
         ranges: Ranges, shape (b,) [m].
         heard: Whether each beam has an echo within the maximum range, shape (b,).
         points: Positions of the echoes, shape (b, 2) [m]; meaningless without an echo.
@@ -101,6 +103,7 @@ class Scan:
     beams: Beams
     eyes: Array
     bearings: Array
+    looks: Array
     ranges: Array
     heard: npt.NDArray[np.bool_]
     points: Array
@@ -113,8 +116,9 @@ class Scan:
             radius: Radii of the objects, shape (n,) [m].
         """
         dx, dy = positions[:, :1] - self.eyes[:, 0], positions[:, 1:] - self.eyes[:, 1]
-        off = np.abs(np.mod(np.arctan2(dy, dx) - self.bearings + math.pi, math.tau) - math.pi)
-        behind = np.hypot(dx, dy) + radius[:, None] + BEHIND
-        through = (off <= max(self.beams.half_angle, 0.5 * self.beams.spacing)) & (behind <= self.beams.max_range)
-        past: npt.NDArray[np.bool_] = np.any(through & (self.ranges >= behind), axis=1)  # false for NaN
+        away, half = np.hypot(dx, dy), max(self.beams.half_angle, 0.5 * self.beams.spacing)
+        through = dx * self.looks[:, 0] + dy * self.looks[:, 1] >= math.cos(half) * away
+        behind = away + (radius[:, None] + BEHIND)
+        within = behind <= self.beams.max_range
+        past: npt.NDArray[np.bool_] = np.any(through & within & (self.ranges >= behind), axis=1)  # false for NaN
         return past

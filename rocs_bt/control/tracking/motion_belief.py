@@ -59,6 +59,12 @@ class _Past(NamedTuple):
     mean: Array
     motion: Motion
 
+    def among(self, ids: npt.NDArray[np.int64]) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp]]:
+        """Indices of those of some movers, with ascending numbers, that were stored, and their indices here."""
+        at = np.searchsorted(self.ids, ids)
+        now = np.flatnonzero(self.ids.take(at, mode="clip") == ids) if len(self.ids) else np.zeros(0, np.intp)
+        return now, at[now]
+
     def of(self, rows: npt.NDArray[np.intp]) -> _Past:
         return _Past(self.t, self.ids[rows], self.mean[rows], Motion(*(column[rows] for column in self.motion)))
 
@@ -132,7 +138,7 @@ class MotionBelief:
     def _tops(self, ids: npt.NDArray[np.int64], mean: Array) -> Array:
         top: Array = np.hypot(*mean[:, 2:].T)
         for past in self._past:
-            _, now, before = np.intersect1d(ids, past.ids, assume_unique=True, return_indices=True)
+            now, before = past.among(ids)
             top[now] = np.maximum(top[now], np.hypot(*past.mean[before, 2:].T))
         return top
 
@@ -142,5 +148,5 @@ class MotionBelief:
         if nearest is None or abs(nearest.t - t) > EVERY:
             none = Motion(np.zeros(0), np.zeros((0, 2)), np.zeros(0), np.zeros((0, len(PRIOR))))
             return np.zeros(0, np.intp), _Past(t, np.zeros(0, np.int64), np.zeros((0, 4)), none)
-        _, now, before = np.intersect1d(ids, nearest.ids, assume_unique=True, return_indices=True)
+        now, before = nearest.among(ids)
         return now, nearest.of(before)

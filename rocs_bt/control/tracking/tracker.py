@@ -251,6 +251,8 @@ class Tracker:
     def _relocate(self, rows: Numbers, centres: Array, noise: Array, whole: Flags) -> None:
         """Restart the positions of objects that are seen whole for the first time: the guessed radius was no motion."""
         tracks, first = self.tracks, whole & (self.tracks.sized[rows] == 1)
+        if not first.any():
+            return
         chosen = rows[first]
         tracks.mean[chosen, :2] = centres[first]
         tracks.covariance[chosen, :2, 2:] = tracks.covariance[chosen, 2:, :2] = 0.0
@@ -261,7 +263,8 @@ class Tracker:
         tracks, seen = self.tracks, np.zeros(len(self.tracks), np.bool_)
         seen[rows] = True
         missed, unseen = np.zeros_like(seen), np.flatnonzero(~seen)
-        missed[unseen] = scan.sees_past(tracks.mean[unseen, :2], tracks.radius[unseen])
+        if len(unseen):
+            missed[unseen] = scan.sees_past(tracks.mean[unseen, :2], tracks.radius[unseen])
         there = tracks.existence * np.where(seen, DETECTION, np.where(missed, 1.0 - DETECTION, 1.0))
         absent = (1.0 - tracks.existence) * np.where(seen, CLUTTER, 1.0)
         tracks.existence = there / (there + absent)
@@ -273,7 +276,8 @@ class Tracker:
         tracks.moved[fast] = t
 
     def _start(self, t: float, centres: Array, covariances: Array, radius: Array) -> None:
-        n = len(centres)
+        if not (n := len(centres)):
+            return
         covariance = np.zeros((n, 4, 4))
         covariance[:, :2, :2] = covariances
         covariance[:, 2, 2] = covariance[:, 3, 3] = self.settings.speed_noise**2
