@@ -148,10 +148,10 @@ def _of_family(name: str, catalog: Catalog) -> dict[str, Any]:
     Raises:
         InputError: The family does not exist or is invalid.
     """
-    from ..compare import load_family
+    from ..compare.family import load_family, scene_of
 
     family = load_family(catalog, name)
-    first, second = (family.scene(index).scenario["agent"][0] for index in (0, 1))
+    first, second = (scene_of(family, index).scenario["agent"][0] for index in (0, 1))
     parameters = {key: value for key, value in first["parameters"].items() if second["parameters"].get(key) == value}
     doc = f"The mission and the rules of the family {family.name}."
     return {"doc": doc, "mission": first["mission"], "rules": first["rules"], "parameters": parameters}

@@ -40,11 +40,11 @@ def command(
 
     The same family, parameters and index give the same scene on every machine.
     """
-    from ..compare import load_family
+    from ..compare.family import load_family, scene_of
     from ..compare.replay import parse_parameters
 
     made = load_family(Catalog.here(code=not no_code), family, parse_parameters(values))
-    scenes = [made.scene(i) for i in range(index, index + count)]
+    scenes = [scene_of(made, i) for i in range(index, index + count)]
     written = [] if dry_run else [scene.write(out) for scene in scenes]
     if as_json:
         echo(json.dumps([_plain(scene) for scene in scenes], indent=2))

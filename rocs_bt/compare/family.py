@@ -22,6 +22,7 @@ from ..catalog import Catalog
 from ..errors import Fault, InputError, unknown
 from ..files import write_whole
 from ..geometry import Pose2
+from ..python_content import running_class
 from ..toml_text import as_toml
 from ..units import convert
 from .ground import Ground
@@ -236,7 +237,21 @@ def load_family(catalog: Catalog, name: str, values: Mapping[str, object] | None
     given, faults = _arguments(cls, values or {})
     if faults:
         raise InputError(*faults)
-    return cls(**given)
+    with running_class(cls):
+        return cls(**given)
+
+
+def scene_of(family: Family, index: int) -> Scene:
+    """Scene of a family with an index.
+
+    Raises:
+        InputError: There is no such scene with these parameters, or the family's code raised an exception.
+    """
+    with running_class(type(family)):
+        found: object = family.scene(index)
+        if not isinstance(found, Scene):
+            raise TypeError(f"scene returned {found!r:.60}, which is not a Scene.")
+        return found
 
 
 def _arguments(family: type[Family], values: Mapping[str, object]) -> tuple[dict[str, Any], list[Fault]]:

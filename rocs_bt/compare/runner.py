@@ -26,7 +26,7 @@ from ..running import Run, RunOptions
 from ..simulation import SimulatedWorld
 from .company import Company
 from .episode import Episode, FamilyScene, ScenarioScene, SceneRef
-from .family import AGENT, load_family
+from .family import AGENT, load_family, scene_of
 from .metric import METRICS, ZERO_ON_FAILURE, EpisodeData, measure_all
 from .record import EpisodeRecord
 from .store import Cost
@@ -143,7 +143,7 @@ class EpisodeRunner:
         if isinstance(ref, ScenarioScene):
             return self._prepare_scenario(ref)
         if isinstance(ref, FamilyScene):
-            scene = load_family(self.catalog, ref.family, dict(ref.parameters)).scene(ref.index)
+            scene = scene_of(load_family(self.catalog, ref.family, dict(ref.parameters)), ref.index)
         else:
             scene = ref.scene
         catalog = scene.added_to(self.catalog)

@@ -91,20 +91,6 @@ def test_parameters_are_typed_and_held_to_their_bounds() -> None:
     assert [text.split()[0] for text in told] == ["no", "speed", "wide", "people"]
 
 
-def test_a_family_that_is_none_is_told(tmp_path: Path) -> None:
-    folder = tmp_path / "scenarios" / "families"
-    folder.mkdir(parents=True)
-    (folder / "odd_one.py").write_text('"""Odd."""\n\n\nclass OddOne:\n    """Nothing."""\n')
-    (folder / "empty.py").write_text('"""Empty."""\n')
-    catalog = Catalog(tmp_path)
-    with pytest.raises(InputError, match="'OddOne' must be a dataclass derived from Family"):
-        load_family(catalog, "odd_one")
-    with pytest.raises(InputError, match="no class is named 'Empty'"):
-        load_family(catalog, "empty")
-    with pytest.raises(InputError, match="no family is named 'barn'"):
-        load_family(catalog, "barn")
-
-
 def as_published(scene: Scene) -> list[tuple[float, float]]:
     """A reference way where the challenge puts its cells: one west, and 0.1 m south, of where they are."""
     return [scene.reference[0], *((x - 0.15, y - 0.1) for x, y in scene.reference[1:-1]), scene.reference[-1]]

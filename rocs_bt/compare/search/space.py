@@ -12,7 +12,7 @@ import numpy as np
 from ...action import Parameter
 from ...errors import Fault, InputError, unknown
 from ...units import convert
-from ..family import Family, Scene, family_parameters
+from ..family import Family, Scene, family_parameters, scene_of
 from ..replay import parse_value
 
 INDICES = 1_000_000
@@ -79,7 +79,7 @@ class SearchSpace:
             values: dict[str, Any] = {name: self._value(rng, name) for name in self.ranges}
             index = int(rng.integers(INDICES))
             try:
-                return SampledScene(dataclasses.replace(self.family, **values).scene(index), index, values)
+                return SampledScene(scene_of(dataclasses.replace(self.family, **values), index), index, values)
             except InputError as error:
                 refused = error
         raise refused
