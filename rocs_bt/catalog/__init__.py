@@ -5,7 +5,8 @@ receive the loaded objects.
 """
 
 from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
-from .catalog import CachingCatalog, Catalog
+from .caching_catalog import CachingCatalog
+from .catalog import Catalog
 from .copying import copy_content
 from .entry import (
     IDENTIFIED,
@@ -19,7 +20,9 @@ from .entry import (
     make_entry,
     shipped_root,
 )
+from .finder import Finder
 from .ground_tables import GroundSpec, PushSpec
+from .mission_catalog import MissionCatalog
 from .perturbation import Perturbation, parse_perturbation, perturbed, read_perturbations
 from .planner_file import PlannerSpec, mission_values, read_planner
 from .robot_file import load_robot
@@ -48,8 +51,10 @@ __all__ = [
     "Catalog",
     "Entry",
     "FactSpec",
+    "Finder",
     "GroundSpec",
     "LocomotionSpec",
+    "MissionCatalog",
     "MonitorSpec",
     "Perturbation",
     "PlaceSpec",

@@ -45,7 +45,7 @@ def test_the_project_hides_a_shipped_name(project, monkeypatch, tmp_path):
     shipped = tmp_path / "shipped"
     shutil.copytree(project, shipped)
     (shipped / "rules" / "fierce.toml").write_text("")
-    monkeypatch.setattr("rocs_bt.catalog.catalog.shipped_root", lambda: shipped)
+    monkeypatch.setattr("rocs_bt.catalog.finder.shipped_root", lambda: shipped)
     origins = {e.name: e.origin for e in Catalog(project).list("rules")}
     assert origins == {"calm": "project", "fierce": "shipped"}
 
