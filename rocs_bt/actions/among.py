@@ -75,6 +75,7 @@ class Among:
         self._field: WayField | None = None
         self._renewed = self._planned = -math.inf
         self._reference: TimedReference | None = None
+        self._route: Sequence[Sequence[float]] = ()
 
     @property
     def active(self) -> bool:
@@ -101,8 +102,10 @@ class Among:
         assert movers is not None
         now, late = self._body.clock.now(), 0.5 * self._body.period
         reference = self._reference
-        due = reference is None or now - self._planned >= PLAN_EVERY - late
-        # The way is renewed between two plans, so that no period computes both.
+        # No period computes two of a new route, a plan and the way.
+        wait = PLAN_EVERY if route is self._route else 1.5 * PLAN_EVERY
+        due = reference is None or now - self._planned >= wait - late
+        self._route = route
         old = now - self._renewed + late
         if self._field is None or (old >= FIELD_EVERY and not due) or old >= 2.0 * FIELD_EVERY:
             self._renew(pose, np.array([point[:2] for point in route]), movers)
