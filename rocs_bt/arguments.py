@@ -187,7 +187,8 @@ def read_argument(
         return number
     if typing.get_origin(kind) in _LISTS:
         return _list(parameter, value)
-    if kind in (str, int, bool) and (wanted := misfit(kind, value)) is not None:
+    plain = kind in (str, int, bool) or typing.get_origin(kind) is typing.Literal
+    if plain and (wanted := misfit(kind, value)) is not None:
         raise InputError(Fault(f"{parameter.name} must be {wanted}, found {value!r}."))
     if kind is int and (faults := parameter.faults(value, parameter.name)):
         raise InputError(*faults)

@@ -80,8 +80,8 @@ def misfit(kind: Any, value: Any) -> str | None:
     """Check the type of a value; returns None if it fits, else the expected type in words.
 
     Args:
-        kind: Expected type: an annotation without metadata. Plain types, lists and tuples of these, and unions are
-            checked; a value of any other type is accepted.
+        kind: Expected type: an annotation without metadata. Plain types, literals, lists and tuples of these, and
+            unions are checked; a value of any other type is accepted.
         value: Value to check; numbers of numpy are accepted as numbers.
     """
     if type(value) is kind:
@@ -90,6 +90,8 @@ def misfit(kind: Any, value: Any) -> str | None:
         fits = isinstance(value, _NUMBERS.get(kind, kind)) and not isinstance(value, bool)
         return None if fits else _WORDS[kind]
     origin, parts = typing.get_origin(kind), typing.get_args(kind)
+    if origin is typing.Literal:
+        return None if value in parts else " or ".join(repr(part) for part in parts if part != "")
     if origin is typing.Annotated:
         return misfit(parts[0], value)
     if origin in (typing.Union, types.UnionType):

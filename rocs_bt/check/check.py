@@ -345,6 +345,16 @@ def check_python(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     yield from blocking_faults(read_text(entry.path), entry.path)
 
 
+def check_route(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
+    """Check that a Python file has one route planner; with `--no-code` only that it is Python."""
+    yield from check_python(entry, catalog)
+    if catalog.code:
+        try:
+            catalog.load_route(str(entry.path))
+        except InputError as error:
+            yield from error.faults
+
+
 def check_schema_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
     """Check a schema file together with all other schema files, but return only this file's faults."""
     others = [other.path for other in catalog.list("schema") if other.path.resolve() != entry.path.resolve()]
@@ -411,7 +421,7 @@ _CHECKERS: Mapping[str, Checker] = {
     "scenario": check_scenario_file,
     "world": check_world,
     "schema": check_schema_file,
-    "route": check_python,
+    "route": check_route,
     "node": check_python,
     "family": check_python,
     "planner": check_planner_file,
