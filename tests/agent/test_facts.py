@@ -84,36 +84,6 @@ def test_only_those_who_are_told_know(tmp_path):
     assert told(tmp_path, text, agent="R3").graph.has("hall")
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "message"),
-    [
-        ('kind = "door"', 'kind = "doors"', r":20:1: no kind is named 'doors'.*Did you mean 'door'"),
-        ("open = false", "open = 3", r":18:1: attribute 'open' of 'door hatch' must be True or False, found 3"),
-        ("open = false", "opn = false", r":21:1: a door has no attribute and no relation 'opn'. Did you mean 'open'"),
-        ('"20 cm"', '"20 s"', r":33:1: tolerance must be in m"),
-        ('"20 cm"', '"-1 cm"', r":29:1: attribute 'tolerance' of 'goal home' .*-0.01"),
-        ('width = "1.2 m"', 'wide = "1.2 m"', r":6:1: connects has no attribute 'wide'"),
-        ('["hall", "store"]', '["hall", "stor"]', r":22:1: there is no node named 'stor'. Did you mean 'store'"),
-        ('leads_to = ["hall"', 'pursues = ["hall"', r":22:1: 'pursues' cannot start from 'hatch' of kind door"),
-        ('pursues = "home"', "pursues = 3", r":27:1: pursues takes names, or tables with 'to', found 3"),
-        ('node = "R2"', 'node = "R9"', r":25:1: there is no node 'R9' yet"),
-        ('node = "store"', 'node = "hall"', r":8:1: node 'hall' exists already"),
-        ('pursues = "home"', 'pursues = ["home", "home"]', r":27:1: pursues leads to one node only, found 2"),
-        ('yaw = "90 deg"', 'yew = "90 deg"', r":11:1: a pose has no 'yew'. Did you mean 'yaw'"),
-        ('yaw = "90 deg"', 'z = "1 m"', r":11:1: a pose has no 'z'. Write z as an attribute of the node"),
-        ("agents = []", "", None),
-    ],
-)
-def test_mistakes_are_told_at_their_place(tmp_path, old, new, message):
-    if message is None:
-        with pytest.raises(InputError, match="no agent is named 'R7'"):
-            told(tmp_path, GOOD + 'agents = ["R7"]\n')
-        return
-    assert old in GOOD
-    with pytest.raises(InputError, match=message):
-        told(tmp_path, GOOD.replace(old, new, 1))
-
-
 def test_all_faults_are_told_at_once(tmp_path):
     text = GOOD.replace("open = false", "opn = false").replace('"20 cm"', '"20 s"').replace('to = "store"', 'to = "x"')
     with pytest.raises(InputError) as caught:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 
-import pytest
-
 SHORT = 'format = "scenario/2"\nbase = "exp1"\nduration = "0.5 s"\n'
 
 
@@ -28,20 +26,3 @@ def test_a_cold_comparison_prints_stores_and_exports_its_losses(rocs_bt, tmp_pat
     hashes = {each["planner"]: each["trajectory_hash"] for each in found["results"] if each["seed"] == 1}
     assert len(set(hashes.values())) == 3
     assert "cold" not in json.loads(rocs_bt(*ask, "--json").out)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (["tree", "--perturb", "nois"], "Did you mean 'noise'"),
-        (["tree", "--perturb", "delay=1 m"], "the strength of 'delay' must be in s"),
-        (["tree", "hybrid", "--cold", "--stop-early"], "exclude each other"),
-        (["tree", "--perturb", "noise=6~delay"], "Write --perturb noise=6 --perturb delay to play them one by one"),
-        (["tree~noise", "--cold"], "must not name a perturbation"),
-        (["tree", "--robot", "quadruped", "--perturb", "delay"], "no perturbation has an effect"),
-    ],
-)
-def test_what_is_wrong_is_said_before_anything_is_played(rocs_bt, arguments, words):
-    told = rocs_bt("compare", *arguments, "--scenario", "exp1", "--jobs", 1)
-    assert told.code == 2
-    assert words in told.err

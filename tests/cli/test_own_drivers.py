@@ -90,53 +90,6 @@ def test_keys_reach_the_constructor_by_keyword_in_si_units(beacon, rocs_bt):
     assert rocs_bt("run", "first", "--for", "1").code in (0, 1)
 
 
-@pytest.mark.parametrize(
-    ("table", "message"),
-    [
-        (("reach =", "raech ="), "no parameter is named 'raech'. Did you mean 'reach'? "),
-        (("reach =", 'colour = "red"\nreach ='), "no parameter is named 'colour'. "),
-        (('"150 cm"', '"150 s"'), "reach must be in m, found '150 s' which is in s."),
-        (('"150 cm"', "1.5"), "reach needs a unit, found the bare number 1.5."),
-        (('"150 cm"', '"-1 m"'), "reach must be positive and finite, found -1 m."),
-        (("reach =", 'steps = "3"\nreach ='), "steps must be a whole number, found '3'."),
-        (("reach =", 'at = ["1 m", "2 s"]\nreach ='), "at must be in m, found '2 s' which is in s."),
-        (("reach =", 'at = "1 m"\nreach ='), "at must be a list, found '1 m'."),
-    ],
-)
-@pytest.mark.parametrize("command", [("check",), ("run", "first")], ids=lambda c: c[0])
-def test_a_wrong_key_is_refused_at_its_line_and_column(beacon, rocs_bt, command, table, message):
-    toml = beacon(table=table) / "robot.toml"
-    key = table[1].partition("=")[0].strip() if "=" in table[1] else "reach"
-    told = rocs_bt(*command)
-    assert told.code == 2, told.out + told.err
-    assert f"{toml}:{line_of(toml, key + ' =')}:1: {message}" in told.out + told.err
-
-
-def test_a_needed_key_that_is_missing_is_told_with_those_there_are(beacon, rocs_bt):
-    beacon(table=('reach = "150 cm"\n', ""))
-    told = rocs_bt("check")
-    assert told.code == 2
-    assert "the driver Beacon of 'radio' needs reach. It takes: reach, steps, at." in told.out + told.err
-
-
-@pytest.mark.parametrize(
-    ("code", "message"),
-    [
-        (("mount: Mount, *", "parameters, mount, *"), "'mount' of Beacon.__init__ is not keyword-only"),
-        (("reach: PositiveMetres", "reach"), "parameter 'reach' of Beacon.__init__ has no type"),
-        (("reach: PositiveMetres", "reach: Furlongs"), "the parameters of Beacon.__init__ cannot be read"),
-        (("class Beacon(MujocoSensor)", "class Beacon"), "the driver 'Beacon' of 'radio' is not a MuJoCo driver. To"),
-    ],
-)
-def test_a_constructor_of_another_form_is_refused(beacon, rocs_bt, code, message):
-    beacon(code)
-    for command in (("check",), ("run", "first")):
-        told = rocs_bt(*command)
-        assert told.code == 2, told.err
-        assert "Traceback" not in told.err
-        assert message in told.out + told.err or "Furlongs" in told.out + told.err
-
-
 def test_a_driver_that_extends_a_shipped_one_takes_its_keys_and_its_own(project, rocs_bt):
     folder = project / "robots" / "rover"
     (folder / "deaf.py").write_text("""\

@@ -104,21 +104,6 @@ def test_a_step_goes_no_farther_in_one_jump_than_a_physics_step(world: MujocoWor
     assert world.object_pose("P1").distance(before) == pytest.approx(0.005, rel=0.05)
 
 
-@pytest.mark.parametrize(
-    ("script", "parameters", "message"),
-    [
-        ("dance", {}, "no object script is named 'dance'"),
-        ("slide", {"to_x": 1.0}, "needs to_y, depart_at"),
-        ("slide", {"to_x": 1.0, "to_y": 1.0, "depart_at": 1.0, "return_at": 1.5}, "return_at >= depart_at"),
-        ("polynomial", {"to_x": 1.0, "to_y": 1.0, "order": 12}, "order 1 to 9"),
-        ("social_force", {"to_x": 1.0, "to_y": 1.0, "radius": 0.0}, "must be positive"),
-    ],
-)
-def test_what_is_wrong_is_told(world: MujocoWorld, script: str, parameters: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        carried(world, script, **parameters)
-
-
 def test_a_thing_must_be_in_the_world(world: MujocoWorld) -> None:
     with pytest.raises(UnknownName, match=r"no mocap body is named 'P9'.*P1, P2"):
         world.place_object("P9", Pose2(0.0, 0.0))
@@ -143,16 +128,6 @@ def test_a_robot_sees_a_thing_come_and_is_told_to_have_run_into_it(tmp_path: Pat
     assert summary.agents["R"].outcome == "collision"
     assert "P1" in summary.agents["R"].reason
     assert again.trajectory_hash == summary.trajectory_hash
-
-
-def test_a_thing_that_the_world_lacks_is_a_fault_of_the_scenario(tmp_path: Path) -> None:
-    catalog = hall(
-        tmp_path,
-        {"name": "P7", "script": "slide", "x": "4 m", "y": "5 m", "to_x": "4 m", "to_y": "2 m", "depart_at": "1 s"},
-    )
-    with pytest.raises(InputError, match="no mocap body is named 'P7'") as caught:
-        run("hall", catalog, seed=1, report=False)
-    assert caught.value.faults[0].line > 0
 
 
 def sliders(**more: str) -> list[dict[str, object]]:

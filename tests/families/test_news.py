@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from rocs_bt import Catalog, run
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground
-from rocs_bt.errors import InputError
 from rocs_bt.toml_text import as_toml
 
 ROOT = {"format": "scenario/2", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
@@ -62,21 +59,3 @@ def test_facts_come_in_the_order_of_their_times_and_repeat(tmp_path: Path) -> No
     first, same = (run("field", catalog, seed=1, report=False).summary for _ in range(2))
     assert first.trajectory_hash == same.trajectory_hash
     assert first.agents["R"].outcome == "success"
-
-
-@pytest.mark.parametrize(
-    ("fact", "message"),
-    [
-        ({"node": "gaol", "at": "2 s", "pose": {"x": "3 m", "y": "1 m"}}, "there is no node 'gaol' yet"),
-        ({"node": "goal", "at": "2 s", "colour": "red"}, "a goal has no attribute and no relation 'colour'"),
-        ({"node": "goal", "at": "-2 s"}, "at must be"),
-        ({"node": "goal", "at": 2.0}, "at needs a unit"),
-    ],
-)
-def test_what_will_be_told_is_checked_before_the_run(tmp_path: Path, fact: dict[str, object], message: str) -> None:
-    catalog = field(tmp_path, fact)
-    with pytest.raises(InputError, match=message) as caught:
-        run("field", catalog, seed=1, duration=0.5, report=False)
-    assert all(fault.line > 0 for fault in caught.value.faults)
-    found = check_content([tmp_path])
-    assert found.has_errors

@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.catalog import Catalog, GroundSpec
-from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.check import check_scenario
-from rocs_bt.document import read_toml
 from rocs_bt.drivers.mujoco import MujocoWorld
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
@@ -118,34 +116,6 @@ def test_a_scenario_with_level_ground_only_is_the_same_as_before(built) -> None:
 
 
 AREA = 'x = "0 m"\ny = "0 m"\nlength = "{0} m"\nwidth = "{0} m"\nheight = "1 cm"\n'
-
-
-@pytest.mark.parametrize(
-    ("text", "fault"),
-    [
-        (f'[[ground]]\nname = "a"\nkind = "mud"\n{AREA.format(1)}', "mud"),
-        (f'[[ground]]\nname = "a"\nkind = "slope"\n{AREA.format(1)}count = 2', "'slope' has no 'count'"),
-        (f'[[ground]]\nname = "a"\nkind = "rough"\n{AREA.format(99)}grain = "1 cm"', "the maximum is 250000"),
-        (f'[[ground]]\nname = "a"\nkind = "rough"\n{AREA.format(1)}grain = "0 m"', "grain must be between 0.005"),
-        (f'[[ground]]\nname = "a/1"\nkind = "rough"\n{AREA.format(1)}', "contains '/'"),
-        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = 101', "count must be at most 100"),
-        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = 0', "count must be at least 1"),
-        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(99)}count = "2"', "count must be a whole number"),
-        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(0.1)}count = 20', "steps are 5 mm long"),
-        (f'[[ground]]\nname = "a"\nkind = "step"\n{AREA.format(9).replace("cm", "m")}count = 11', "rise to 11 m"),
-        ('[[push]]\nrobot = "R9"\nat = "1 s"\nforce = { left = "9 N" }', "no agent or robot is named 'R9'"),
-        ('[[push]]\nrobot = "R2"\nat = "2 s"\nuntil = "1 s"\nforce = { left = "9 N" }', "is before its earliest"),
-        ('[[push]]\nrobot = "R2"\nat = "2 s"\nforce = { }', "has no force"),
-        ('[[place]]\nname = "p"\nx = "0 m"\ny = "0 m"\nheight_tolerance = "1 m"', "without z has no height"),
-    ],
-)
-def test_faults_of_ground_and_pushes_name_their_line(text, fault, tmp_path) -> None:
-    file = tmp_path / "s.toml"
-    file.write_text(SCENARIO.format(x=0) + text)
-    with pytest.raises(InputError, match=fault) as caught:
-        read_scenario(read_toml(file))
-    assert caught.value.faults[0].line >= 20
-    assert len(caught.value.faults) == 1
 
 
 def test_ground_with_the_name_of_a_geom_of_the_world_is_a_fault(swinging, tmp_path) -> None:

@@ -9,7 +9,6 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import AgentStopped, BodyMoved, ListSink, RequirementViolated, SignalsWritten, pack
 from rocs_bt.record import AgentInfo, Recording, RequirementInfo, SignalInfo
 from rocs_bt.running import RequirementWatch, check_recorded
@@ -133,25 +132,3 @@ def test_a_run_that_was_cut_off_is_judged_as_far_as_it_goes():
 def test_a_margin_without_bound_is_none():
     finding, _ = judge("always front > 0.3 m", [(0.0, math.inf, 0)])
     assert (finding.verdict, finding.margin) == ("satisfied", None)
-
-
-@pytest.mark.parametrize(
-    ("edit", "message"),
-    [
-        (("min_clearance", "min_clearence"), "req.toml:7:19: no signal or alias is named 'min_clearence'"),
-        (("0.05 m/s", "0.05 m"), "req.toml:11:60: 'speed < 0.05 m': '<' needs one unit"),
-        (('agent = "R2"', 'agent = "R9"'), "req.toml:10:1: no agent is named 'R9'"),
-        (('name = "arrives"', 'name = "keeps clear"'), "another table has the name 'keeps clear'"),
-        (('require = "always min_clearance > 0.18 m"', ""), "require"),
-        (("always min_clearance > 0.18 m", "speed"), "a requirement must be true or false, but speed is in m/s"),
-    ],
-)
-def test_mistakes_are_told_at_their_place_before_anything_is_written(edit, message, tmp_path):
-    file = tmp_path / "scenarios" / "req.toml"
-    file.parent.mkdir()
-    assert edit[0] in SCENARIO
-    file.write_text(SCENARIO.replace(*edit, 1) if "name" not in edit[0] else SCENARIO.replace(*edit), "utf-8")
-    with pytest.raises(InputError) as caught:
-        run(str(file), Catalog(tmp_path), out=tmp_path / "run")
-    assert message in str(caught.value)
-    assert not (tmp_path / "run").exists()

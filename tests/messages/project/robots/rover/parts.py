@@ -1,12 +1,15 @@
 """Parts of the rover."""
 
 from rocs_bt import Analyze, Monitor, Signal
-from rocs_bt.drivers.mujoco import MujocoSensor
-from rocs_bt.units import LENGTH, Metres
+from rocs_bt.drivers.mujoco import Mount, MujocoSensor
+from rocs_bt.units import LENGTH, Metres, PositiveMetres
 
 
 class Thermometer(MujocoSensor):
     """Constant warmth."""
+
+    def __init__(self, name: str, mount: Mount, *, reach: PositiveMetres, steps: int = 2, at: list[Metres] = ()):
+        super().__init__(name, mount)
 
     def sample(self):
         return [0.5]
