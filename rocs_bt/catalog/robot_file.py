@@ -65,7 +65,8 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | Non
     kind = locomotion_table.choice("kind", LOCOMOTIONS)
     motion = locomotion_table.text("actuator", "wheels")
     parameters = locomotion_parameters(locomotion_table, kind)
-    actuators = tuple(_actuator(t, motion, "axes" in parameters) for t in actuator_tables)
+    named = motion if motion in [table.raw("name", "") for table in actuator_tables] else "wheels"
+    actuators = tuple(_actuator(t, named, "axes" in parameters) for t in actuator_tables)
     locomotion, actuators = _locomotion(
         locomotion_table, LocomotionSpec(kind, motion, parameters), actuators, monitor_tables
     )
@@ -99,7 +100,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | Non
     )
 
 
-_LOCATED = (("model",), ("locomotion",), ("body",))
+_LOCATED = (("model",), ("locomotion",), ("body",), ("ros2",))
 
 
 def _model(root: Table) -> Path | None:
@@ -288,6 +289,9 @@ def _class(table: Table, key: str, shipped: Collection[str] | None = None) -> st
     if is_reference(name):
         file, _, cls = name.partition(":")
         if not _beside(table, key, file):
+            return name
+        if not is_file(table.beside(file)):
+            table.fault(key, f"there is no file '{file}' beside robot.toml.")
             return name
         try:
             classes = classes_in(table.beside(file))

@@ -26,7 +26,7 @@ def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:
     try:
         types = MessageTypes(settings.distro, lambda name: settings.definition(name) or definition(name))
     except InputError as error:  # an unknown distribution
-        yield from error.at(robot.file).faults
+        yield from error.at(robot.file, *robot.positions.get("ros2.distro", (0, 0))).faults
         return
     for sensor in sensors:
         try:

@@ -49,7 +49,10 @@ class Attribute:
             names = ", ".join(t.__name__ for t in _WORDS)
             raise KnowledgeError(f"no attribute can be of the type {self.type!r}; use one of: {names}.")
         if self.default is not None:
-            self.check(self.default)
+            try:
+                self.check(self.default)
+            except KnowledgeError as error:
+                raise KnowledgeError(f"default {error}") from None
 
     def check(self, value: Any) -> Any:
         """Check a value and convert it to the immutable Python value that is stored.

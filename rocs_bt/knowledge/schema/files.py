@@ -115,6 +115,7 @@ class _Reader:
                 with _blaming(each):
                     self.kinds[name] = joined_kind(self.kinds.get(name), kind)
                 self._remember(("kind", name), each, kind.attributes)
+            self.kinds.setdefault(name, Kind(name))  # one with a fault is known to what names it
         for name, each in table.named_tables("relation").items():
             if (relation := _read(name, each, _relation)) is not None:
                 with _blaming(each):
