@@ -9,12 +9,13 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import os
 import re
 import shutil
 import tempfile
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -77,13 +78,10 @@ def write_project(folder: Path, faults: Iterable[Row] = ()) -> Path:
 
 def rows() -> list[Row]:
     """Rows of the table."""
-    found = []
+    found, standard = [], {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, "reads": ""}
     for group, table in tomllib.loads(FILE.read_text(encoding="utf-8")).items():
         head = {key: value for key, value in table.items() if not isinstance(value, dict)}
-        for name, row in table.items():
-            if isinstance(row, dict):
-                row = {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, "reads": "", **head, **row}
-                found.append(Row(group, name, **row))
+        found += [Row(group, name, **{**standard, **head, **row}) for name, row in table.items() if name not in head]
     return found
 
 
@@ -115,7 +113,7 @@ def _play(row: Row, shared: Path) -> Row:
         shutil.copyfile(PROJECT / row.file, folder / row.file)
     elif row.file:
         (folder / row.file).unlink()
-    return replace(row, code=code, reads="\n".join(lines) + "\n")
+    return replace(row, code=code, reads="\n".join(lines))
 
 
 def _without_shipped(found: re.Match[str]) -> str:
@@ -126,31 +124,38 @@ def _without_shipped(found: re.Match[str]) -> str:
 
 
 def written(played: list[Row]) -> str:
-    """Text of the table."""
+    """Text of the table, with its groups as they are."""
     doc = (__doc__ or "").strip().splitlines()
-    return "".join(["".join(f"# {line}".rstrip() + "\n" for line in doc), *_groups(played)])
+    text = "".join(f"# {line}".rstrip() + "\n" for line in doc)
+    for group, head in heads().items():
+        text += f"\n[{group}]\n" + "".join(f"{key} = {_quoted(value)}\n" for key, value in head.items())
+        text += text_of([row for row in played if row.group == group])
+    return text
 
 
-def _groups(played: list[Row]) -> Iterator[str]:
-    heads = {
-        group: {key: value for key, value in table.items() if not isinstance(value, dict)}
-        for group, table in tomllib.loads(FILE.read_text(encoding="utf-8")).items()
-    }
-    for group, head in heads.items():
-        yield f"\n[{group}]\n" + "".join(f"{key} = {_quoted(value)}\n" for key, value in head.items())
-        for row in played:
-            if row.group == group:
-                given = {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, **head}
-                keys = [(k, getattr(row, k)) for k in (*given, "reads") if k == "reads" or getattr(row, k) != given[k]]
-                yield f"\n[{group}.{row.name}]\n" + "".join(f"{key} = {_quoted(value)}\n" for key, value in keys)
+def heads() -> dict[str, dict[str, object]]:
+    """Values that the rows of each group have if they give no other."""
+    groups = tomllib.loads(FILE.read_text(encoding="utf-8"))
+    return {name: {k: v for k, v in table.items() if not isinstance(v, dict)} for name, table in groups.items()}
+
+
+def text_of(played: list[Row]) -> str:
+    """Text of rows, each with the values that are not those of its group."""
+    text, all_heads = "", heads()
+    for row in played:
+        given = {"file": "", "command": CHECK, "old": None, "new": "", "code": 2, **all_heads[row.group]}
+        keys = {key: getattr(row, key) for key in (*given, "reads")}
+        said = [f"{key} = {_quoted(value)}\n" for key, value in keys.items() if key == "reads" or value != given[key]]
+        text += f"\n[{row.title}]\n" + "".join(said)
+    return text
 
 
 def _quoted(value: object) -> str:
     if not isinstance(value, str):
         return str(value)
-    if "\n" in value or "'" in value:
+    if "\n" in value:
         return f"'''\n{value}'''"
-    return f"'{value}'"
+    return json.dumps(value, ensure_ascii=False) if "'" in value else f"'{value}'"
 
 
 if __name__ == "__main__":

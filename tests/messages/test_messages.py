@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import difflib
 
-from .table import FILE, play, rows, written
+import pytest
+
+from .table import heads, play, rows, text_of
 
 
-def test_messages_are_those_of_the_table():
-    found = written(play(rows()))
-    expected = FILE.read_text(encoding="utf-8")
+@pytest.mark.parametrize("group", heads())
+def test_messages_are_those_of_the_table(group):
+    table = [row for row in rows() if row.group == group]
+    expected, found = text_of(table), text_of(play(table))
     diff = difflib.unified_diff(expected.splitlines(), found.splitlines(), "expected", "found", lineterm="", n=4)
     assert found == expected, "\n".join(["messages changed (python -m tests.messages.table):", *diff])
