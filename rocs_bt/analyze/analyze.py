@@ -57,8 +57,8 @@ class Analyze(MonitorSubscriber, ABC):
         return ()
 
     @abstractmethod
-    def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change]:
-        """Process the samples that have arrived since the last call, and yield the Changes.
+    def process(self, samples: Sequence[Stamped[Signals]]) -> Iterable[Change] | None:
+        """Process the samples that have arrived since the last call, and yield the Changes; None is none.
 
         Args:
             samples: Samples of the monitors, oldest first; at least one.
@@ -82,7 +82,7 @@ class Analyze(MonitorSubscriber, ABC):
         if self.from_knowledge:
             known = {name: self.knowledge.signals.numbers(name, t) for name in self.from_knowledge}
             samples.append(Stamped(t, self.knowledge.agent, known))
-        for change in self.process(samples):
+        for change in self.process(samples) or ():
             self._sink.emit(change)
             self._publisher.publish(t, change)
 

@@ -251,6 +251,7 @@ def scene_of(family: Family, index: int) -> Scene:
         found: object = family.scene(index)
         if not isinstance(found, Scene):
             raise TypeError(f"scene returned {found!r:.60}, which is not a Scene.")
+        _ = found.name, found.toml, found.world  # what cannot be written is a fault of the family, too
         return found
 
 

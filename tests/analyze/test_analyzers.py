@@ -94,3 +94,13 @@ def test_an_analyser_attaches_to_a_plan_only():
     bench = Bench(PassRange)
     with pytest.raises(WiringError, match="can be attached to a Plan only, found PassRange"):
         bench.analyze.attach(bench.analyze)
+
+
+def test_an_analyser_that_has_nothing_to_tell_may_return_nothing():
+    class Silent(Analyze):
+        def process(self, samples):
+            self.knowledge.world.place("seen", Pose2(0.0, 0.0))
+
+    bench = Bench(Silent)
+    assert bench.say(pose=[0.0, 0.0, 0.0]) == []
+    assert bench.knowledge.graph.has("seen")

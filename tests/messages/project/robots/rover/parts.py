@@ -33,4 +33,4 @@ class Heat(Analyze):
         self.limit = limit
 
     def process(self, t):
-        return []
+        pass
