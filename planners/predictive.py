@@ -49,6 +49,7 @@ class DynamicWindow:
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Read the robot's dimensions and limits, and create the route planner."""
         self._robot, self._routes = Vehicle(task, movers=self.movers), task.route(self.planner)
+        self._routes.moving = not self.movers
 
     def act(self, observation: Observation) -> list[float] | None:
         """Select the best arc; without a free one, turn on the spot, or among movers keep the largest gap."""
@@ -127,6 +128,7 @@ class Mppi:
         """Begin with a stationary trajectory."""
         self._robot, self._rng = Vehicle(task, movers=self.movers), rng
         self._routes = task.route(self.planner)
+        self._routes.moving = not self.movers
         self._plan = np.zeros((round(self.horizon / self.step), 2))
 
     def act(self, observation: Observation) -> list[float] | None:

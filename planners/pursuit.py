@@ -38,6 +38,7 @@ class PurePursuit:
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Create the route planner."""
         self._robot, self._routes = Vehicle(task, movers=self.movers), task.route(self.planner)
+        self._routes.moving = not self.movers
 
     def act(self, observation: Observation) -> list[float] | None:
         """Plan and steer."""
