@@ -29,7 +29,7 @@ def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
     except (OSError, RuntimeError, ValueError) as error:  # a cycle of links, a NUL
         raise InputError(Fault(f"'{named}' is not a valid path: {error}.")) from error
     if not any(path.is_relative_to(root) for root in allowed):
-        where = " and ".join(f"'{root}'" for root in allowed)
+        where = " and ".join(f"'{root}'" for root in dict.fromkeys(allowed))
         leads = "" if str(path) == os.path.normpath(folder.resolve() / named) else f", which leads to '{path}',"
         raise InputError(Fault(f"'{named}'{leads} is outside of {where}.", hint="Move the file into the project."))
     return path

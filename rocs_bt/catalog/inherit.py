@@ -102,6 +102,8 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
     readers = (*readers, file.resolve())
     if "base" not in own:
         return own
+    if not isinstance(own.data["base"], str):
+        raise InputError(*own.faults)
     try:
         path = find(name)
         if path.resolve() in readers:

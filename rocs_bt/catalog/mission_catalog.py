@@ -74,16 +74,22 @@ class MissionCatalog(Finder):
         A node has the name of its class. Only files that define one of the names are run.
 
         Raises:
-            InputError: A file does not load, two classes have the same name, or `--no-code` forbids it.
+            InputError: A file does not load, two classes have the same name, a leaf with one of the names has no
+                `update`, or `--no-code` forbids it.
         """
-        from ..trees.nodes import nodes_of
+        from ..trees.nodes import Leaf, Node, nodes_of
 
         entries = self._node_files(names)
         self._allow(*(entry.path for entry in entries))
         for entry in entries:
             self.confine(entry)
-        classes = [node for entry in entries for node in nodes_of(load_module(entry.path))]
-        return tuple(node for node in classes if names is None or node.tag in names)
+        classes = [(node, entry.path) for entry in entries for node in nodes_of(load_module(entry.path))]
+        for node, path in classes:
+            if names and node.tag in names and issubclass(node, Leaf) and node.update is Node.update:
+                hint = "Write: def update(self): return SUCCESS."
+                line = classes_in(path).get(node.__name__, 0)
+                raise InputError(Fault(f"the leaf {node.__name__} has no method 'update'.", path, line, hint=hint))
+        return tuple(node for node, _ in classes if names is None or node.tag in names)
 
     def load_route(self, name: str) -> type[Any]:
         """Load the route planner in a Python file of `planners/routes`, by the file's name.

@@ -49,6 +49,7 @@ def load_robot(file: Path, find_base: FindBase = no_base, overlay: Overlay | Non
     root = read_with_base(file, find_base)
     if overlay is not None:
         root = overlaid(overlay.table(), root, overlay.at)
+        root.raw("base", None)  # read already
     root.choice("format", (FORMAT,))
     doc = root.text("doc", "")
     model = _model(root)

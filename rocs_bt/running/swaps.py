@@ -179,7 +179,7 @@ def _entry(swap: SubtreeSwap, catalog: Catalog) -> Entry:
     entry = catalog.find("mission", swap.mission)
     if entry.path.suffix not in TREES:
         hint = "Give the mission of a swap in XML."
-        raise InputError(Fault(f"'{swap.mission}' is a mission in Python.", entry.path, hint=hint))
+        raise InputError(Fault(f"'{swap.mission}' is no mission in XML.", entry.path, hint=hint))
     return entry
 
 

@@ -106,7 +106,9 @@ def _play(row: Row, shared: Path) -> Row:
     said = io.StringIO()
     with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
         code = call(row.command.split())
-    text = said.getvalue().replace(f"{folder}/", "").replace(str(PROJECT.parents[2]), "ROCS_BT")
+    text = (
+        said.getvalue().replace(f"{folder}/", "").replace(str(folder), ".").replace(str(PROJECT.parents[2]), "ROCS_BT")
+    )
     text = re.sub(r"(?<=There are: )\w+(?:, \w+)+", _without_shipped, re.sub(r"\.\.\. \d+ more", "... more", text))
     lines = [line.rstrip() for line in text.splitlines() if " checked: " not in line]
     if (PROJECT / row.file).is_file():

@@ -113,3 +113,14 @@ def test_a_late_scan_is_entered_at_the_pose_at_which_it_was_measured(tmp_path):
         found.append(len(cells))
     assert found[0] > 100
     assert found[1] < 1.15 * found[0]
+
+
+@pytest.mark.parametrize("robot", [entry.name for entry in Catalog().list("robot")])
+def test_every_shipped_robot_can_be_overridden(tmp_path, robot):
+    """Also one with a base, whose tables are merged before."""
+    device = Catalog().load_robot(robot).sensors[0].name
+    overlay = f'[[agent.sensor]]\nname = "{device}"\nrate = "10 Hz"\n'
+    file = tmp_path / "scene.toml"
+    file.write_text(SCENE.replace('"jackal"', f'"{robot}"') + overlay)
+    (agent,) = Catalog().load_scenario(str(file)).agents
+    assert next(sensor.rate for sensor in Catalog().robot_of(agent).sensors if sensor.name == device) == 10.0

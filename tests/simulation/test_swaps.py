@@ -166,7 +166,7 @@ class TestRefused:
             tried(SubtreeSwap("visit first", write("slow.xml", SLOW), 1.0, "old"))
         with pytest.raises(InputError, match=r"no mission is named 'roundz'\. Did you mean 'rounds'"):
             tried(SubtreeSwap("visit first", "roundz", 1.0))
-        with pytest.raises(InputError, match="'corners' is a mission in Python"):
+        with pytest.raises(InputError, match="'corners' is no mission in XML"):
             tried(SubtreeSwap("visit first", "corners", 1.0))
 
     def test_several_agents(self, write):
