@@ -17,7 +17,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
 BUILT = ROOT / "build" / "manual"
-FOLDERS = ("docs", "rocs_bt", "planners", "rules", "robots", "scenarios", "examples")
+FOLDERS = ("docs", "rocs_bt", "planners", "rules", "robots", "scenarios", "examples", "benchmarks")
 TYPES = (".py", ".md", ".toml", ".xml", ".png", ".svg", ".txt")
 STAMP = ".sources"
 

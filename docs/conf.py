@@ -20,7 +20,6 @@ version = release = __version__
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.napoleon", "sphinx_click"]
 source_suffix = {".md": "markdown"}
-exclude_patterns = ["README.md"]
 nitpicky = False
 
 html_theme = "furo"

@@ -31,5 +31,5 @@ def find_manual() -> Path | None:
     It is in the installed package, or as `make docs` built it in a checkout, or a page of the checkout in Markdown.
     """
     root = _PACKAGE.parent
-    pages = (_PACKAGE / "_manual" / "index.html", root / "build" / "manual" / "index.html", root / "docs" / "README.md")
+    pages = (_PACKAGE / "_manual" / "index.html", root / "build" / "manual" / "index.html", root / "docs" / "index.md")
     return next((page for page in pages if page.is_file()), None)

@@ -261,7 +261,7 @@ def why(run: Path, agent: str | None, run_number: int | None, t: float | None) -
         uses = [use for use in uses if _active(state, use, t)]
     if not uses:
         when = "" if t is None else f" at {t:g} s"
-        hint = "Missions choose strategies with UseStrategy (docs/strategies.md)."
+        hint = "Missions choose strategies with UseStrategy (docs/knowledge.md)."
         echo(f"No strategy of {log.agent} was active{when}. {hint}")
         return
     for use in uses:

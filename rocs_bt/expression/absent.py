@@ -21,7 +21,7 @@ _ADD_MAP = (
 )
 _ADD_TRACKER = (
     "The robot tracks nothing that moves: add a TrackObjects with its scanner to robot.toml, as [[analyze]] with "
-    'class = "TrackObjects" (docs/world.md).'
+    'class = "TrackObjects" (docs/navigation.md).'
 )
 _SOURCES = {  # signals of blocks that any robot may have
     "contact_time": _ADD_MAP,

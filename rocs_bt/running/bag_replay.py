@@ -147,7 +147,7 @@ def _topics(robot: RobotSpec, settings: Ros2Settings, bag: Bag) -> dict[str, tup
     if faults:
         raise InputError(*faults)
     if not any(found.values()):
-        hint = 'Its sensors need driver = "ros2", a topic and a type: see docs/bags.md.'
+        hint = 'Its sensors need driver = "ros2", a topic and a type: see docs/ros2-without-a-robot.md.'
         raise InputError(Fault(f"the robot '{robot.name}' reads no topic of the bag '{bag.path}'.", hint=hint))
     return found
 

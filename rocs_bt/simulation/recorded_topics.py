@@ -1,4 +1,4 @@
-"""Topics of a recording: standard ROS 2 messages from the events of a run (docs/bags.md lists them)."""
+"""Topics of a recording: standard ROS 2 messages from the events of a run (docs/ros2-without-a-robot.md lists them)."""
 
 from __future__ import annotations
 

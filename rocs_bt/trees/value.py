@@ -1,7 +1,7 @@
 """Conversion of values: the one rule for how a value becomes a value of a port's or a key's type.
 
 The rule does not depend on where the value comes from: a literal of a file, a script, an attribute of a subtree, a
-default, JSON or Python code. `docs/missions-ports.md` has it as a table, which a test reads.
+default, JSON or Python code. `docs/missions-rules.md` has it as a table, which a test reads.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from rocs_bt.cli import docs
 from rocs_bt.cli.main import call
 
 
-@pytest.mark.parametrize("page", ["rocs_bt/_manual/index.html", "build/manual/index.html", "docs/README.md"])
+@pytest.mark.parametrize("page", ["rocs_bt/_manual/index.html", "build/manual/index.html", "docs/index.md"])
 def test_the_manual_is_found(
     page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -1,6 +1,6 @@
 """Sweeps whose truth is known: how often intervals hold it, and how often verdicts are false.
 
-python tests/compare/calibration.py [episodes per cell]   prints the tables of docs/statistics.md
+python tests/compare/calibration.py [episodes per cell]   prints tables of coverage (docs/statistics.md)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Intervals hold the truth as often as they say, and verdicts are rarely false: small here, whole as a campaign.
 
-The whole one prints the tables of docs/statistics.md: pytest -m soak -rP tests/compare/test_calibration.py
+The whole one prints tables of coverage (docs/statistics.md): pytest -m soak -rP tests/compare/test_calibration.py
 """
 
 from __future__ import annotations

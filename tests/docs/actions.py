@@ -10,7 +10,7 @@ from rocs_bt.action import Action, parameters_of
 from rocs_bt.actions import ACTIONS
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "actions.md"
-HEAD = """# Actions
+HEAD = """# Look up an action
 
 The actions that missions (`mission.act`, or a node of that name in XML) and rules (`[rule.NAME.action]`) can name.
 Quantities in files need a unit: `cruise = "0.5 m/s"`. A value outside of the range is refused when the file is read or

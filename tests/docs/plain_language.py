@@ -16,7 +16,7 @@ CEILINGS = Path(__file__).with_suffix(".json")
 FOLDERS = ("rocs_bt", "planners", "robots", "scenarios", "examples")
 LONG = 30
 """Words of the longest good sentence."""
-GENERATED = ("actions.md", "reuse.md")
+GENERATED = ("actions.md",)
 OPENER = re.compile(
     r"(what|who|whom|whose|how|where|when|which|why|from|in|at|of|by|to|with|on|for|after|before|as)\b", re.IGNORECASE
 )

@@ -78,8 +78,8 @@ def test_the_events_that_a_replay_leaves_out_are_named():
 
 
 def test_every_page_is_in_the_index():
-    index = (DOCS / "README.md").read_text("utf-8")
-    pages = {p.name for p in DOCS.glob("*.md")} - {"README.md", "index.md"}
+    index = (DOCS / "index.md").read_text("utf-8")
+    pages = {p.name for p in DOCS.glob("*.md")} - {"index.md"}
     assert pages <= set(re.findall(r"\]\(([\w-]+\.md)\)", index))
 
 

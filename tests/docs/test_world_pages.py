@@ -1,4 +1,4 @@
-"""Pages of the world and of strategies: their files load, and what they tell is what happens."""
+"""Roads in docs/navigation.md, strategies in docs/knowledge.md: their files load, and do what the pages say."""
 
 import re
 from pathlib import Path
@@ -18,36 +18,46 @@ ROOT = Path(__file__).resolve().parents[2]
 SCENARIO = (ROOT / "scenarios" / "exp1.toml").read_text("utf-8")
 
 
-def blocks(page, language):
-    return re.findall(rf"```{language}\n(.*?)```", (ROOT / "docs" / page).read_text("utf-8"), re.DOTALL)
+def section(page, heading):
+    return (ROOT / "docs" / page).read_text("utf-8").partition(f"\n## {heading}\n")[2].partition("\n## ")[0]
 
 
-def told(page, **more):
-    """What a robot knows that is told what a page tells from the start."""
-    facts = read_facts(read_toml(Path("page.toml"), "\n".join(blocks(page, "toml"))), ["R2"])
+SECTIONS = {
+    "roads": section("navigation.md", "Places, roads and doors") + section("navigation.md", "Routes"),
+    "strategies": section("knowledge.md", "Strategies"),
+}
+
+
+def blocks(name, language):
+    return re.findall(rf"```{language}\n(.*?)```", SECTIONS[name], re.DOTALL)
+
+
+def told(name):
+    """What a robot knows that is told the facts of a section from the start."""
+    facts = read_facts(read_toml(Path("page.toml"), "\n".join(blocks(name, "toml"))), ["R2"])
     knowledge = Knowledge("R2", SimulatedClock(0.05), NullSink())
     add_facts(knowledge, [fact for fact in facts if not fact.at])
     return knowledge
 
 
-@pytest.mark.parametrize("page", ["world.md", "strategies.md"])
-def test_its_facts_are_those_of_a_scenario(page, tmp_path):
+@pytest.mark.parametrize("name", SECTIONS)
+def test_its_facts_are_those_of_a_scenario(name, tmp_path):
     (tmp_path / "scenarios").mkdir()
     file = tmp_path / "scenarios" / "told.toml"
-    file.write_text("\n".join([SCENARIO, *blocks(page, "toml")]), "utf-8")
+    file.write_text("\n".join([SCENARIO, *blocks(name, "toml")]), "utf-8")
     assert Catalog(tmp_path).load_scenario("told").facts
 
 
-@pytest.mark.parametrize("page", ["world.md", "strategies.md"])
-def test_its_mission_loads(page, tmp_path):
-    (text,) = blocks(page, "xml")
+@pytest.mark.parametrize("name", SECTIONS)
+def test_its_mission_loads(name, tmp_path):
+    (text,) = blocks(name, "xml")
     (tmp_path / "planners" / "missions").mkdir(parents=True)
     (tmp_path / "planners" / "missions" / "told.xml").write_text(text, "utf-8")
     assert callable(Catalog(tmp_path).load_mission("told"))
 
 
 def test_its_roads_lead_where_it_says():
-    knowledge = told("world.md")
+    knowledge = told("roads")
     planner, goal = Catalog().load_route("astar")(knowledge), knowledge.world.pose_of("store")
     assert planner.route(knowledge.world.pose_of("hall"), goal, 0.1) == [(-1.2, 1.2), (1.2, 1.2)]
     knowledge.graph.set("hatch", open=False)
@@ -55,7 +65,7 @@ def test_its_roads_lead_where_it_says():
 
 
 def test_its_strategies_are_chosen_as_it_says():
-    knowledge = told("strategies.md")
+    knowledge = told("strategies")
     assert knowledge.strategy.choose().best == "around", "no door is known to be open"
     knowledge.graph.add("hatch", "door", open=True)
     assert knowledge.strategy.choose().best == "through"

@@ -1,7 +1,7 @@
 """What the defects of the published reflexes cost, in EXP1: `python -m tests.experiments.reflexes --seeds 60`.
 
 Plays EXP1 with each of four rule files in turn, the same starts and the same R1 for all, and prints the table of
-docs/reflexes.md; with `--write` it goes there.
+benchmarks/paper/README.md; with `--write` it goes there.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from rocs_bt.compare.statistics import Estimate, mean, share
 
 REFLEXES = ("braitenberg_published", "braitenberg", "avoid_collision_published", "avoid_collision")
 CRUISES = ("0.5 m/s", "0.0975 m/s")  # ours, and the published plan's: 1 rad/s of a wheel of 0.0975 m
-PAGE = Path(__file__).resolve().parents[2] / "docs" / "reflexes.md"
+PAGE = Path(__file__).resolve().parents[2] / "benchmarks" / "paper" / "README.md"
 HEADS = (
     "rules",
     "plan drives at",
@@ -79,5 +79,5 @@ if __name__ == "__main__":
     made = table(range(1, given.seeds + 1))
     print(made)
     if given.write:
-        text = re.sub(r"(?<=--seeds )\d+", str(given.seeds), PAGE.read_text("utf-8"))
+        text = re.sub(r"(?<=reflexes --seeds )\d+", str(given.seeds), PAGE.read_text("utf-8"))
         PAGE.write_text(re.sub(r"\| rules \|.*?(?=\n\n)", lambda _: made, text, flags=re.DOTALL), "utf-8")

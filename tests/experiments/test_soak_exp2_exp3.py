@@ -1,6 +1,6 @@
 """EXP2 and EXP3 over a hundred seeds each; the figures are in the test's output (`make soak`).
 
-These are pinned seeds, so this guards what there is. Others differ: docs/measurements.md has many hundreds.
+These are pinned seeds, so this guards what there is. Others differ: benchmarks/README.md has many hundreds.
 """
 
 from __future__ import annotations

@@ -35,7 +35,7 @@ KEEPS = {
         for name in ("Planner", "Controller", "Smoother", "GoalChecker", "ProgressChecker", "PathHandler")
     },
 }
-"""Nodes that keep something from run to run by intention; docs/missions-ports.md names them."""
+"""Nodes that keep something from run to run by intention; docs/missions-rules.md names them."""
 
 LINE, BEND = [Pose2(0.1 * i, 0.0, 0.0) for i in range(9)], [Pose2(0.0, 0.1 * i, 1.57) for i in range(30)]
 HERE, THERE = Pose2(0.1, 0.0, 0.0), Pose2(2.0, 0.0, 0.0)

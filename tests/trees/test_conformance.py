@@ -1,7 +1,7 @@
 """Random trees against the C++ engine: the same outcomes, the same calls and halts, the same board after each tick.
 
 behaviortreepy is BehaviorTree.CPP 4.8.2 with a thin binding; where there is no wheel of it these tests are skipped.
-What is left out of the random trees is what docs/missions-deviations.md lists.
+What is left out of the random trees is what docs/bring-a-mission.md lists.
 """
 
 from __future__ import annotations

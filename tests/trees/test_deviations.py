@@ -1,4 +1,4 @@
-"""Differences from BehaviorTree.CPP 4.8.2 that docs/missions-deviations.md lists, shown on both engines."""
+"""Differences from BehaviorTree.CPP 4.8.2 that docs/bring-a-mission.md lists, shown on both engines."""
 
 import pytest
 

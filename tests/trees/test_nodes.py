@@ -1,7 +1,7 @@
 """The nodes, one truth after the other; the traps of BehaviorTree.CPP's semantics by name.
 
 Where 4.8.2 does the same, test_conformance.py compares random trees with the C++ engine; what only later versions have,
-and what we do otherwise on purpose (docs/missions-deviations.md), stands here.
+and what we do otherwise on purpose (docs/bring-a-mission.md), stands here.
 """
 
 from __future__ import annotations

@@ -27,7 +27,7 @@ KEEPS = {
     "PersistentSequence": "its index is a key of the blackboard",
     "UnsetBlackboard": "it removes the value of the case",
 }
-"""Nodes that keep something from run to run by intention; docs/missions-ports.md names them."""
+"""Nodes that keep something from run to run by intention; docs/missions-rules.md names them."""
 
 
 @dataclass

@@ -1,4 +1,4 @@
-"""The table of docs/missions-ports.md: every value, from every source, for every type of port, in two runs."""
+"""The table of docs/missions-rules.md: every value, from every source, for every type of port, in two runs."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from rocs_bt.units import LENGTH
 
 from .. import needs
 
-PAGE = Path(__file__).parents[2] / "docs" / "missions-ports.md"
+PAGE = Path(__file__).parents[2] / "docs" / "missions-rules.md"
 REFUSED = "refused"
 
 

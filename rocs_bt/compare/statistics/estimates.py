@@ -5,8 +5,8 @@ values[scene, seed], with NaN for missing episodes. They use the scene means, wh
 (ultimate clusters: Hansen, Hurwitz and Madow, Sample Survey Methods and Theory, 1953).
 
 Bootstrap percentile intervals are too narrow for few scenes, and a bootstrap of Student's t fails if most scenes have
-the same value; docs/statistics.md shows the coverage of each. The intervals of means are therefore computed without a
-bootstrap; `cluster_bootstrap` is meant for other statistics.
+the same value; tests/compare/calibration.py prints the coverage of each. The intervals of means are therefore computed
+without a bootstrap; `cluster_bootstrap` is meant for other statistics.
 """
 
 from __future__ import annotations
