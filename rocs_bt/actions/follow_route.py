@@ -133,7 +133,7 @@ class FollowRoute(PathAction):
         drive, room = self.path_drive(body, self.cruise, LATERAL, TURN_FIRST), _Room(body)
         among = Among(body, drive, self.cruise, Manners(personal_space=self.personal_space, side=self.pass_on))
         driven: Sequence[Sequence[float]] | None = None
-        anchor, since = None, body.clock.now()
+        anchor, since, free = None, body.clock.now(), body.clock.now()
         while True:
             pose, goal, now = drive.pose(), goal_pose(body, self.goal), body.clock.now()
             if pose is None:
@@ -143,13 +143,16 @@ class FollowRoute(PathAction):
             there = pose.distance(goal) <= near + body.locomotion.sway and drive.at_height(near)
             if there and (self.passing or (drive.faces(pose) and drive.stationary())):
                 return
-            rise = drive.height_error()
+            rise, moving = drive.height_error(), among.near(pose)
+            if moving:
+                free = now
             if anchor is None or not math.hypot(pose.distance(anchor[0]), rise - anchor[1]) <= PROGRESS:
                 anchor, since = (pose, rise), now
-            elif now - since > (patience := self.wait if among.active else self.patience):
+            # A wait among movers is no lack of progress once they are gone.
+            elif now - (since if moving else max(since, free)) > (patience := self.wait if moving else self.patience):
                 raise ActionFailed(Reason.STUCK, f"it moved less than {PROGRESS} m in {patience:g} s")
             # Among movers the yaw is that of the plan; at the goal the robot turns to its heading.
-            if among.near(pose) and not (there and not drive.faces(pose)):
+            if moving and not (there and not drive.faces(pose)):
                 driven, drive.backward = None, False
                 yield among.step(pose, self.points)
                 continue

@@ -248,7 +248,7 @@ class Leg(ScriptedObject):
         self._walked = 0.25 * parameters.stride * (1.0 - self._side)  # [m] the right leg is half a stride ahead
         self._ahead: Array | None = None
         self.world.mocap_body(parameters.person)
-        self.world.parts.add(self.name)
+        self.world.add_part(self.name, parameters.person)
 
     def velocity(self, t: float, at: Vector) -> Vector:
         pose, v = self.world.object_pose(self._p.person), self.world.velocity(self._p.person)

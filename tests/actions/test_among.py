@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+import shutil
+from pathlib import Path
 
 import pytest
 
 from rocs_bt import run
 from rocs_bt.action import make_action
+from rocs_bt.actions.among import Among
 from rocs_bt.actions.follow_route import FollowRoute
 from rocs_bt.catalog import Catalog
 from rocs_bt.errors import InputError
@@ -16,6 +19,7 @@ from rocs_bt.event import BodyMoved, PathPlanned
 from rocs_bt.record import Recording
 from rocs_bt.record.why import explain
 
+REPO = Path(__file__).parents[2]
 PERSON = '<body name="{0}" mocap="true" pos="0 0 0.85"><geom name="{0}" type="cylinder" size="0.25 0.85"/></body>'
 WALLS = "".join(
     f'<geom name="wall_{side}" type="box" size="6 0.05 0.5" pos="3 {y} 0.5"/>' for side, y in (("n", 2), ("s", -2))
@@ -25,7 +29,7 @@ SCENARIO = """
 format = "scenario/2"
 doc = "The robot drives along a hall in which people walk."
 world = "hall"
-duration = "40 s"
+duration = "{} s"
 {}
 [[place]]
 name = "goal"
@@ -34,7 +38,7 @@ y = "0 m"
 tolerance = "0.5 m"
 [[agent]]
 name = "R"
-robot = "jackal"
+robot = "{}"
 mission = "navigate"
 parameters = {{ goal = "goal" }}
 rules = ["contact"]
@@ -45,23 +49,27 @@ success = {{ goal = "goal" }}
 WALK = """
 [[actor]]
 name = "{}"
-script = "polynomial"
+{}
 x = "{} m"
 y = "{} m"
 to_x = "{} m"
 to_y = "{} m"
-speed = "0.8 m/s"
 """
+STROLL = 'script = "polynomial"\nspeed = "0.8 m/s"'
+DOOR = "".join(
+    f'<geom name="jamb_{side}" type="box" size="0.05 0.775 0.5" pos="3 {y} 0.5"/>'
+    for side, y in (("n", 1.225), ("s", -1.225))
+)
 
 
 @pytest.fixture
 def walked(tmp_path):
-    def play(*walks, walls=True, more=""):
+    def play(*walks, bodies=WALLS, more="", robot="jackal", script=STROLL, duration=40):
         (tmp_path / "scenarios/worlds").mkdir(parents=True, exist_ok=True)
         names = [f"P{i}" for i in range(len(walks))]
-        people = "".join(WALK.format(name, *walk) for name, walk in zip(names, walks, strict=True))
-        (tmp_path / "scenarios/hall.toml").write_text(SCENARIO.format(more) + people)
-        bodies = (WALLS if walls else "") + "".join(PERSON.format(name) for name in names)
+        people = "".join(WALK.format(name, script, *walk) for name, walk in zip(names, walks, strict=True))
+        (tmp_path / "scenarios/hall.toml").write_text(SCENARIO.format(duration, more, robot) + people)
+        bodies += "".join(PERSON.format(name) for name in names)
         (tmp_path / "scenarios/worlds/hall.xml").write_text(WORLD.format(bodies))
         return run("hall", Catalog(tmp_path), out=tmp_path / "run", report=False).summary.agents["R"]
 
@@ -109,9 +117,31 @@ def test_why_names_what_moves_around_it_the_nearest_first(walked, tmp_path) -> N
 
 
 def test_without_movers_it_drives_as_without_a_tracker(walked, tmp_path) -> None:
-    assert walked(walls=False).outcome == "success"
+    assert walked().outcome == "success"
     tracked = driven(tmp_path / "run")
-    assert max(abs(y) for _, _, y in tracked) < 0.05
+    untracked = tmp_path / "robots/untracked/robot.toml"
+    shutil.copytree(REPO / "robots/jackal", untracked.parent)
+    cut, count = re.subn(r'\[\[analyze\]\]\nname = "mover".*?\n\n', "", untracked.read_text(), flags=re.DOTALL)
+    assert count == 1
+    untracked.write_text(cut)
+    assert walked(robot="untracked").outcome == "success"
+    assert driven(tmp_path / "run") == tracked
+
+
+@pytest.mark.parametrize("gone", [2.5, 6.0])
+def test_after_a_wait_among_movers_it_drives_on(walked, monkeypatch, gone) -> None:
+    monkeypatch.setattr(Among, "near", lambda self, _: self._body.clock.now() < gone)
+    monkeypatch.setattr(Among, "step", lambda self, *_: self._drive.brake())
+    result = walked()
+    assert result.actions == {"FollowRoute": {"SUCCEEDED": 1}}
+    assert gone < result.time_to_goal < gone + 7.0
+
+
+def test_it_waits_for_one_that_stays_in_the_door(walked) -> None:
+    stays = 'script = "slide"\ndepart_at = "0.3 s"\nduration = "1.5 s"'
+    result = walked((4.5, 0.8, 3.0, 0.0), script=stays, bodies=WALLS + DOOR, duration=9)
+    assert "FAILED" not in result.actions["FollowRoute"]
+    assert (result.collisions, result.struck) == (0, 0)
 
 
 @pytest.mark.parametrize("side", ["rigth", ""])

@@ -13,11 +13,8 @@ from rocs_bt.compare.company import Company
 from rocs_bt.event import ListSink
 from rocs_bt.simulation import build_world
 
-PEOPLE = "".join(
-    f'<body name="{name}" mocap="true" pos="0 0 0.85"><geom name="{name}" type="cylinder" size="0.25 0.85"/></body>'
-    for name in ("P0", "P1", "P2")
-)
-HALL = f"""<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>{PEOPLE}</worldbody></mujoco>"""
+PERSON = '<body name="{0}" mocap="true" pos="0 0 0.85"><geom name="{0}" type="cylinder" size="{1}"/></body>'
+HALL = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>{}</worldbody></mujoco>"""
 
 WAIT = """<root BTCPP_format="4" main_tree_to_execute="Wait"><BehaviorTree ID="Wait">
 <KeepRunningUntilFailure><AlwaysSuccess/></KeepRunningUntilFailure></BehaviorTree></root>"""
@@ -50,7 +47,7 @@ speed = "{speed} m/s"
 
 @pytest.fixture
 def hall(tmp_path):
-    def build(walks, robot="jackal", seed=1, more=""):
+    def build(walks, robot="jackal", seed=1, more="", people=None):
         text = SCENARIO.format(robot=robot)
         for i, (script, x, y, to_x, to_y) in enumerate(walks):
             text += WALK.format(name=f"P{i}", script=script, x=x, y=y, to_x=to_x, to_y=to_y, speed=1.0) + more
@@ -58,8 +55,8 @@ def hall(tmp_path):
             (tmp_path / folder).mkdir(parents=True, exist_ok=True)
         (tmp_path / "planners/missions/wait.xml").write_text(WAIT, encoding="utf-8")
         (tmp_path / "scenarios/hall.toml").write_text(text, encoding="utf-8")
-        bodies = HALL if len(walks) == 3 else HALL.replace(PEOPLE, PEOPLE[: len(PEOPLE) // 3 * len(walks)])
-        (tmp_path / "scenarios/worlds/hall.xml").write_text(bodies, encoding="utf-8")
+        people = people or "".join(PERSON.format(f"P{i}", "0.25 0.85") for i in range(len(walks)))
+        (tmp_path / "scenarios/worlds/hall.xml").write_text(HALL.format(people), encoding="utf-8")
         catalog = Catalog(tmp_path)
         return build_world(catalog.load_scenario("hall"), catalog, seed, ListSink())
 
@@ -116,6 +113,35 @@ def test_a_push_against_one_person_is_one_contact(hall) -> None:
     _, contacts = walked(simulated, 3.0)
     times = [contact.t for contact in contacts]
     assert all(later - earlier > 1.0 for earlier, later in pairwise(times))
+
+
+LEG = """
+[[actor]]
+name = "P0_{0}"
+script = "leg"
+person = "P0"
+side = "{0}"
+x = "1.5 m"
+y = "{1} m"
+"""
+
+
+def test_a_push_of_a_person_with_two_legs_is_one_contact_too(hall) -> None:
+    person = PERSON.format("P0", "0.25 0.85").replace("<geom", '<geom contype="0" conaffinity="0"')
+    people = person + PERSON.format("P0_left", "0.06 0.85") + PERSON.format("P0_right", "0.06 0.85")
+    legs = LEG.format("left", 1.1) + LEG.format("right", 1.3)
+    _, contacts = walked(hall([("polynomial", 1.5, 1.2, 1.0, 0.9)], more=legs, people=people), 5.0, speed=0.5)
+    assert {contact.other for contact in contacts} == {"P0"}
+    assert all(later.t - earlier.t > 1.0 for earlier, later in pairwise(contacts))
+
+
+def test_a_push_against_two_geoms_of_one_object_is_one_contact(hall) -> None:
+    sides = (f'<geom name="side_{y}" type="box" size="0.03 0.03 0.1" pos="0 {y} 0"/>' for y in (-0.1, 0.1))
+    cart = f'<body name="cart" pos="0.6 0.5 0.1" euler="0 0 40"><freejoint/>{"".join(sides)}</body>'
+    _, contacts = walked(
+        hall([("polynomial", -4.0, 4.0, -4.0, 3.0)], people=PERSON.format("P0", "0.25 0.85") + cart), 2.0, 0.5
+    )
+    assert [contact.driven for contact in contacts] == [True]
 
 
 def test_a_robot_that_drives_into_a_person_collides(hall) -> None:

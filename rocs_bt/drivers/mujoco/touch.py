@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from .body import FLOOR, GROUND, RobotBody, geom_labels
+from .body import FLOOR, GROUND, FreeBody, MocapBody, RobotBody, geom_labels
 
 _APART = 1.0  # [s] minimum time of separation after which a contact of the same pair counts as new
 _APPROACH = 0.05  # [m/s] speed of the touched point of a hull towards the other, above which the robot drives into it
@@ -42,6 +42,8 @@ class ContactDetector:
     Args:
         model: Compiled model.
         robots: Indices of the robots in the model, by name.
+        objects: Movable bodies of the model that are no robots, by name; a push against several geoms of one of them is
+            one contact.
 
     Attributes:
         before: Velocities of all joints before the last step, because an impact changes them, shape (nv,).
@@ -51,9 +53,15 @@ class ContactDetector:
             something.
     """
 
-    def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
+    def __init__(
+        self, model: Any, robots: Mapping[str, RobotBody], objects: Mapping[str, MocapBody | FreeBody]
+    ) -> None:
         self._robots = robots
         self._names = geom_labels(model, robots)
+        self._objects: dict[str, str] = {}  # names of the objects that geoms belong to, by label
+        for name, body in objects.items():
+            for geom in body.tree if isinstance(body, FreeBody) else body.geoms:
+                self._objects[self._names[geom]] = name
         self._hulls = {geom for body in robots.values() for geom in body.hull}
         names = {geom: str(model.geom(geom).name) for geom in range(model.ngeom)}
         self._ground = {g: name.removeprefix(GROUND) for g, name in names.items() if name.startswith(GROUND)}
@@ -115,6 +123,11 @@ class ContactDetector:
             if geom not in geoms:
                 self._off_ground[geom] = robot, geom
 
+    def join(self, geoms: Collection[int], whole: str) -> None:
+        """Count contacts with the geoms of a part, such as a leg, as contacts with the object that it belongs to."""
+        for geom in geoms:
+            self._names[geom] = whole
+
     def drain(self) -> list[Contact]:
         """Contacts that began since the last call."""
         new, self._new = self._new, []
@@ -123,8 +136,9 @@ class ContactDetector:
     def _touch(
         self, data: Any, contact: int, sign: float, robot: str, other: str, t: float, propelled: Callable[[str], bool]
     ) -> None:
-        last = self._touching.get((robot, other))
-        self._touching[(robot, other)] = t
+        pair = robot, self._objects.get(other, other)
+        last = self._touching.get(pair)
+        self._touching[pair] = t
         if last is None or t - last > _APART:
             towards = sign * data.contact.frame[contact, :3]
             driven = propelled(robot) and self._speed(data, robot, data.contact.pos[contact]) @ towards > _APPROACH

@@ -60,7 +60,7 @@ class MujocoWorld(WorldState):
         self._loops: list[Callable[[float], None]] = []  # inner loops of actuators
         self._motion: dict[str, SafetyGate] = {}  # gates of robots' motion actuators without velocity motors
         self._active: dict[str, float] = {}  # [s] times at which these actuators last had a command
-        self._touch = ContactDetector(model, self.robots)
+        self._touch = ContactDetector(model, self.robots, self.objects)
         for name, body in self.robots.items():
             self._touch.allow_ground(name, carrying_geoms(model, self.data, body))
 
@@ -312,6 +312,11 @@ class MujocoWorld(WorldState):
                 raise BlockError(
                     "physics", "raised", f"the simulation became unstable by {self.stamp:.2f} s: {_UNSTABLE}"
                 )
+
+    def add_part(self, name: str, whole: str) -> None:
+        """Declare an object to be a part of another, such as a leg of a person, which contacts are counted with."""
+        self.parts.add(name)
+        self._touch.join(self.mocap_body(name).geoms, whole)
 
     def contacts(self) -> list[Contact]:
         """Contacts that began since the last call; on the floor only those with side faces of its ground count."""
