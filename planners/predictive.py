@@ -18,6 +18,9 @@ class DynamicWindow:
     lead toward a point ahead on the path of a route planner, as is common practice today. Without a path, the method
     would stop before each wall on the straight line to the goal.
 
+    Among movers, the score is a sum of times, because a normalised clearance counts walls as much as people: the times
+    until contacts with movers and with walls, with their weights, less the time still needed to the lookahead point.
+
     Attributes:
         cruise: Maximum speed.
         turn_rate: Maximum turn rate.
@@ -30,6 +33,8 @@ class DynamicWindow:
         planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
         movers: Whether arcs are compared with the predicted movers in space and time.
+        contact: Weight of the expected time until contact with a mover.
+        comfort: Gap to a mover that counts as contact.
         back: Maximum speed in reverse.
     """
 
@@ -44,6 +49,8 @@ class DynamicWindow:
     planner: str = "grid_astar"
     look: PositiveMetres = 1.0
     movers: bool = False
+    contact: float = 2.0
+    comfort: PositiveMetres = 0.1
     back: MetresPerSecond = 0.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
@@ -52,29 +59,38 @@ class DynamicWindow:
         self._routes.moving = not self.movers
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Select the best arc; without a free one, turn on the spot, or among movers keep the largest gap."""
+        """Select the best arc; without a free one, turn on the spot."""
         robot = self._robot
         if robot.arrived(observation):
             return None
         if np.isnan(observation.pose.x):
             return robot.stop()
+        if self.movers:
+            observation = robot.when_effective(observation)
         aim = aimed(robot, self._routes, observation, self.look, self.margin)
         v, w = self._window(*robot.motion(observation))
         steps = np.linspace(0.0, self.horizon, 9)[1:]
         poses = arcs(v, w, steps)
-        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses, observation.t + steps)
+        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 1.0, poses)
         braking = np.abs(v) / (0.7 * robot.locomotion.acceleration_limit) + self.period
         nearest = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1)
         free = nearest > self.margin
-        if self.movers and not free.any():
-            free = nearest >= nearest.max()
         if not free.any():
             return robot.move(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
-        score = (
-            self.heading * _normal(facing(aim, poses[:, 3]), free)
-            + self.clearance * _normal(_until_contact(gaps, steps, self.margin), free)
-            + self.speed * _normal(v, free)
-        )
+        walls = _until_contact(gaps, steps, self.margin)
+        if self.movers:
+            earliest, expected = robot.contact_times(observation, poses, steps, self.comfort)
+            safe = free & (earliest > braking)
+            # Without an arc on which the robot can stop in time, it delays the contact as long as it can.
+            free = safe if safe.any() else free & (expected >= expected[free].max() - 0.05)
+            left = np.hypot(aim[0] - poses[:, -1, 0], aim[1] - poses[:, -1, 1]) / self.cruise
+            score = self.contact * expected + self.clearance * walls - left
+        else:
+            score = (
+                self.heading * _normal(facing(aim, poses[:, 3]), free)
+                + self.clearance * _normal(walls, free)
+                + self.speed * _normal(v, free)
+            )
         best = int(np.argmax(np.where(free, score, -inf)))
         return robot.move(float(v[best]), float(w[best]))
 
@@ -108,6 +124,8 @@ class Mppi:
         planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
         movers: Whether trajectories are compared with the predicted movers in space and time.
+        contact: Cost of an immediate contact with a mover [s]; a later one costs less.
+        comfort: Gap to a mover that counts as contact.
         back: Maximum speed in reverse.
     """
 
@@ -121,6 +139,8 @@ class Mppi:
     planner: str = "grid_astar"
     look: PositiveMetres = 1.5
     movers: bool = False
+    contact: float = 10.0
+    comfort: PositiveMetres = 0.1
     back: MetresPerSecond = 0.0
     _plan: np.ndarray = field(default_factory=lambda: np.empty((0, 2)), init=False)
 
@@ -129,7 +149,7 @@ class Mppi:
         self._robot, self._rng = Vehicle(task, movers=self.movers), rng
         self._routes = task.route(self.planner)
         self._routes.moving = not self.movers
-        self._plan = np.zeros((round(self.horizon / self.step), 2))
+        self._plan, self._begins = np.zeros((round(self.horizon / self.step), 2)), -inf
 
     def act(self, observation: Observation) -> list[float] | None:
         """Shift the last trajectory by a step, perturb it, and drive the first step of the weighted mean."""
@@ -138,7 +158,10 @@ class Mppi:
             return None
         if np.isnan(observation.pose.x):
             return robot.stop()
-        self._plan = np.vstack([self._plan[1:], self._plan[-1:]])
+        if self.movers:
+            observation = robot.when_effective(observation)
+        if not self.movers or observation.t > self._begins + 0.99 * self.step:
+            self._plan, self._begins = np.vstack([self._plan[1:], self._plan[-1:]]), observation.t
         noise = self._rng.normal(0.0, (0.3 * self.cruise, 0.5 * self.turn_rate), (self.courses, *self._plan.shape))
         noise = np.cumsum(noise, axis=1) / np.sqrt(np.arange(1, len(self._plan) + 1))[:, None]
         tried = np.clip(self._plan + noise, (-self.back, -self.turn_rate), (self.cruise, self.turn_rate))
@@ -156,14 +179,18 @@ class Mppi:
         y = np.cumsum(tried[:, :, 0] * self.step * np.sin(yaw), axis=1)
         every = slice(1, None, 2)  # every second pose suffices: the robot is longer than several steps
         poses = np.stack([x, y, yaw], axis=-1)[:, every]
-        times = observation.t + self.step * np.arange(1, count + 1)[every]
-        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 0.5, poses, times)
+        gaps = robot.clearances(observation.pose, self.cruise * self.horizon + 0.5, poses)
         gaps = np.minimum(gaps, self.gap)
         ahead, aside = aimed(robot, self._routes, observation, self.look, 0.03)
         left = np.hypot(ahead - x[:, -1], aside - y[:, -1])
         near = ((self.gap - gaps) / self.gap).sum(axis=1) * 2.0 * self.horizon / count
         hit = 20.0 * (gaps <= 0.03).any(axis=1)
-        return left / self.cruise + near + hit
+        cost: np.ndarray = left / self.cruise + near + hit
+        if self.movers:
+            times = self.step * np.arange(1, count + 1)[every]
+            _, until = robot.contact_times(observation, poses, times, self.comfort)
+            cost += self.contact * (1.0 - until / self.horizon)
+        return cost
 
 
 def aimed(

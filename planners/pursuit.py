@@ -25,6 +25,7 @@ class PurePursuit:
         turn_rate: Maximum turn rate.
         movers: Whether the robot slows down and stops for predicted movers.
         horizon: Time to a predicted contact below which a speed is too high.
+        comfort: Gap to a mover that counts as contact.
     """
 
     planner: str = "grid_astar"
@@ -34,6 +35,7 @@ class PurePursuit:
     turn_rate: RadiansPerSecond = 1.5
     movers: bool = False
     horizon: PositiveSeconds = 2.0
+    comfort: PositiveMetres = 0.1
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Create the route planner."""
@@ -49,22 +51,26 @@ class PurePursuit:
             return robot.stop()
         try:
             path = self._routes.route(pose, robot.goal, self.clearance)
-        except NoRoute:
-            return robot.stop()
-        command = steered(robot, observation, path, self.look, self.cruise, self.turn_rate)
+            command = steered(robot, observation, path, self.look, self.cruise, self.turn_rate)
+        except NoRoute:  # such as after a push against a pillar, from which a robot among movers backs off
+            command = robot.move(-0.3, 0.0) if self.movers else robot.stop()
         return [self._share(observation, command) * value for value in command] if self.movers else command
 
     def _share(self, observation: Observation, command: list[float]) -> float:
         """Largest share of a command without a contact within the horizon; else that with the latest contact."""
-        twist, times = self._robot.locomotion.twist(np.array(command)), np.linspace(0.0, self.horizon, 11)[1:]
+        robot = self._robot
+        twist, ahead = robot.locomotion.twist(np.array(command)), np.linspace(0.0, self.horizon, 11)[1:]
         shares = np.linspace(1.0, 0.0, 6)
-        driven = shares[:, None] * times
+        driven = shares[:, None] * ahead
         half = 0.5 * twist.turn * driven
         chord = twist.forward * driven * np.sinc(half / np.pi)
         arcs = np.stack([chord * np.cos(half), chord * np.sin(half), 2.0 * half], axis=-1)
-        near = self._robot.clearances(observation.pose, 3.0, arcs, observation.t + times) < self.clearance
-        contact = np.where(near.any(axis=1), times[near.argmax(axis=1)], inf)
-        return float(shares[contact.argmax()])
+        earliest, expected = robot.contact_times(robot.when_effective(observation), arcs, ahead, self.comfort)
+        walls = robot.clearances(observation.pose, 3.0, arcs[:, :4])
+        expected[(walls < np.minimum(0.02, walls[-1] - 0.02)).any(axis=1)] = 0.0
+        free = (earliest >= self.horizon) & (expected > 0.0)
+        # Of equally late contacts, that of the slowest motion is the best.
+        return float(shares[free].max()) if free.any() else float(shares[expected >= expected.max()].min())
 
 
 @dataclass(kw_only=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..errors import Fault, InputError
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..geometry import Pose2, Twist2, along_arc, wrap_angle
 from ..knowledge import OCCUPIED, Window
 from .python_planner import Observation, Task
 from .route import Point
@@ -21,6 +22,9 @@ PROBABLE = 0.1
 
 MARGIN = 0.3
 """Greatest standard deviation of a mover's position that counts [m]; what is far ahead must not close the way."""
+
+CLOSING = 0.01
+"""Approach to a mover that is within the margin already which counts as contact [m]; else the robot can leave it."""
 
 
 class Vehicle:
@@ -102,10 +106,8 @@ class Vehicle:
         body: Array = away @ np.array([[c, -s], [s, c]])
         return body
 
-    def clearances(self, pose: Pose2, reach: float, poses: Array, times: Array | None = None) -> Array:
+    def clearances(self, pose: Pose2, reach: float, poses: Array) -> Array:
         """Gaps [m] between the robot's hull and occupied map cells, at several poses; +inf if no cell is near.
-
-        With `movers`, the gaps to predicted movers count as well, less the standard deviation of their positions.
 
         The hull is approximated by discs that cover it, which is fast for thousands of poses. The gaps are therefore
         too small by a few centimetres, which is the safe side.
@@ -114,8 +116,6 @@ class Vehicle:
             pose: Current pose, world frame.
             reach: Half the side length of the square section of the map around the robot that is used [m].
             poses: x [m], y [m], yaw [rad], body frame at `pose`, shape (..., 3).
-            times: Times at the poses, on the clock of `Observation.t`, of the shape of their last axis but one; movers
-                count only with these [s].
 
         Returns:
             Gaps [m], shape (...).
@@ -124,7 +124,7 @@ class Vehicle:
             InputError: The robot builds no map.
         """
         window = self._window(pose, reach)
-        smallest = self._mover_gaps(pose, poses, times)
+        smallest = np.full(poses.shape[:-1], np.inf)
         if not (window.states == OCCUPIED).any():
             return smallest
         away = self._distance_field(window)
@@ -142,19 +142,51 @@ class Vehicle:
             smallest = np.minimum(smallest, np.where(inside, at, np.inf))
         return smallest
 
-    def _mover_gaps(self, pose: Pose2, poses: Array, times: Array | None) -> Array:
-        """Smallest gaps to probable movers, shape and arguments as of `clearances`."""
-        movers, smallest = self._world.movers, np.full(poses.shape[:-1], np.inf)
-        if not self._predicts or times is None or movers is None or not len(movers):
-            return smallest
-        prediction = movers.predict(times).above(PROBABLE)
+    def contact_times(self, observation: Observation, poses: Array, ahead: Array, margin: float) -> tuple[Array, Array]:
+        """Times until the robot comes too near to a predicted mover on each of k trajectories.
+
+        The standard deviation of a mover's position adds to the margin. A mover that is already within the margin
+        counts only if it comes nearer, so that the robot can leave it.
+
+        Args:
+            observation: Time and pose of the robot at the beginning of the trajectories.
+            poses: x [m], y [m], yaw [rad], body frame at the beginning, shape (k, n, 3).
+            ahead: Times from the beginning until these poses, ascending, shape (n,) [s].
+            margin: Gap between hull and mover that is too small [m].
+
+        Returns:
+            Earliest time by all probable hypotheses of the movers' motions, and time that is expected with their
+            probabilities, of the mover with the least, each of shape (k,); the last of `ahead` without a contact [s].
+        """
+        never, movers, pose = np.full(len(poses), ahead[-1]), self._world.movers, observation.pose
+        if movers is None or not len(movers):
+            return never, never
+        prediction = movers.predict(observation.t + np.append(0.0, ahead)).above(PROBABLE)
+        if getattr(self, "likeliest", False):
+            best = [
+                max(np.flatnonzero(prediction.owner == o), key=lambda i: prediction.weight[i])
+                for o in np.unique(prediction.owner)
+            ]
+            w = np.zeros(len(prediction))
+            w[best] = 1.0
+            prediction = replace(prediction, weight=w).above(0.5)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         there = poses @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
-        for k, t in enumerate(times):
-            gaps = prediction.gaps(self.footprint, there[..., k, :].reshape(-1, 3), np.array([t]))
-            gaps -= np.minimum(prediction.margin[:, k], MARGIN)
-            smallest[..., k] = gaps.min(axis=-1).reshape(smallest.shape[:-1])
-        return smallest
+        now = prediction.gaps(self.footprint, np.array([pose]), prediction.times[:1])[0] - CLOSING
+        first = np.full((len(poses), len(prediction)), ahead[-1])
+        for k in range(len(ahead))[::-1]:
+            gaps = prediction.gaps(self.footprint, there[:, k], prediction.times[k + 1 : k + 2])
+            least = np.minimum(margin + np.minimum(prediction.margin[:, k + 1], MARGIN), now)
+            first[gaps < least] = ahead[k]
+        shares = (prediction.owner[:, None] == np.unique(prediction.owner)) * prediction.weight[:, None]
+        expected = first @ (shares / shares.sum(axis=0))
+        return first.min(axis=1), expected.min(axis=1)
+
+    def when_effective(self, observation: Observation) -> Observation:
+        """Observation at the time when a command of now begins to act, if the robot goes on as it moves until then."""
+        late = self.locomotion.response.late
+        pose = along_arc(observation.pose, Twist2(*self.motion(observation)), late)
+        return replace(observation, t=observation.t + late, pose=pose)
 
     def lookahead_point(self, pose: Pose2, path: Sequence[Point], look: float) -> tuple[float, float]:
         """Point on a path at a distance ahead of the robot, or the end of the path; body frame [m].
