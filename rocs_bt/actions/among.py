@@ -10,7 +10,6 @@ import numpy as np
 from ..action import Action, Body
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
-from ..control.prediction import Prediction
 from ..control.reference import TURN_RATE, TimedReference
 from ..control.space_time import PARTS, Limits, Manners, SpaceTime, TimedPlan
 from ..control.way_field import WayField
@@ -29,11 +28,11 @@ REACH = 8.0
 PLAN_EVERY, FIELD_EVERY = 0.1, 0.3
 """Times between two plans, and between two updates of the way [s]."""
 
-PROBABLE = 0.1
-"""Probability below which a hypothesis of a mover's motion does not count."""
-
 SLOW = 0.25
 """Speed below which a mover counts as standing, so that the way leads around it [m/s]."""
+
+OWN = 0.1
+"""Distance from a mover within which points of the map count as its own [m]."""
 
 BACK = 0.8
 """Greatest speed in reverse [m/s]."""
@@ -69,6 +68,8 @@ class Among:
                     acceleration=min(ACCELERATION, limits.acceleration_limit),
                     deceleration=min(DECELERATION, limits.acceleration_limit),
                     turn_acceleration=min(TURN_ACCELERATION, limits.turn_acceleration_limit),
+                    top=limits.speed_limit,
+                    arm=limits.arm if limits.wheeled else 0.0,
                 ),
                 manners,
             )
@@ -102,12 +103,13 @@ class Among:
         assert movers is not None
         now, late = self._body.clock.now(), 0.5 * self._body.period
         reference = self._reference
-        # No period computes two of a new route, a plan and the way.
+        # At usual control rates, no period computes two of a new route, a plan and the way.
         wait = PLAN_EVERY if route is self._route else 1.5 * PLAN_EVERY
         due = reference is None or now - self._planned >= wait - late
         self._route = route
         old = now - self._renewed + late
-        if self._field is None or (old >= FIELD_EVERY and not due) or old >= 2.0 * FIELD_EVERY:
+        busy = due and self._body.period < PLAN_EVERY - late
+        if self._field is None or (old >= FIELD_EVERY and not busy) or old >= 2.0 * FIELD_EVERY:
             self._renew(pose, np.array([point[:2] for point in route]), movers)
             self._renewed = now
         if reference is None or due:
@@ -121,7 +123,9 @@ class Among:
         assert grid is not None
         assert self._hull is not None
         points = grid.points(tuple(here - REACH), tuple(here + REACH), moving=False)
-        self._field = WayField(here, REACH, points, self._hull)
+        # Echoes of a mover from before it counted as one may still be in the map.
+        away = np.hypot(*(points[:, None] - movers.mean[:, :2]).transpose(2, 0, 1)) - movers.radius
+        self._field = WayField(here, REACH, points[(away > OWN).all(axis=1)], self._hull)
         slow = np.hypot(movers.mean[:, 2], movers.mean[:, 3]) < SLOW
         standing = np.column_stack([movers.mean[:, :2], movers.radius])[slow]
         ahead = route[int(np.hypot(*(route - here).T).argmin()) :]  # a kept route has its driven part, too
@@ -132,7 +136,7 @@ class Among:
         assert self._field is not None
         start, twist, delay = self._drive.start(pose)
         begin = self._body.clock.now() + delay
-        prediction: Prediction = movers.predict(self._search.times(begin)).above(PROBABLE)
+        prediction = movers.predict(self._search.times(begin), self._field)
         back = -known_speed(self._body, -BACK)
         return self._search.plan(begin, start, twist, self._field, prediction, back)
 

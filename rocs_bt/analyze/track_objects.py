@@ -25,9 +25,6 @@ from .pose_history import PoseHistory
 COLLISION, CLEARANCE = "collision_time", "predicted_clearance"
 """Names of the signals with the time until the hull touches a mover [s], and the smallest gap to one until then [m]."""
 
-PLAUSIBLE = 0.1
-"""Probability below which a hypothesis of a mover's motion does not count for these signals."""
-
 WRITE_EVERY = 0.5
 """Minimum time between two writes of an object's values to the graph [s]."""
 
@@ -204,7 +201,7 @@ class TrackObjects(Analyze):
         known = not self._broken and not math.isnan(twist.forward + twist.left + twist.turn)
         collision = clearance = math.inf if known else math.nan
         if known and len(movers):
-            ahead = movers.predict(now + np.linspace(0.0, self._horizon, 7)).above(PLAUSIBLE)
+            ahead = movers.predict(now + np.linspace(0.0, self._horizon, 7))
             collision, clearance = ahead.contact(hull, pose, twist)
         self.write(movers.t, {COLLISION: [collision], CLEARANCE: [clearance]})
 

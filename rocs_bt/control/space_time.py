@@ -26,7 +26,7 @@ from .way_field import WayField
 LAYERS, LAYER, PARTS = 8, 0.4, 2
 """Number of layers of a plan, duration of a layer [s], and poses in a layer at which gaps are checked.
 
-In one more layer the robot brakes: a plan ends where it can stop.
+In further layers the robot brakes: a plan ends in a stop.
 """
 
 THERE = 0.5
@@ -45,7 +45,9 @@ MAX_MARGIN = 0.36
 """Greatest share of the uncertainty of a position in that gap [m]: what is far ahead must not close the way."""
 
 PARTING = 1.2
-"""Time within which the robot has to leave a mover that touches it [s]."""
+"""Time after which the disc of a mover that touches the robot at the start has its full size [s]; it grows from half
+of this time on, so that the robot can leave it.
+"""
 
 SOON = 0.9
 """Inverse of the time ahead at which a contact counts half [1/s], because a new plan comes before it."""
@@ -98,6 +100,8 @@ class Limits:
         turn_rate: Turn rate [rad/s].
         acceleration, deceleration: Rates of change of the speed [m/s2].
         turn_acceleration: Rate of change of the turn rate [rad/s2].
+        top: Greatest sum of the speed and of `arm` times the turn rate, such as the speed of the outer wheels [m/s].
+        arm: Distance of these wheels from the middle [m]; 0 if speed and turn rate are independent.
     """
 
     cruise: float
@@ -106,6 +110,8 @@ class Limits:
     acceleration: float
     deceleration: float
     turn_acceleration: float
+    top: float = math.inf
+    arm: float = 0.0
 
 
 class TimedPlan(NamedTuple):
@@ -162,9 +168,9 @@ class _Company(NamedTuple):
     @staticmethod
     def of(prediction: Prediction, hull: Footprint, start: Pose2) -> _Company:
         outer = prediction.radius[:, None] + MARGIN + np.minimum(prediction.margin, MAX_MARGIN)
-        # What touches the robot already is no new contact, as long as the robot leaves within PARTING.
+        # What touches the robot already is no new contact: its disc is smaller at first, until the robot has left it.
         gaps = prediction.gaps(hull, np.array([start]), prediction.times[:1])[0] + prediction.radius
-        left = np.clip(1.0 - (prediction.times - prediction.times[0]) / PARTING, 0.0, 1.0)
+        left = np.clip(2.0 - 2.0 * (prediction.times - prediction.times[0]) / PARTING, 0.0, 1.0)
         outer += np.minimum((gaps - 0.01)[:, None] - outer, 0.0) * left * (gaps < outer[:, 0])[:, None]
         mover = np.unique(prediction.owner, return_inverse=True)[1]
         return _Company(prediction.positions, outer, prediction.weight, mover)
@@ -183,13 +189,15 @@ class SpaceTime:
         self._hull, self._limits, self._manners = hull, limits, manners
         near = _targets(limits, (0.0, -0.44, 0.44, -1.0, 1.0), (0.3, 0.65, 1.0), (0.4, 1.0))
         far = _targets(limits, (0.0, -1.0, 1.0), (0.5, 1.0), (1.0,))
-        self._targets = [near if layer < FINE else far for layer in range(LAYERS)] + [(np.zeros(1), np.zeros(1))]
+        brakes = math.ceil(max(limits.cruise, limits.back) / (limits.deceleration * LAYER) - 1e-9)
+        self._targets = [near if layer < FINE else far for layer in range(LAYERS)]
+        self._targets += [(np.zeros(1), np.zeros(1))] * brakes
         self._h = LAYER / PARTS
         self._ramp = self._h * (np.arange(PARTS)[:, None] + 0.5)  # middles of the parts of a layer [s]
 
     def times(self, start: float) -> Array:
-        """Times at which `plan` needs the prediction, for a plan from a time on, shape ((LAYERS + 1) * PARTS,) [s]."""
-        return np.asarray(start + self._h * np.arange(1, (LAYERS + 1) * PARTS + 1), float)
+        """Times of the poses of a plan from a time on, at which it needs the prediction, shape (k,) [s]."""
+        return np.asarray(start + self._h * np.arange(len(self._targets) * PARTS + 1), float)
 
     def plan(
         self,
@@ -220,25 +228,24 @@ class SpaceTime:
         poses: list[Array] = []
         parents: list[npt.NDArray[np.intp]] = []
         total = np.zeros(1)
-        for layer in range(LAYERS + 1):
-            v, w = self._targets[layer]
+        for layer, (v, w) in enumerate(self._targets):
             v, count, wide = np.maximum(v, -back), len(states.x), len(v)
             parent = np.repeat(np.arange(count), wide)
             before = states.of(parent)
             states, driven = self._ramped(before, np.tile(v, count), np.tile(w, count), layer, gaps, tight, company)
             states, rest = self._rest(states, before, way)
             total = states.cost + rest
-            kept = np.array([int(total.argmin())]) if layer == LAYERS else self._different(states, total)
+            kept = self._different(states, total)
             poses.append(driven[:, :, kept])
             parents.append(parent[kept])
             states, total = states.of(kept), total[kept]
-        best, rows = 0, list[Array]()
+        best = first = int(total.argmin())
+        rows: list[Array] = []
         for driven, parent in zip(reversed(poses), reversed(parents), strict=True):
             rows.append(driven[:, :, best].T)
             best = int(parent[best])
         path = np.concatenate([[tuple(start)], *reversed(rows)])
-        times = np.concatenate([[t], self.times(t)])
-        return TimedPlan(times, path, float(states.hit[0].max(initial=0.0)), float(total[0]))
+        return TimedPlan(self.times(t), path, float(states.hit[first].max(initial=0.0)), float(total[first]))
 
     def _ramped(
         self,
@@ -269,22 +276,25 @@ class SpaceTime:
         x = s.x + h * np.cumsum(speed * np.cos(middle), axis=0)
         y = s.y + h * np.cumsum(speed * np.sin(middle), axis=0)
         c, sine, fast, hit = np.cos(yaw), np.sin(yaw), np.abs(speed), s.hit
-        gap = gaps(x, y, c, sine)
-        added = np.where(gap < tight, SOLID * fast + 5.0 * (fast > 0.05), 0.0)
+        gap, corner = gaps(x, y, c, sine), fast + self._hull.outer * np.abs(turn)
+        added = np.where(gap < tight, SOLID * corner + 5.0 * (corner > 0.05), 0.0)
         added += 0.6 * h * fast * np.minimum(np.maximum(0.25 - gap, 0.0), 0.25)
         if company is not None:
-            k = slice(layer * PARTS, (layer + 1) * PARTS)
-            close, hit = self._close(np.stack([x, y, c, sine]), fast, hit, k, company)
+            k = slice(layer * PARTS + 1, (layer + 1) * PARTS + 1)
+            close, hit = self._close(np.stack([x, y, c, sine]), speed, turn, hit, k, company)
             added += close
         cost += added.sum(axis=0)
         return _States(x[-1], y[-1], yaw[-1], reached, turning, cost, hit, s.held), np.stack([x, y, yaw])
 
-    def _close(self, poses: Array, fast: Array, hit: Array, k: slice, company: _Company) -> tuple[Array, Array]:
+    def _close(
+        self, poses: Array, speed: Array, turn: Array, hit: Array, k: slice, company: _Company
+    ) -> tuple[Array, Array]:
         """Costs of closeness and contacts, shape (PARTS, n), and the probabilities of contacts so far, (n, movers).
 
         Args:
             poses: x [m], y [m], cosine and sine of the yaw, world frame, shape (4, PARTS, n).
-            fast: Speed at each pose [m/s], shape (PARTS, n).
+            speed: Speed at each pose, forward positive [m/s], shape (PARTS, n).
+            turn: Turn rate at each pose [rad/s], shape (PARTS, n).
             hit: Probabilities of contacts with each mover before, shape (n, movers).
             k: Predicted times of the poses.
             company: Predicted movers, m rows.
@@ -295,7 +305,7 @@ class SpaceTime:
         low, high = poses[:2].min(axis=(1, 2)) - reach, poses[:2].max(axis=(1, 2)) + reach
         near = ((at >= low) & (at <= high)).all(axis=-1).any(axis=1)
         if not near.any():
-            return np.zeros_like(fast), hit
+            return np.zeros_like(speed), hit
         # Single precision relative to one of the poses suffices and takes half the time.
         origin, weight = poses[:2, 0, 0].copy(), company.weight[near].astype(np.float32)
         there = (at[near] - origin).astype(np.float32).transpose(2, 1, 0)[..., None]  # (2, PARTS, m, 1)
@@ -318,20 +328,23 @@ class SpaceTime:
         ahead += beside
         over = np.sqrt(ahead, out=ahead)  # the gap to the centre; 0 within the hull
         over -= outer
-        # That of a mover's most probable hypothesis alone: the sum makes the robot too timid to get by.
-        begun = np.zeros(fast.shape)
+        soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start, k.stop))[:, None]
+        cost = np.zeros_like(speed)
         part, row, state = np.nonzero(over < 0.0)
         if len(row):
             hit, mover, share = hit.copy(), company.mover[near][row], company.weight[near][row]
-            for j in range(len(begun)):
+            to = there[:, part, row, 0] - poses[:2, part, state]
+            nearer = self._nearer(to, poses[2:, part, state], speed[part, state], turn[part, state])
+            # Towards the other the robot drives into it, also backwards; else the other strikes the robot.
+            price = np.where(nearer < STAYING, STRUCK, DRIVEN + BY_SPEED * nearer)
+            for j in range(len(cost)):
                 now = part == j
-                before = hit.sum(axis=1)
-                np.maximum.at(hit, (state[now], mover[now]), share[now])
-                begun[j] = hit.sum(axis=1) - before
-        soon = 1.0 / (1.0 + SOON * self._h * np.arange(k.start + 1, k.stop + 1))[:, None]
-        price = np.where(fast < STAYING, STRUCK, DRIVEN + BY_SPEED * fast)
-        deep = np.minimum(np.maximum(0.3 - over.min(axis=1) / 0.3, 0.4), 1.3)
-        cost = begun * price * deep  # a contact counts once, when it begins
+                which, before, prices = (state[now], mover[now]), hit.copy(), np.zeros_like(hit)
+                # The most probable hypothesis of a mover counts: their sum makes the robot too timid to get by.
+                np.maximum.at(hit, which, share[now])
+                np.maximum.at(prices, which, price[now])
+                cost[j] = ((hit - before) * prices).sum(axis=1)  # a contact counts once, when it begins
+            cost *= np.minimum(np.maximum(0.3 - over.min(axis=1) / 0.3, 0.4), 1.3)
         close = np.multiply(over, np.float32(-1.0 / manners.personal_space), out=dy)
         close += 1.0
         np.minimum(np.maximum(close, 0.0, out=close), 1.0, out=close)
@@ -343,8 +356,25 @@ class SpaceTime:
             over *= wrong
             over *= np.float32(WRONG_SIDE)
             close += over
-        cost += CLOSE * self._h * (weight @ close) * (0.25 + fast * fast)
+        cost += CLOSE * self._h * (weight @ close) * (0.25 + speed * speed)
         return soon * cost, hit
+
+    def _nearer(self, to: Array, facing: Array, speed: Array, turn: Array) -> Array:
+        """Speed at which the hull moves towards points, of its point that is nearest to each of them [m/s], (n,).
+
+        Args:
+            to: Vectors from the middle of the hull to the points, world frame, shape (2, n) [m].
+            facing: Cosines and sines of the yaw, shape (2, n).
+            speed: Speeds [m/s], shape (n,).
+            turn: Turn rates [rad/s], shape (n,).
+        """
+        hull, (c, s) = self._hull, facing
+        x, y = c * to[0] + s * to[1], c * to[1] - s * to[0]
+        at_x, at_y = np.clip(x, -0.5 * hull.length, 0.5 * hull.length), np.clip(y, -0.5 * hull.width, 0.5 * hull.width)
+        inside = (at_x == x) & (at_y == y)
+        dx, dy = np.where(inside, x, x - at_x), np.where(inside, y, y - at_y)
+        nearer: Array = ((speed - turn * at_y) * dx + turn * at_x * dy) / np.maximum(np.hypot(dx, dy), 1e-3)
+        return nearer
 
     def _rest(self, s: _States, before: _States, way: WayField) -> tuple[_States, Array]:
         """States (n) with their `held`, and the estimated cost of the way from them to the goal [s].
@@ -378,5 +408,7 @@ def _targets(
     rows += [(share, turn) for share in ahead for turn in turns]
     targets = np.array(rows) * (limits.cruise, limits.turn_rate)
     behind = np.array([(-share, 0.55 * turn) for share in back for turn in (0.0, -1.0, 1.0)])
-    v, w = np.vstack([targets, behind * (limits.back, limits.turn_rate)]).T
+    targets = np.vstack([targets, behind * (limits.back, limits.turn_rate)])
+    fastest = np.abs(targets[:, 0]) + limits.arm * np.abs(targets[:, 1])
+    v, w = (targets * np.minimum(1.0, limits.top / np.maximum(fastest, 1e-9))[:, None]).T
     return v.copy(), w.copy()

@@ -12,9 +12,6 @@ from ..control.prediction import HYPOTHESES, Prediction, accelerated, displaced
 from ..control.walls import Walls, follow
 from .signals import Array
 
-LEAST = 0.02
-"""Probability below which a hypothesis is not predicted."""
-
 MAX_MARGIN = 0.4
 """Maximum standard deviation of a predicted position [m]; beyond it a forecast excludes nothing and only blocks."""
 
@@ -75,7 +72,7 @@ class Movers:
         return cls(t, ids, mean, sure, radii, seen, speed > 0.0, np.zeros(n), still, speed, belief)
 
     def predict(self, times: Array | Sequence[float], walls: Walls | None = None) -> Prediction:
-        """Predict the motion of all movers, with a row for each plausible hypothesis of each mover.
+        """Predict the motion of all movers, with a row for each possible hypothesis of each mover.
 
         Args:
             times: Times on the agent's clock, ascending, shape (k,) [s]. A time before `t` counts as `t`.
@@ -94,9 +91,7 @@ class Movers:
         # A mover that turns back has no speed for a moment.
         moves = self.moves | self.acceleration.any(axis=1)
         weight = np.where(moves, self.belief.T, np.eye(len(HYPOTHESES))[:, 2:3])
-        kept = weight >= LEAST
-        share = np.where(kept, weight, 0.0)
-        share /= share.sum(axis=0)
+        kept = weight > 0.0
         hypothesis, mover = np.nonzero(kept)
         start = self.mean[mover, :2]
         positions = start[:, None] + moved[kept]
@@ -107,7 +102,7 @@ class Movers:
             positions=positions,
             radius=self.radius[mover],
             margin=margin[kept],
-            weight=share[kept],
+            weight=weight[kept],
             owner=self.ids[mover],
             hypothesis=hypothesis,
         )
