@@ -129,8 +129,7 @@ class LocalMap(Analyze):
                 ranges = np.array(sample.value[SCAN])
                 changed += self._enter(sample.t, pose, ranges)
                 seeing = not np.isnan(ranges).any()
-                now = self.now(sample.t)
-                contact = self._contact(self._poses.at(now) or pose, now) if seeing else math.nan
+                contact = self._contact(self.now(sample.t), pose) if seeing else math.nan
                 self.write(sample.t, {CONTACT: [contact]})
         if samples and self._grid.revision != self._recorded and (now := self.now(samples[-1].t)) >= self._record_at:
             self._record(now)
@@ -147,11 +146,12 @@ class LocalMap(Analyze):
             event = MapChanged(t=t, agent=self.knowledge.agent, cell=self._grid.cell, occupied=new, cleared=gone)
             self._sink.emit(event)
 
-    def _contact(self, pose: Pose2, t: float) -> float:
+    def _contact(self, now: float, seen_from: Pose2) -> float:
         """Time until the hull touches an obstacle [s]; NaN while the robot's twist is unknown."""
-        twist = self.knowledge.robot.twist(t)
-        if math.isnan(twist.forward + twist.turn):
+        twist = self.knowledge.robot.twist(now)
+        if math.isnan(twist.forward + twist.left + twist.turn):
             return math.nan
+        pose = self._poses.present(now, twist) or seen_from
         until, c, s = float(AHEAD[-1]), math.cos(pose.yaw), math.sin(pose.yaw)
         ahead = twist.forward * until
         # An arc deviates from the straight line by at most half its length per radian of turn.

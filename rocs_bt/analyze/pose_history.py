@@ -11,8 +11,9 @@ from operator import itemgetter
 import numpy as np
 
 from ..channel import Signals, Stamped
+from ..control.footprint import poses_ahead
 from ..control.locomotion import Array
-from ..geometry import Pose2, wrap_angle
+from ..geometry import Pose2, Twist2, wrap_angle
 
 KEPT = 1.0
 """Age to which poses are stored [s]; no scan that counts is later than that."""
@@ -42,6 +43,13 @@ class PoseHistory:
             return None
         x, y, yaw = found[0].tolist()
         return Pose2(x, y, wrap_angle(yaw))
+
+    def present(self, now: float, twist: Twist2) -> Pose2 | None:
+        """Pose at the present time [s], world frame: the newest one, moved by a twist for its age; None if unknown."""
+        pose = self.at(now)
+        if pose is None or (age := now - self._poses[-1][0]) <= 0.0:
+            return pose
+        return pose.compose(Pose2(*poses_ahead(twist, np.array([age]))[0].tolist()))
 
     def along(self, times: Array) -> Array | None:
         """Poses at some times, interpolated; the first or the last pose outside of what is stored.

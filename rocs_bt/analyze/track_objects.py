@@ -151,8 +151,9 @@ class TrackObjects(Analyze):
             if self._scanner:
                 self._note_movers(sample.t)
                 self._broken = bool(np.isnan(ranges).any())
-        if self._hull is not None and self.knowledge.world.movers is not None:
-            self._predict(self.knowledge.world.movers, self._hull)
+        movers = self.knowledge.world.movers
+        if self._scanner and self._hull is not None and movers is not None:
+            self._predict(movers, self._hull)
 
     def _look(self, t: float, scan: Scan) -> Iterable[Change]:
         found = segments_of(scan, self._size)
@@ -195,9 +196,9 @@ class TrackObjects(Analyze):
     def _predict(self, movers: Movers, hull: Footprint) -> None:
         """Write the signals of the coming seconds, as of now: from the last scan and the present pose and twist."""
         now = self.now(movers.t)
-        if (pose := self._poses.at(now)) is None:
-            return
         twist = self.knowledge.robot.twist(now)
+        if (pose := self._poses.present(now, twist)) is None:
+            return
         known = not self._broken and not math.isnan(twist.forward + twist.left + twist.turn)
         collision = clearance = math.inf if known else math.nan
         if known and len(movers):

@@ -11,7 +11,7 @@ from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, MapChanged
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge, Movers
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, TURN_RATE
@@ -50,12 +50,12 @@ class Bench:
             ranges = (wall - x) / np.cos(angles)
         return np.where((ranges > 0.0) & (ranges < 10.0), ranges, math.inf).tolist()
 
-    def look(self, place=ORIGIN, /, speed=0.0, turn=0.0, **samples):
+    def look(self, place=ORIGIN, /, speed=0.0, turn=0.0, late=0.0, **samples):
         self.clock.advance()
         now = self.clock.now()
         self.knowledge.signals.update({"speed": [speed], "turn_rate": [turn]}, now)
         for sample in ({"scan": self.scan(place)}, {"pose": list(place)}) if not samples else (samples,):
-            self.publisher.publish(now, sample)
+            self.publisher.publish(now - late, sample)
         self.analyze.run(now)
         return self.knowledge.signals.value("contact_time", now)
 
@@ -138,6 +138,16 @@ def test_contact_is_told_by_how_the_wheels_turn():
     near = Pose2(WALL - 0.27, 0.0)
     assert bench.look(near, turn=1.0) < 0.3  # its corners sweep the wall
     assert math.isnan(bench.look(pose, speed=math.nan))
+
+
+@pytest.mark.parametrize("late", [0.05, 0.1, 0.2])
+@pytest.mark.parametrize(("speed", "turn"), [(1.0, 0.0), (0.8, 0.6), (0.5, -0.3)])
+def test_late_readings_change_no_contact_time(late, speed, turn):
+    here, twist = Pose2(1.3, 0.3, 0.2), Twist2(speed, turn)
+    before = here.compose(along_arc(ORIGIN, twist, -late))
+    fresh, found = Bench().look(here, speed, turn), Bench().look(before, speed, turn, late)
+    assert found == pytest.approx(fresh, abs=0.051)
+    assert 0.3 < found < 1.2
 
 
 def test_contact_comes_sooner_where_a_turn_skids_towards_it():

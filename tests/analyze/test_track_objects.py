@@ -2,14 +2,16 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from rocs_bt.analyze import ANALYZERS
 from rocs_bt.channel import Stamped
 from rocs_bt.clock import SimulatedClock
+from rocs_bt.control.footprint import Footprint
 from rocs_bt.errors import InputError
 from rocs_bt.event import Change, KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.signal import Signal
 from rocs_bt.units import LENGTH, SPEED, TURN_RATE
@@ -36,22 +38,26 @@ class World:
         for signal in [*self.analyze.signals(), *own]:
             self.knowledge.signals.declare(signal)
         self.knowledge.signals.freeze()
-        self.speed = self.lateral_speed = 0.0
+        self.speed = self.lateral_speed = self.turn_rate = 0.0
+        self.late, self.readings = 0, []  # [periods] delay of all readings
         self.pose, self.things, self.beams, self.changes = Pose2(0.0, 0.0, 0.0), list(things), beams, []
 
-    def steps(self, count, *, blind=False, moving=(0.0, 0.0), scan=True):
+    def steps(self, count, *, blind=False, moving=(0.0, 0.0), scan=True, twist=None):
         for _ in range(count):
             self.clock.advance()
+            if twist is not None:
+                self.pose = self.pose.compose(along_arc(Pose2(0.0, 0.0), twist, 0.05))
             self.things = [(x + 0.05 * moving[0], y + 0.05 * moving[1], r) for x, y, r in self.things]
             bearings = [-0.5 * FIELD + i * FIELD / (self.beams - 1) for i in range(self.beams)]
             ranges = [math.nan] * self.beams if blind else cast(self.pose, bearings, self.things, 6.0)
             t = self.clock.now()
-            speeds = {"speed": self.speed, "lateral_speed": self.lateral_speed, "turn_rate": 0.0}
+            speeds = {"speed": self.speed, "lateral_speed": self.lateral_speed, "turn_rate": self.turn_rate}
             known = {name: [value] for name, value in speeds.items() if name in self.knowledge.signals}
             self.knowledge.signals.update(known, t)
             samples = [Stamped(t, "pose", {"pose": list(self.pose)})]
             samples = [Stamped(t, "scan", {"scan": ranges}), *samples] if scan else samples
-            for sample in samples:
+            self.readings.append(samples)
+            for sample in self.readings[-1 - self.late] if len(self.readings) > self.late else []:
                 self.analyze.inbox.put(sample)
             before = len(self.changed.events)
             self.analyze.run(t)
@@ -170,6 +176,44 @@ def test_the_signals_are_as_of_now_while_scans_are_lost():
     assert seen == pytest.approx([at_scan - 0.05 * late for late in (1, 2, 3)], abs=0.051)
     assert seen == sorted(seen, reverse=True)
     assert seen[-1] < at_scan - 0.09
+
+
+def collision(twist, late):
+    """Signal `collision_time` with readings that are some periods late, head-on to a mover; and the truth [s]."""
+    walk, until = (-0.5, 0.1), 1.8
+    there = along_arc(Pose2(0.0, 0.0), twist, 12 * 0.05 + until)
+    world = World((there.x - walk[0] * (42 * 0.05 + until), there.y - walk[1] * (42 * 0.05 + until), 0.2), body=BODY)
+    world.late = late
+    world.steps(30, moving=walk)
+    world.speed, world.turn_rate = twist.forward, twist.turn
+    world.steps(12, moving=walk, twist=twist)
+    (x, y, radius), times = world.things[0], np.arange(0.0, 3.0, 0.005)
+    poses = np.array([world.pose.compose(along_arc(Pose2(0.0, 0.0), twist, float(t))) for t in times])
+    dx, dy = x + walk[0] * times - poses[:, 0], y + walk[1] * times - poses[:, 1]
+    c, s = np.cos(poses[:, 2]), np.sin(poses[:, 2])
+    touches = Footprint(**BODY).gap(c * dx + s * dy, c * dy - s * dx) < radius
+    return world.signal("collision_time"), float(times[touches.argmax()])
+
+
+@pytest.mark.parametrize("twist", [Twist2(1.5, 0.0), Twist2(1.0, 0.25), Twist2(0.4, -0.1)], ids=str)
+def test_late_scans_and_poses_change_no_collision_time(twist):
+    fresh, expected = collision(twist, 0)
+    assert fresh == pytest.approx(expected, abs=0.08)
+    assert [collision(twist, late)[0] for late in (1, 2, 4)] == pytest.approx([fresh] * 3, abs=0.051)
+
+
+def test_a_second_tracker_on_sonars_leaves_the_signals_to_that_of_the_scanner():
+    world = World((2.0, 1.4, 0.2), body=BODY)
+    ring = ANALYZERS["TrackObjects"]("ring", world.knowledge, world.changed, ranges="sonar", mounts=[[0.2, 0.0, 0.0]])
+    assert ring.signals() == []
+    for blind in (False, True):
+        world.steps(40 if not blind else 1, moving=(0.0, -0.4), blind=blind)
+        before, t = world.signal("collision_time"), world.clock.now()
+        for sample in (Stamped(t, "sonar", {"sonar": [math.inf]}), Stamped(t, "pose", {"pose": list(world.pose)})):
+            ring.inbox.put(sample)
+        ring.run(t)
+        assert world.signal("collision_time") == pytest.approx(before, nan_ok=True)
+        assert math.isnan(before) is blind
 
 
 def test_motion_to_the_side_counts():
