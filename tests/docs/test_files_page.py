@@ -1,4 +1,4 @@
-"""docs/files.md: each documented key is accepted, and each accepted key is documented."""
+"""docs/files.md and files-robot.md: each documented key is accepted, and each accepted key is documented."""
 
 import inspect
 import re
@@ -23,7 +23,8 @@ from rocs_bt.signal import Signal
 from rocs_bt.simulation import SCRIPTED_OBJECTS, SCRIPTED_ROBOTS
 from rocs_bt.units import LENGTH
 
-PAGE = (Path(__file__).resolve().parents[2] / "docs" / "files.md").read_text("utf-8")
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+PAGE = "\n".join((DOCS / name).read_text("utf-8") for name in ("files-robot.md", "files.md"))
 
 # One file of each kind with every key; `# zzz TABLE` marks where an unknown key would stand in that table.
 ROBOT = """

@@ -13,7 +13,7 @@ PAGE = (Path(__file__).resolve().parents[2] / "docs" / "families.md").read_text(
 
 
 def test_the_family_on_the_page_makes_scenes_that_check(tmp_path: Path) -> None:
-    (code,) = re.findall(r"```python\n(.*?)```", PAGE, re.DOTALL)
+    (code,) = re.findall(r"```python\n((?:(?!```).)*\(Family\):.*?)```", PAGE, re.DOTALL)
     folder = tmp_path / "scenarios" / "families"
     folder.mkdir(parents=True)
     (folder / "one_gap.py").write_text(code)
