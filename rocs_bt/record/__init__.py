@@ -4,7 +4,6 @@ This package uses recorded data only and imports no block of an agent. `simulati
 the command line import it.
 """
 
-from ..event import GuardInfo
 from .diverge import WORLD_EVENTS, Difference, Divergence, compare, first_differences
 from .figures import write_figures
 from .folder_lock import FolderLock
@@ -54,7 +53,6 @@ __all__ = [
     "Finding",
     "FolderLock",
     "Following",
-    "GuardInfo",
     "KnowledgeFile",
     "Localisation",
     "Outline",

@@ -16,12 +16,13 @@ from ..agent import Agent
 from ..catalog import RobotSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
+from ..event import GuardInfo
 from ..expression import Environment
 from ..expression.source import source
 from ..plan import TreePlan
 from ..reactive import OnInvalid, Rule, RuleSet
 from ..reactive.analysis.prover import Prover
-from ..record import AgentInfo, BodyInfo, GuardInfo, Place, RunHeader, SensorInfo, SignalInfo, SubtreeSwap
+from ..record import AgentInfo, BodyInfo, Place, RunHeader, SensorInfo, SignalInfo, SubtreeSwap
 from ..record.condition import parts_of, unit_of
 from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines

@@ -13,6 +13,7 @@ from rocs_bt.event import (
     AgentStopped,
     BlockFailed,
     BodyMoved,
+    GuardInfo,
     MotionHeld,
     MotionReleased,
     NodeTicked,
@@ -22,7 +23,7 @@ from rocs_bt.event import (
     TreeNode,
 )
 from rocs_bt.expression import evaluate, parse
-from rocs_bt.record import AgentInfo, GuardInfo, Recording, RunHeader, environment_of, samples
+from rocs_bt.record import AgentInfo, Recording, RunHeader, environment_of, samples
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.states import GuardState, RuleState
 from rocs_bt.record.tracks import Tracks
