@@ -12,11 +12,11 @@ from collections.abc import Callable, Iterator
 from row import Row, size
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.expression import Environment, compile_expression
 from rocs_bt.reactive import Argument, Rule
 from rocs_bt.reactive.analysis import analyse_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 ENVIRONMENT = Environment.packed(
     [Signal("range", 64, (LENGTH,), bounds=(0.02, 30.0)), Signal("speed", 1, (SPEED,), bounds=(-1.0, 1.5))]

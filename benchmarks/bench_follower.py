@@ -18,9 +18,9 @@ import numpy as np
 from follower_peers import DRIVE, PERIOD, Nlp, Plant, PurePursuit, anchored, corners, distance_to
 from row import Row, size
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.reference import Preview, Reference
-from rocs_bt.geometry import Pose2
 
 TICKS, ROUNDS, SETTLED = size((400, 5, 60), (4, 1, 2))
 OURS = "follower"

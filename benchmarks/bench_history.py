@@ -16,9 +16,9 @@ from tempfile import TemporaryDirectory
 import networkx
 from row import Row, size
 
-from rocs_bt.clock import SimulatedClock, WallClock
+from rocs_bt.base.clock import SimulatedClock, WallClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal
 

@@ -15,11 +15,11 @@ import networkx
 import numpy as np
 from row import Row, size
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
 from rocs_bt.event import KnowledgeChanged, NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.signal import Signal
 
 SIGNALS = 500
 CALLS, REPEATS = size((20_000, 9), (10, 1))

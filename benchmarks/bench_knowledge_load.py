@@ -23,7 +23,7 @@ from typing import NamedTuple
 import knowledge_world as world
 from row import Row, size
 
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.history import Journal
 

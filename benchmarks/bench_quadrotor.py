@@ -19,8 +19,8 @@ from row import Row, size
 
 import rocs_bt
 from rocs_bt.catalog import Catalog
-from rocs_bt.device import Actuator
 from rocs_bt.event import NullSink
+from rocs_bt.interfaces.device import Actuator
 from rocs_bt.simulation import SimulatedWorld, build_world
 
 SCENARIO, AGENT, MOTION = "exp1_quadrotor", "R2", "rotors"

@@ -24,10 +24,10 @@ from py_trees.composites import Parallel
 from row import Row, size
 
 from rocs_bt.agent import Controller, Runtime, ThreadedRunner
+from rocs_bt.base.clock import WallClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PlaceSpec
-from rocs_bt.clock import WallClock
-from rocs_bt.device import Actuator, Reading, Sensor
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.device import Actuator, Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import Sharing
 from rocs_bt.plan import Mission

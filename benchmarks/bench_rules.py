@@ -21,15 +21,15 @@ from row import Row, size
 from rule_peers import Evaluator, Floats, Guard
 
 from rocs_bt.actions import ACTIONS
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH
+from rocs_bt.base.units import SPEED as SPEED_UNIT
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Backend, choose_backend, load_rules
 from rocs_bt.reactive.rule import Rule, RuleSet
 from rocs_bt.reactive.rule_table import RuleTable, lower_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH
-from rocs_bt.units import SPEED as SPEED_UNIT
 
 ROUNDS, PERIOD = size(15, 1), 0.05
 COUNTS, FILE = size(((1, 10, 100, 1000), 1000), ((1, 10), 10))

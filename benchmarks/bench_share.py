@@ -19,7 +19,7 @@ from collections.abc import Callable, Iterator
 
 from row import Row, size
 
-from rocs_bt.clock import SimulatedClock, WallClock
+from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import LocalNetwork, Replica, Scope, Sharing

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from row import Row, size
 from tree_shapes import Shape, deep, flat, scripted
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.trees.nodes import Tree
 
 try:

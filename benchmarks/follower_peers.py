@@ -8,12 +8,12 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.follower_qp import Weights
 from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference
-from rocs_bt.geometry import Pose2, Twist2
 
 CRUISE, PERIOD, DT, STAGES = 0.7, 0.05, 0.1, 20
 DRIVE = differential_drive(wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)

@@ -10,12 +10,12 @@ from typing import Any
 import networkx
 from row import size
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH
 
 COUNT, NEIGHBOURS, SIDE = (
     size(10_000, 200),

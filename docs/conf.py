@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 import rocs_bt
-from rocs_bt.version import __version__
+from rocs_bt.base.version import __version__
 
 project = "rocs_bt"
 author = "The rocs_bt authors"
@@ -102,7 +102,9 @@ def _names() -> str:
     for name in rocs_bt.__all__:
         value = getattr(rocs_bt, name)
         homes = [m for m in _documented() if getattr(sys.modules.get(m), name, None) is value]
+        annotation = getattr(value, "__metadata__", ())  # of the values of a parameter
         line = (inspect.getdoc(value) or "").partition("\n")[0]
+        line = f"Parameter: {', '.join(map(str, annotation))}." if annotation else line
         target = f"{homes[0] if homes else 'rocs_bt'}.{name}"
         rows.append(f"| {{py:obj}}`{name} <{target}>` | {line} |")
     return "\n".join(rows)

@@ -31,8 +31,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
 import rocs_bt
+from rocs_bt import MetresPerSecond
 from rocs_bt.event import Event, NodeTicked, Replanned
-from rocs_bt.units import MetresPerSecond
 
 
 def build(mission: rocs_bt.Mission, *, cruise: MetresPerSecond = 0.4) -> Behaviour:

@@ -40,15 +40,16 @@ from pathlib import Path
 import numpy as np
 
 import rocs_bt
+from rocs_bt import Metres, MetresPerSecond, Radians
 from rocs_bt.agent import Controller, RobotDevices, Runtime, robot_locomotion
+from rocs_bt.base.clock import Rate
+from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot
-from rocs_bt.channel import Signals, Stamped
-from rocs_bt.clock import Rate
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.event import Event, RuleChanged, TicketChanged
+from rocs_bt.interfaces.channel import Signals, Stamped
 from rocs_bt.knowledge import RobotModel, StrategyModel, WorldModel
 from rocs_bt.reactive import Reflex
-from rocs_bt.units import LENGTH, Metres, MetresPerSecond, Radians
 
 PERIOD = 0.05  # [s]
 

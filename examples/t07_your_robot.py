@@ -27,9 +27,9 @@ from rocs_bt.event import ListSink, SignalsWritten
 DRIVER = '''
 """A radio beacon: signal strength and distance."""
 
-from rocs_bt import Monitor, Signal
+from rocs_bt import Metres, Monitor, Signal
+from rocs_bt.base.units import LENGTH
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
-from rocs_bt.units import LENGTH, Metres
 
 
 class Beacon(MujocoSensor):

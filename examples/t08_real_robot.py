@@ -34,8 +34,7 @@ import json
 import socket
 import threading
 
-from rocs_bt import Actuator, Reading, Sensor
-from rocs_bt.errors import DeviceError
+from rocs_bt import Actuator, DeviceError, Reading, Sensor
 
 
 def connect(address):

@@ -24,7 +24,7 @@ import tempfile
 from pathlib import Path
 
 import rocs_bt
-from rocs_bt.clock import SimulatedClock
+from rocs_bt import SimulatedClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.history import History, Journal, to_json_text

@@ -29,7 +29,7 @@ Output:
     60 s: SUCCESS, 0 coins left
 """
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt import SimulatedClock
 from rocs_bt.trees import BUILTIN, SUCCESS, Input, Instant, Outcome, Tree, examine, load_xml
 from rocs_bt.trees.draw import picture_of, text
 

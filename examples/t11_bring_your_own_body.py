@@ -49,8 +49,8 @@ DRIVER = '''
 
 import numpy as np
 
+from rocs_bt import Seconds
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator
-from rocs_bt.units import Seconds
 
 
 class Fans(MujocoActuator):

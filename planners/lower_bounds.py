@@ -4,8 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from rocs_bt import PositiveMetresPerSecond, PositiveSeconds
 from rocs_bt.plan import Observation, Task
-from rocs_bt.units import PositiveMetresPerSecond, PositiveSeconds
 
 
 class StandStill:

@@ -5,8 +5,8 @@ from math import inf
 
 import numpy as np
 
+from rocs_bt import MetresPerSecond, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 from rocs_bt.plan import NoRoute, Observation, RoutePlanner, Task, Vehicle
-from rocs_bt.units import MetresPerSecond, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 
 
 @dataclass(kw_only=True)

@@ -5,9 +5,8 @@ from math import hypot, inf
 
 import numpy as np
 
-from rocs_bt.errors import Fault, InputError
+from rocs_bt import Fault, InputError, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 from rocs_bt.plan import NoRoute, Observation, Task, Vehicle
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
 
 
 @dataclass(kw_only=True)

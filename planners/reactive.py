@@ -5,9 +5,9 @@ from math import cos, hypot, sin
 
 import numpy as np
 
-from rocs_bt.geometry import wrap_angle
+from rocs_bt import Metres, MetresPerSecond, PositiveMetres, PositiveMetresPerSecond, RadiansPerSecond
+from rocs_bt.base.geometry import wrap_angle
 from rocs_bt.plan import Observation, Task, Vehicle
-from rocs_bt.units import Metres, MetresPerSecond, PositiveMetres, PositiveMetresPerSecond, RadiansPerSecond
 
 
 @dataclass(kw_only=True)

@@ -8,81 +8,79 @@ from __future__ import annotations
 import importlib
 from typing import TYPE_CHECKING, Any
 
-from .version import __version__ as __version__
+from .base.version import __version__ as __version__
 
 if TYPE_CHECKING:
     from ._run import drive, report, run
-    from .action import Action, AtomicAction, Failure, MacroAction, Progress, Reason
     from .agent import Agent, Rates, build_agent
     from .analyze import Analyze
+    from .base.clock import Clock, SimulatedClock, WallClock
+    from .base.errors import DeviceError, Fault, InputError, KnowledgeError, RocsError
+    from .base.geometry import Pose2, Pose3, Twist2, Twist3
+    from .base.signal import Signal
+    from .base.units import (
+        Count,
+        Joules,
+        Kilograms,
+        Metres,
+        MetresPerSecond,
+        MetresPerSecondSquared,
+        PositiveCount,
+        PositiveMetres,
+        PositiveMetresPerSecond,
+        PositiveRadians,
+        PositiveRadiansPerSecond,
+        PositiveSeconds,
+        Radians,
+        RadiansPerSecond,
+        Seconds,
+        Watts,
+    )
     from .catalog import Catalog
-    from .clock import Clock, SimulatedClock, WallClock
     from .compare import Comparison
     from .compare.run_sweep import sweep
-    from .device import Actuator, Reading, Sensor
-    from .errors import InputError, RocsError
     from .event import Change, Event, ListSink
     from .execute import Execute
-    from .geometry import Pose2, Pose3, Twist2, Twist3
+    from .interfaces.action import Action, AtomicAction, Failure, MacroAction, Progress, Reason
+    from .interfaces.device import Actuator, Reading, Sensor
+    from .interfaces.pipeline import Pipeline, Priority
     from .knowledge import Knowledge
     from .monitor import Monitor
-    from .pipeline import Pipeline, Priority
     from .plan import Mission, Plan
     from .reactive import ReactiveModel
     from .record import AgentResult, Recording, Summary
     from .running import RunOptions, RunResult
     from .running.replay import replay
-    from .signal import Signal
 
 
-_HOMES = {
-    "Action": "action",
-    "Actuator": "device",
-    "Agent": "agent",
-    "AgentResult": "record",
-    "Analyze": "analyze",
-    "AtomicAction": "action",
-    "Catalog": "catalog",
-    "Change": "event",
-    "Clock": "clock",
-    "Comparison": "compare",
-    "Event": "event",
-    "Execute": "execute",
-    "Failure": "action",
-    "InputError": "errors",
-    "Knowledge": "knowledge",
-    "ListSink": "event",
-    "MacroAction": "action",
-    "Mission": "plan",
-    "Monitor": "monitor",
-    "Pipeline": "pipeline",
-    "Plan": "plan",
-    "Pose2": "geometry",
-    "Pose3": "geometry",
-    "Priority": "pipeline",
-    "Progress": "action",
-    "Rates": "agent",
-    "ReactiveModel": "reactive",
-    "Reading": "device",
-    "Reason": "action",
-    "Recording": "record",
-    "RocsError": "errors",
-    "RunOptions": "running",
-    "RunResult": "running",
-    "Sensor": "device",
-    "Signal": "signal",
-    "SimulatedClock": "clock",
-    "Summary": "record",
-    "Twist2": "geometry",
-    "Twist3": "geometry",
-    "WallClock": "clock",
-    "build_agent": "agent",
-    "drive": "_run",
-    "replay": "running",
-    "report": "_run",
-    "run": "_run",
-    "sweep": "compare",
+_NAMES = {
+    "_run": "drive report run",
+    "agent": "Agent Rates build_agent",
+    "analyze": "Analyze",
+    "base.clock": "Clock SimulatedClock WallClock",
+    "base.errors": "DeviceError Fault InputError KnowledgeError RocsError",
+    "base.geometry": "Pose2 Pose3 Twist2 Twist3",
+    "base.signal": "Signal",
+    "base.units": (
+        "Count Joules Kilograms Metres MetresPerSecond MetresPerSecondSquared PositiveCount PositiveMetres "
+        "PositiveMetresPerSecond PositiveRadians PositiveRadiansPerSecond PositiveSeconds Radians "
+        "RadiansPerSecond Seconds Watts"
+    ),
+    "catalog": "Catalog",
+    "compare": "Comparison sweep",
+    "event": "Change Event ListSink",
+    "execute": "Execute",
+    "interfaces.action": "Action AtomicAction Failure MacroAction Progress Reason",
+    "interfaces.device": "Actuator Reading Sensor",
+    "interfaces.pipeline": "Pipeline Priority",
+    "knowledge": "Knowledge",
+    "monitor": "Monitor",
+    "plan": "Mission Plan",
+    "reactive": "ReactiveModel",
+    "record": "AgentResult Recording Summary",
+    "running": "RunOptions RunResult replay",
 }
+_HOMES = {name: home for home, names in _NAMES.items() for name in names.split()}
 
 __all__ = [
     "Action",
@@ -95,21 +93,38 @@ __all__ = [
     "Change",
     "Clock",
     "Comparison",
+    "Count",
+    "DeviceError",
     "Event",
     "Execute",
     "Failure",
+    "Fault",
     "InputError",
+    "Joules",
+    "Kilograms",
     "Knowledge",
+    "KnowledgeError",
     "ListSink",
     "MacroAction",
+    "Metres",
+    "MetresPerSecond",
+    "MetresPerSecondSquared",
     "Mission",
     "Monitor",
     "Pipeline",
     "Plan",
     "Pose2",
     "Pose3",
+    "PositiveCount",
+    "PositiveMetres",
+    "PositiveMetresPerSecond",
+    "PositiveRadians",
+    "PositiveRadiansPerSecond",
+    "PositiveSeconds",
     "Priority",
     "Progress",
+    "Radians",
+    "RadiansPerSecond",
     "Rates",
     "ReactiveModel",
     "Reading",
@@ -118,6 +133,7 @@ __all__ = [
     "RocsError",
     "RunOptions",
     "RunResult",
+    "Seconds",
     "Sensor",
     "Signal",
     "SimulatedClock",
@@ -125,6 +141,7 @@ __all__ = [
     "Twist2",
     "Twist3",
     "WallClock",
+    "Watts",
     "build_agent",
     "drive",
     "replay",

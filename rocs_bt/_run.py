@@ -12,10 +12,10 @@ from typing import Any
 
 import msgspec
 
+from .base.errors import InputError, RecordingError
+from .base.files import read_once, write_whole
 from .catalog import CachingCatalog, Catalog, ScenarioSpec
 from .check import Findings, check_run, check_scenario
-from .errors import InputError, RecordingError
-from .files import read_once, write_whole
 from .record import FolderLock, Recording, write_report
 from .running import REPORT, SUMMARY, Run, RunOptions, RunResult, summary_of
 

@@ -82,7 +82,7 @@ class Awake:
 
 
 if __name__ == "__main__":
-    from rocs_bt import clock
+    from rocs_bt.base import clock
 
     del sys.argv[0]
     with one_processor(), Awake() as clock.time:

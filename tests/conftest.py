@@ -6,21 +6,21 @@ import signal
 import hypothesis
 import pytest
 
-from rocs_bt import clock
 from rocs_bt.actions import action_table
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base import clock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import DeviceError
+from rocs_bt.base.geometry import Pose2, wrap_angle
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.device import Actuator
-from rocs_bt.errors import DeviceError
 from rocs_bt.event import ListSink
 from rocs_bt.execute import Execute, RobotBody
-from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.pipeline import Pipeline, Priority
+from rocs_bt.interfaces.safety import Limits, SafetyGate
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Pipeline, Priority
-from rocs_bt.safety import Limits, SafetyGate
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
 from . import awake as waking
 from . import chromium, needs

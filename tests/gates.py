@@ -1,6 +1,6 @@
 """Devices of tests behind a safety gate whose limits no test command reaches."""
 
-from rocs_bt.safety import Limits, SafetyGate
+from rocs_bt.interfaces.safety import Limits, SafetyGate
 
 
 def wide_gate(device, clock, sink=None):

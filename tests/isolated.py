@@ -36,7 +36,7 @@ import threading
 import time
 
 from rocs_bt import Actuator
-from rocs_bt.errors import DeviceError
+from rocs_bt.base.errors import DeviceError
 
 HEAVY = {HEAVY!r}
 
@@ -180,7 +180,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
-from rocs_bt.units import Seconds
+from rocs_bt.base.units import Seconds
 
 
 class Hold(Behaviour):
@@ -211,7 +211,7 @@ MAIN = """
 import json, time
 from pathlib import Path
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import RocsError
+from rocs_bt.base.errors import RocsError
 from rocs_bt.event import BlockFailed, CommandExpired, MotionHeld, MotionReleased
 from rocs_bt import drive
 

@@ -15,7 +15,7 @@ from types import ModuleType
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.reactive.kernel_backend import kernel_missing
 
 from . import chromium

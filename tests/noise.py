@@ -10,7 +10,7 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from rocs_bt.trees.nodes import SUCCESS, Instant
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.base.units import MetresPerSecond
 
 
 def make_noise(where):

@@ -4,6 +4,7 @@ import math
 
 import msgspec
 
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.event import (
     ActuatorCommanded,
     AtomicStarted,
@@ -20,7 +21,6 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.header import AgentInfo, Beam, BodyInfo, Outline, Place, RunHeader, TreeNode
 from rocs_bt.record.summary import Summary
 

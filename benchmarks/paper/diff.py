@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.cli.content import catalog_for, no_code_option
 from rocs_bt.cli.terminal import echo, show_table, styled
-from rocs_bt.errors import InputError
 
 if TYPE_CHECKING:
     from .reuse import Counterpart, Reuse, Share

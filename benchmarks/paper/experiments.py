@@ -9,8 +9,8 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from rocs_bt.base.errors import RocsError
 from rocs_bt.compare.statistics import Estimate, mean, share
-from rocs_bt.errors import RocsError
 from rocs_bt.record import AgentResult, Recording, Summary
 
 from .campaign import Job, play, play_all

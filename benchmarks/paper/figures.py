@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.record.figures.arena import Arena, draw_hull, draw_world
 from rocs_bt.record.figures.figure import MUTED, OTHER, ROBOTS, ROUTES, Figure
 from rocs_bt.record.header import Beam

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.compare.report.page import inline_svg, render_page
-from rocs_bt.errors import RecordingError
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.figure import Figure
 from rocs_bt.record.history import History

@@ -8,8 +8,8 @@ import sys
 import types
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from rocs_bt.action import Action
 from rocs_bt.agent import Agent
+from rocs_bt.interfaces.action import Action
 from rocs_bt.plan import Act
 from rocs_bt.reactive import RuleModel
 

@@ -12,6 +12,8 @@ from typing import Any
 
 from rocs_bt.actions import action_table
 from rocs_bt.agent import RobotDevices, Runtime
+from rocs_bt.base.clock import Clock, SimulatedClock
+from rocs_bt.base.files import read_bytes
 from rocs_bt.catalog import (
     KINDS,
     ActorSpec,
@@ -25,10 +27,8 @@ from rocs_bt.catalog import (
     command_size,
     content_hash,
 )
-from rocs_bt.clock import Clock, SimulatedClock
-from rocs_bt.device import Actuator, Sensor
 from rocs_bt.event import EventSink, NullSink
-from rocs_bt.files import read_bytes
+from rocs_bt.interfaces.device import Actuator, Sensor
 from rocs_bt.running.build_agents import build_agents, load_controller
 from rocs_bt.running.simulated_stage import simulated_agents
 from rocs_bt.simulation.devices import hardware_driver, on_hardware

@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.toml_table import Table
 from rocs_bt.catalog import ActorSpec, AgentSpec, FactSpec
-from rocs_bt.document import Table
-from rocs_bt.geometry import Pose2
 
 OMITTED = ("name", "file", "doc", "bases", "line", "parameters_at", "perturbations", "position", "positions")
 """Fields that are no settings of a file: documentation, names, positions, and what a comparison perturbs."""

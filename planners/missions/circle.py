@@ -9,9 +9,9 @@ from math import cos, pi, sin
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
-from rocs_bt.errors import InputError, unknown
+from rocs_bt import InputError, PositiveMetres, PositiveMetresPerSecond, Radians
+from rocs_bt.base.errors import unknown
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, Radians
 
 CORNERS = 12
 """Segments of half a circle; FollowPath rounds their corners to the circle."""

@@ -7,8 +7,8 @@ ended, from the robot's current position; reflexes on the way do not reset the p
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Sequence
 
+from rocs_bt import PositiveMetresPerSecond
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetresPerSecond
 
 
 def build(

@@ -11,9 +11,8 @@ from py_trees.behaviour import Behaviour
 from py_trees.behaviours import Success
 from py_trees.composites import Selector, Sequence
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
 
 LOW = 0.3
 """Height of the base above which the descent to the ground begins [m]."""

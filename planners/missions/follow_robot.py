@@ -12,8 +12,9 @@ from typing import Annotated
 
 from py_trees.behaviour import Behaviour
 
+from rocs_bt import PositiveMetres, PositiveMetresPerSecond, Seconds
+from rocs_bt.base.units import Bounds
 from rocs_bt.plan import Mission
-from rocs_bt.units import Bounds, PositiveMetres, PositiveMetresPerSecond, Seconds
 
 
 def build(

@@ -13,8 +13,8 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 from py_trees.decorators import Repeat
 
+from rocs_bt import Metres, PositiveMetresPerSecond, Radians
 from rocs_bt.plan import Mission
-from rocs_bt.units import Metres, PositiveMetresPerSecond, Radians
 
 
 class Stay(Behaviour):

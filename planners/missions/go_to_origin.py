@@ -6,8 +6,8 @@ drives straight, and turns again when it has drifted off the line.
 
 from py_trees.behaviour import Behaviour
 
+from rocs_bt import PositiveMetresPerSecond
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetresPerSecond
 
 
 def build(mission: Mission, *, speed: PositiveMetresPerSecond = 0.3) -> Behaviour:

@@ -10,10 +10,10 @@ from math import cos, dist, nan, pi, sin
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
 
-from rocs_bt.errors import InputError, unknown
+from rocs_bt import InputError, PositiveMetres, PositiveMetresPerSecond, Radians
+from rocs_bt.base.errors import unknown
 from rocs_bt.plan import Mission, mission_of
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Decorator, Outcome
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond, Radians
 
 CORNERS = 12
 """Segments of half a circle; FollowPath rounds their corners to the circle."""

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
-from rocs_bt.errors import Fault, InputError
+from rocs_bt import Fault, InputError
 from rocs_bt.knowledge import compile_query
 from rocs_bt.knowledge.query import read_parameters
 from rocs_bt.plan import mission_of

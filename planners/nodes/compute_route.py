@@ -4,11 +4,10 @@ from collections.abc import Iterator
 from itertools import pairwise
 from math import dist, isnan
 
-from rocs_bt.action import Failure, Reason
-from rocs_bt.errors import Fault, InputError
+from rocs_bt import Failure, Fault, InputError, Reason
+from rocs_bt.base.units import LENGTH
 from rocs_bt.plan import MapRoutePlanner, NoRoute, mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
-from rocs_bt.units import LENGTH
 
 
 class ComputeRoute(Instant):

@@ -3,10 +3,11 @@
 from collections.abc import Iterator
 from math import inf
 
-from rocs_bt.errors import Fault, unknown
+from rocs_bt import Fault
+from rocs_bt.base.errors import unknown
+from rocs_bt.base.units import TIME
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
-from rocs_bt.units import TIME
 
 
 class Known(Instant):

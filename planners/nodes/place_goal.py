@@ -1,11 +1,9 @@
 """PlaceGoal: set the pose of a goal in the world model."""
 
-from rocs_bt.action import Failure, Reason
-from rocs_bt.errors import KnowledgeError
-from rocs_bt.geometry import Pose2
+from rocs_bt import Failure, KnowledgeError, Pose2, Reason
+from rocs_bt.base.units import ANGLE, LENGTH
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
-from rocs_bt.units import ANGLE, LENGTH
 
 
 class PlaceGoal(Instant):

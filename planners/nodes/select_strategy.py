@@ -1,7 +1,7 @@
 """SelectStrategy: activate a strategy by name, the best one, or the fallback of the active one."""
 
-from rocs_bt.action import Failure, Reason
-from rocs_bt.errors import KnowledgeError, did_you_mean
+from rocs_bt import Failure, KnowledgeError, Reason
+from rocs_bt.base.errors import did_you_mean
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 

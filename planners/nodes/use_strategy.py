@@ -1,7 +1,6 @@
 """UseStrategy: act by the best strategy, fall back if it fails, and record the outcome."""
 
-from rocs_bt.action import Failure, Reason
-from rocs_bt.errors import KnowledgeError
+from rocs_bt import Failure, KnowledgeError, Reason
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, Output, halt
 

@@ -3,7 +3,8 @@
 from collections import deque
 from collections.abc import Iterator
 
-from rocs_bt.errors import Fault, unknown
+from rocs_bt import Fault
+from rocs_bt.base.errors import unknown
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 

@@ -2,9 +2,9 @@
 
 from math import inf
 
+from rocs_bt.base.units import TIME
 from rocs_bt.plan import mission_of
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
-from rocs_bt.units import TIME
 
 
 class WaitForOpenDoor(Leaf):

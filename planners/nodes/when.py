@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from rocs_bt.errors import Fault, InputError
+from rocs_bt import Fault, InputError
 from rocs_bt.plan import SignalCondition, mission_of
 from rocs_bt.trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome
 

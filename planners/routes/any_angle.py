@@ -11,7 +11,7 @@ from math import dist
 import numpy as np
 from scipy.ndimage import distance_transform_edt, label
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2
 from rocs_bt.knowledge import OCCUPIED
 from rocs_bt.plan import NO_PATH, MapRoutePlanner, NoRoute, Point
 

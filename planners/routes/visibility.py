@@ -11,7 +11,7 @@ from math import cos, dist, hypot, pi, sin
 
 import networkx as nx
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2
 from rocs_bt.plan import NoRoute, Point, RoutePlanner
 
 SIDES = 12  # number of sides of the polygon around a round obstacle

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rocs_bt.geometry import wrap_angle
+from rocs_bt.base.geometry import wrap_angle
 
 from .legs import HIP, Array
 

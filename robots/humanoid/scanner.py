@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from rocs_bt import InputError, Metres, Radians
 from rocs_bt.drivers.mujoco import SENSORS, Mount, MujocoSensor, Rays
-from rocs_bt.errors import InputError
-from rocs_bt.units import Metres, Radians
 
 
 class LayeredScan(MujocoSensor):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
+from rocs_bt import Joules, Metres, Watts
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
-from rocs_bt.units import Joules, Metres, Watts
 
 AIR = 1.225  # [kg/m3] density of air at sea level
 

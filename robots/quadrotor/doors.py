@@ -8,11 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from rocs_bt import Analyze, Change
-from rocs_bt.channel import Signals, Stamped
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
-from rocs_bt.units import Metres, Radians
+from rocs_bt import Analyze, Change, InputError, Metres, Pose2, Radians
+from rocs_bt.interfaces.channel import Signals, Stamped
 
 STATE = ("pose", "height", "tilt")
 """Signals of the state of the robot."""

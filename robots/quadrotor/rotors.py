@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from rocs_bt import Metres
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator
-from rocs_bt.units import Metres
 
 GRAVITY = 9.81  # [m/s2]
 MAX_TILT = math.tan(math.radians(20.0))  # tangent of the maximum tilt that is commanded

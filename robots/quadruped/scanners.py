@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
+from rocs_bt import Metres, Radians
 from rocs_bt.drivers.mujoco import SENSORS, Mount, MujocoSensor
 from rocs_bt.record import Fan
-from rocs_bt.units import Metres, Radians
 
 LIDAR: Any = SENSORS["lidar"]  # called with the keys of its table
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
+from rocs_bt import Pose2, Twist2
+from rocs_bt.base.geometry import along_arc
 from rocs_bt.control.arcs import BENDS, HEADINGS, STRAIGHT
-from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 Array = npt.NDArray[np.float64]
 

@@ -6,8 +6,9 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from rocs_bt import Pose2, Twist2
+from rocs_bt.base.geometry import arc, arc_positions
 from rocs_bt.control.arcs import BENDS
-from rocs_bt.geometry import Pose2, Twist2, arc, arc_positions
 from rocs_bt.knowledge import Knowledge
 
 from .gaps import hull_gaps

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2
 
 Array = npt.NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2
 
 Array = npt.NDArray[np.float64]
 

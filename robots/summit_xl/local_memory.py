@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from rocs_bt.geometry import Pose2
+from rocs_bt import Pose2
 
 from .free_ground import FreeGround
 

@@ -9,14 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from rocs_bt.channel import Signals
+from rocs_bt import Fault, InputError, Metres, Pose2, Radians, Reading, Seconds, Signal
+from rocs_bt.base.geometry import along_arc
+from rocs_bt.base.units import ANGLE, LENGTH
 from rocs_bt.control.arcs import BENDS, HEADINGS
-from rocs_bt.device import Reading
-from rocs_bt.errors import Fault, InputError
-from rocs_bt.geometry import Pose2, along_arc
+from rocs_bt.interfaces.channel import Signals
 from rocs_bt.monitor import RangeMonitor
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, Metres, Radians, Seconds
 
 from .edges import leading_edges, turned_edges
 from .encounter import PASSED, Encounters, Reach

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from ..action import ActionFailed, Body, Reason
 from ..control.axis import AxisLimits
 from ..control.locomotion import Array
+from ..interfaces.action import ActionFailed, Body, Reason
 from .pose import PATIENCE
 
 SETTLING = 3.0

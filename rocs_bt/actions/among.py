@@ -7,14 +7,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..action import Action, Body
+from ..base.geometry import Pose2
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.reference import TURN_RATE, TimedReference
 from ..control.space_time import PARTS, Limits, Manners, SpaceTime, TimedPlan
 from ..control.way_field import WayField
 from ..event import PathPlanned
-from ..geometry import Pose2
+from ..interfaces.action import Action, Body
 from ..knowledge import Movers
 from .ground import known_speed
 from .path_drive import PathDrive

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from ..action import Action, Body, MacroAction
-from ..geometry import Twist2
-from ..units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
+from ..base.geometry import Twist2
+from ..base.units import MetresPerSecond, PositiveRadiansPerSecond, PositiveSeconds, Radians
+from ..interfaces.action import Action, Body, MacroAction
 from .room import free_turn, room_back
 from .set_twist import hold_twist
 from .turn import TurnAngle

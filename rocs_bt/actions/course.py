@@ -10,8 +10,8 @@ from collections import deque
 
 import numpy as np
 
+from ..base.geometry import Pose2, Twist2
 from ..control.locomotion import Array
-from ..geometry import Pose2, Twist2
 
 SPAN = 1.0
 """Length of the time window in which the displacement is measured [s]."""

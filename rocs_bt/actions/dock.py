@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, MacroAction, Reason
+from ..base.errors import did_you_mean
+from ..base.geometry import Pose2, Twist2, wrap_angle
+from ..base.units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
 from ..control.path import Path
-from ..errors import did_you_mean
-from ..geometry import Pose2, Twist2, wrap_angle
-from ..units import NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveRadians
+from ..interfaces.action import Action, ActionFailed, Body, MacroAction, Reason
 from .path_drive import PathDrive
 from .set_twist import hold
 from .stop import Stop

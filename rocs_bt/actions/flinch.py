@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, field
 from typing import Annotated
 
-from ..action import AtomicAction, Body, Failure, Progress, Reason
-from ..geometry import Pose2, Twist2
-from ..units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
+from ..base.geometry import Pose2, Twist2
+from ..base.units import NOT_NEGATIVE, Metres, MetresPerSecond, PositiveMetres, PositiveSeconds
+from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
 from .ground import known_bend, known_speed
 from .room import Gaps, bend_off, corner_sweep
 from .turn import TurnAngle

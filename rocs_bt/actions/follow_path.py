@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
-from ..action import Action, Body
+from ..base.geometry import Pose2
+from ..base.units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond
 from ..control.path import Path
-from ..geometry import Pose2
-from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond
+from ..interfaces.action import Action, Body
 from .heading import ALONG
 from .path_action import Height, PathAction
 from .path_drive import OFF

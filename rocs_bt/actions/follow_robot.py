@@ -9,13 +9,9 @@ from typing import Annotated
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, Reason
-from ..control.arcs import along
-from ..control.locomotion import Array
-from ..control.reference import Reference, TimedReference, TurnReference
-from ..errors import Fault, InputError, did_you_mean
-from ..geometry import Pose2, Twist2, wrap_angle
-from ..units import (
+from ..base.errors import Fault, InputError, did_you_mean
+from ..base.geometry import Pose2, Twist2, wrap_angle
+from ..base.units import (
     Bounds,
     PositiveMetres,
     PositiveMetresPerSecond,
@@ -23,6 +19,10 @@ from ..units import (
     PositiveSeconds,
     Seconds,
 )
+from ..control.arcs import along
+from ..control.locomotion import Array
+from ..control.reference import Reference, TimedReference, TurnReference
+from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .course import Course
 from .give_way import GiveWay, trailer_path
 from .heading import ALONG

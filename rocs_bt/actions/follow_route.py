@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
 
-from ..action import Action, ActionFailed, Body, Reason
+from ..base.errors import InputError
+from ..base.geometry import Pose2
+from ..base.units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.path import Path
 from ..control.space_time import SIDES, Manners
-from ..errors import InputError
-from ..geometry import Pose2
-from ..units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
+from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .among import Among
 from .ground import known_speed
 from .heading import ALONG

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ..base.geometry import Pose2
 from ..control.arcs import BENDS, HEADINGS, sinc
 from ..control.locomotion import Array
 from ..control.reference import TURN_RATE
-from ..geometry import Pose2
 from .room import Room
 
 SPEEDS = (1.0, 0.6, 0.3)

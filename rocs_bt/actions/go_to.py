@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
-from ..action import Action, ActionFailed, Body, Reason
+from ..base.units import NOT_NEGATIVE, Metres, PositiveMetresPerSecond
 from ..control.path import Path
-from ..units import NOT_NEGATIVE, Metres, PositiveMetresPerSecond
+from ..interfaces.action import Action, ActionFailed, Body, Reason
 from .heading import ALONG
 from .path_action import Height, PathAction
 from .pose import goal_pose, goal_tolerance

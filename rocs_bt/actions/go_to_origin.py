@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
-from ..action import Action, Body, MacroAction
-from ..geometry import Pose2, Twist2
-from ..units import PositiveMetres, PositiveMetresPerSecond, PositiveRadians
+from ..base.geometry import Pose2, Twist2
+from ..base.units import PositiveMetres, PositiveMetresPerSecond, PositiveRadians
+from ..interfaces.action import Action, Body, MacroAction
 from .pose import PoseWatch
 from .set_twist import hold_twist
 from .stop import Stop

@@ -10,12 +10,12 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from ..action import Body
+from ..base.errors import InputError
+from ..base.geometry import Pose2, Twist2
 from ..control.arcs import BENDS
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
-from ..errors import InputError
-from ..geometry import Pose2, Twist2
+from ..interfaces.action import Body
 from ..knowledge import UNKNOWN
 from ..knowledge.robot import Scanner
 from .room import Room

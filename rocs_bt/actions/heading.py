@@ -7,12 +7,12 @@ from typing import Literal
 
 import numpy as np
 
-from ..action import Body
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, wrap_angle
+from ..base.units import ANGLE, parse_quantity
 from ..control.heading import toward
 from ..control.locomotion import Array, Locomotion
-from ..errors import Fault, InputError
-from ..geometry import Pose2, wrap_angle
-from ..units import ANGLE, parse_quantity
+from ..interfaces.action import Body
 from .pose import goal_pose
 
 ALONG = "along"

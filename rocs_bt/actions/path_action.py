@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ..action import Action, Body, MacroAction
+from ..base.errors import InputError, KnowledgeError
+from ..base.units import Bounds, Metres
 from ..control.locomotion import Locomotion
-from ..errors import InputError, KnowledgeError
 from ..event import Value
-from ..units import Bounds, Metres
+from ..interfaces.action import Action, Body, MacroAction
 from .heading import ALONG, Heading
 from .path_drive import TURN_FIRST, PathDrive
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..action import Action, Body
+from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..control.axis import AxisLimits
 from ..control.heading import blended_yaws, limited_yaws
 from ..control.locomotion import Array
@@ -14,7 +14,7 @@ from ..control.path import Path
 from ..control.profile import speed_profile
 from ..control.reference import TURN_ACCELERATION, TURN_RATE, PathReference, Reference
 from ..event import FollowerStepped, PathPlanned
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..interfaces.action import Action, Body
 from .altitude import Altitude
 from .heading import ALONG, Heading
 from .pose import PoseWatch

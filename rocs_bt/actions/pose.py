@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
-from ..action import ActionFailed, Body, Reason
-from ..errors import did_you_mean
-from ..geometry import Pose2
+from ..base.errors import did_you_mean
+from ..base.geometry import Pose2
+from ..interfaces.action import ActionFailed, Body, Reason
 
 PATIENCE = 5
 """Number of consecutive periods without a pose for which a motion action waits at standstill."""

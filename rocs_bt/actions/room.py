@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..action import Body
 from ..control.arcs import BENDS, HEADINGS, STRAIGHT
 from ..control.body_values import corner_sweep as hull_sweep
 from ..control.locomotion import Array
+from ..interfaces.action import Body
 
 BEHIND = 0.25
 """Gap that the robot keeps to obstacles behind it [m]."""

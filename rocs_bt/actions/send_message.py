@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..action import AtomicAction, Body, Failure, Progress, Reason
+from ..base.units import PositiveSeconds
+from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
 from ..knowledge.share import ALL, Delivery
-from ..units import PositiveSeconds
 
 
 @dataclass(kw_only=True, eq=False)

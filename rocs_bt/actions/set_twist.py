@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ..action import Action, AtomicAction, Body, Failure, Progress, Reason
-from ..errors import KnowledgeError
-from ..geometry import Twist2, Twist3
-from ..units import Bounds, MetresPerSecond, RadiansPerSecond, Seconds
+from ..base.errors import KnowledgeError
+from ..base.geometry import Twist2, Twist3
+from ..base.units import Bounds, MetresPerSecond, RadiansPerSecond, Seconds
+from ..interfaces.action import Action, AtomicAction, Body, Failure, Progress, Reason
 from .set_wheel_speed import SetWheelSpeed
 from .timing import HoldTimer
 

@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Annotated, Any
 
-from ..action import AtomicAction, Body, Failure, Progress, Reason
-from ..errors import KnowledgeError
-from ..units import SPEED, Bounds, Seconds
+from ..base.errors import KnowledgeError
+from ..base.units import SPEED, Bounds, Seconds
+from ..interfaces.action import AtomicAction, Body, Failure, Progress, Reason
 from .timing import HoldTimer
 
 if TYPE_CHECKING:

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from ..action import AtomicAction, Body, Failure, Progress
-from ..units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
+from ..base.units import NOT_NEGATIVE, MetresPerSecond, PositiveSeconds
+from ..interfaces.action import AtomicAction, Body, Failure, Progress
 
 
 @dataclass(kw_only=True, eq=False)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from ..action import Action
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..interfaces.action import Action
 from .avoid_collision import AvoidCollision
 from .dock import Dock
 from .flinch import Flinch

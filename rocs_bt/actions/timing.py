@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from ..action import Body, Progress
+from ..interfaces.action import Body, Progress
 
 
 @dataclass

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 
-from ..action import Action, AtomicAction, Body, Failure, MacroAction, Progress, Reason
-from ..geometry import Pose2, Twist2, wrap_angle
-from ..units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
+from ..base.geometry import Pose2, Twist2, wrap_angle
+from ..base.units import Metres, PositiveRadians, PositiveRadiansPerSecond, Radians
+from ..interfaces.action import Action, AtomicAction, Body, Failure, MacroAction, Progress, Reason
 from .pose import PoseWatch
 from .stop import Stop
 

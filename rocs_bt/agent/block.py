@@ -6,10 +6,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..arguments import class_parameters, read_arguments
+from ..base.errors import InputError
+from ..base.parameter import class_parameters, read_arguments
+from ..base.raised import content_line
 from ..catalog import AnalyzeSpec, MonitorSpec
-from ..errors import InputError
-from ..raised import content_line
 
 T = TypeVar("T")
 

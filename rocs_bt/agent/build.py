@@ -10,25 +10,25 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ..action import Action
 from ..actions import action_table
+from ..base.clock import Clock
+from ..base.errors import Fault, InputError, collected, located_at
 from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec, robot_locomotion
 from ..catalog import load_class as load_class_from_file
-from ..clock import Clock
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
-from ..device import Sensor
 from ..drivers.ros2.known_types import installed_types
-from ..errors import Fault, InputError, collected, located_at
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
+from ..interfaces.action import Action
+from ..interfaces.device import Sensor
+from ..interfaces.pipeline import Pipeline
+from ..interfaces.safety import SafetyGate
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
 from ..knowledge.share import Mailbox, Sharing
-from ..pipeline import Pipeline
 from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
-from ..safety import SafetyGate
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime

@@ -10,11 +10,11 @@ from __future__ import annotations
 import threading
 from collections import deque
 
-from ..clock import Clock
-from ..event import EventSink
-from ..pipeline import Pipeline
+from ..base.clock import Clock
+from ..base.raised import Raised
+from ..event import ContentRaised, EventSink
+from ..interfaces.pipeline import Pipeline
 from ..plan import Plan
-from ..raised import Raised
 
 LIMIT = 3
 """Number of exceptions within `WINDOW` at which the mission fails."""
@@ -77,7 +77,7 @@ class ContentExceptions:
         self._closed = True
 
     def _report(self, raised: Raised, effect: str) -> None:
-        self._sink.emit(raised.event(self._clock.now(), self._agent, effect))
+        self._sink.emit(ContentRaised.of(self._clock.now(), self._agent, raised, effect))
 
     def _count(self, raised: Raised) -> str:
         """Count an exception; returns a text about the reaction to it."""

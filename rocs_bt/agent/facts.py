@@ -5,14 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from typing import Any
 
-from ..arguments import read_arguments
+from ..base.errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
+from ..base.geometry import Pose2
+from ..base.parameter import Parameter, read_arguments
+from ..base.toml_table import Table
+from ..base.units import ANGLE, LENGTH, Bounds
 from ..catalog import FactSpec, PlaceSpec
-from ..document import Table
-from ..errors import Fault, InputError, KnowledgeError, did_you_mean, unknown
-from ..geometry import Pose2
 from ..knowledge import Attribute, Knowledge, Schema
-from ..parameter import Parameter
-from ..units import ANGLE, LENGTH, Bounds
 
 TO, BOTH_WAYS = "to", "both_ways"
 POSE = ("x", "y", "yaw")

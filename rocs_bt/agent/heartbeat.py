@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Sequence
 
-from ..clock import WallClock
+from ..base.clock import WallClock
 from .agent import Agent
 from .lateness import LONGEST, Lateness, load
 from .worker import PATIENCE, Ticker, Worker

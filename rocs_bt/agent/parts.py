@@ -8,17 +8,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..analyze import Analyze
+from ..base.clock import Clock, Rate, SimulatedClock
 from ..catalog import RobotSpec
-from ..clock import Clock, Rate, SimulatedClock
-from ..device import Sensor
 from ..event import EventSink
 from ..execute import Execute
+from ..interfaces.device import Sensor
+from ..interfaces.pipeline import Pipeline
+from ..interfaces.ros_link import RosLink
+from ..interfaces.safety import SafetyGate
 from ..monitor import Monitor
-from ..pipeline import Pipeline
 from ..plan import Plan
 from ..reactive import ReflexArc
-from ..ros_link import RosLink
-from ..safety import SafetyGate
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,15 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from queue import SimpleQueue
 
-from ..action import Action
-from ..clock import Clock
-from ..errors import InputError, unknown
+from ..base.clock import Clock
+from ..base.errors import InputError, unknown
+from ..base.files import read_text
+from ..base.words import inactive_rule
 from ..event import EventSink, GuardInfo, RulesReplaced
 from ..expression import Environment
-from ..files import read_text
+from ..interfaces.action import Action
 from ..knowledge import Knowledge
 from ..reactive import Override, RuleModel, RuleSet, included_files, load_rules, rule_misfits
-from ..words import inactive_rule
 
 Describe = Callable[[str, RuleSet], tuple[GuardInfo, ...]]
 """Describes the guards of an agent's rules."""

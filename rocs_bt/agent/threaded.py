@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ..analyze import Analyze
-from ..clock import WallClock
+from ..base.clock import WallClock
 from ..knowledge.share import Sharing
 from ..monitor import Monitor
 from .agent import Agent

@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TypeVar
 
 from ..analyze import ANALYZERS, Analyze
+from ..base.clock import Rate
+from ..base.errors import Fault, InputError, located_at, unknown
 from ..catalog import RobotSpec, is_reference, running_class
-from ..clock import Rate
-from ..device import Sensor
-from ..errors import Fault, InputError, located_at, unknown
 from ..event import EventSink
+from ..interfaces.device import Sensor
 from ..knowledge import Knowledge
 from ..monitor import MONITORS, Monitor, MonitoredSensor
 from .block import make_block

@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from ..clock import WallClock
+from ..base.clock import WallClock
 from .agent import Agent
 
 SWITCH_INTERVAL = 0.0005

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Sequence
 from itertools import chain
 from typing import ClassVar
 
-from ..channel import AnalyzeSubscriber, MonitorSubscriber, Publisher, Signals, Stamped, check_wire
+from ..base.signal import Signal
 from ..event import Change, EventSink, SignalsWritten, Value, pack
+from ..interfaces.channel import AnalyzeSubscriber, MonitorSubscriber, Publisher, Signals, Stamped, check_wire
 from ..knowledge import Knowledge
-from ..signal import Signal
 
 
 class Analyze(MonitorSubscriber, ABC):

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..channel import Signals, Stamped
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2
+from ..base.signal import Signal
+from ..base.units import TIME, Metres, Seconds
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
-from ..errors import Fault, InputError
 from ..event import Change, MapChanged
-from ..geometry import Pose2
+from ..interfaces.channel import Signals, Stamped
 from ..knowledge import OccupancyGrid, View
-from ..signal import Signal
-from ..units import TIME, Metres, Seconds
 from .analyze import Analyze
 from .pose_history import PoseHistory
 

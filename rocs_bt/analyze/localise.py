@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from ..channel import Signals, Stamped
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2
+from ..base.signal import Signal
+from ..base.units import ANGLE, LENGTH, Metres, Radians, RadiansPerSecond, Seconds
 from ..control.locomotion import Array
 from ..control.pose_filter import PoseFilter, PoseNoise
-from ..errors import Fault, InputError
 from ..event import Change
-from ..geometry import Pose2
-from ..signal import Signal
-from ..units import ANGLE, LENGTH, Metres, Radians, RadiansPerSecond, Seconds
+from ..interfaces.channel import Signals, Stamped
 from .analyze import Analyze
 
 FARTHEST = 1e6

@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
-from ..channel import Signals, Stamped
-from ..errors import InputError
+from ..base.errors import InputError
+from ..base.geometry import wrap_angle
+from ..base.units import Metres, Radians
 from ..event import Change
-from ..geometry import wrap_angle
-from ..units import Metres, Radians
+from ..interfaces.channel import Signals, Stamped
 from .analyze import Analyze
 
 

@@ -7,12 +7,12 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..channel import Signals, Stamped
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, wrap_angle
+from ..base.units import Metres, Radians, Seconds
 from ..control.motion_filter import MotionFilter, MotionNoise
-from ..errors import Fault, InputError
 from ..event import Change
-from ..geometry import Pose2, wrap_angle
-from ..units import Metres, Radians, Seconds
+from ..interfaces.channel import Signals, Stamped
 from .analyze import Analyze
 
 STATIONARY = 0.08

@@ -10,10 +10,10 @@ from operator import itemgetter
 
 import numpy as np
 
-from ..channel import Signals, Stamped
+from ..base.geometry import Pose2, Twist2, wrap_angle
 from ..control.footprint import poses_ahead
 from ..control.locomotion import Array
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..interfaces.channel import Signals, Stamped
 
 KEPT = 1.0
 """Age to which poses are stored [s]; no scan that counts is later than that."""

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..channel import Signals, Stamped
+from ..base.geometry import Pose2
+from ..base.signal import Signal
+from ..base.units import LENGTH, TIME, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, Seconds
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.tracking import Beams, MotionBelief, Scan, Segments, Tracker, TrackerSettings, segments_of
 from ..event import Change
-from ..geometry import Pose2
+from ..interfaces.channel import Signals, Stamped
 from ..knowledge import Movers
-from ..signal import Signal
-from ..units import LENGTH, TIME, Metres, MetresPerSecond, MetresPerSecondSquared, Radians, Seconds
 from .analyze import Analyze
 from .pose_history import PoseHistory
 

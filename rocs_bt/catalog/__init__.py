@@ -4,7 +4,7 @@ No other package finds content or loads Python content. `agent` and the layers a
 receive the loaded objects.
 """
 
-from ..python_content import classes_in, functions_in, is_reference, load_class, running, running_class
+from ..base.python_content import classes_in, functions_in, is_reference, load_class, running, running_class
 from .caching_catalog import CachingCatalog
 from .catalog import Catalog
 from .copying import copy_content

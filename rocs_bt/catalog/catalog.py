@@ -7,9 +7,9 @@ from functools import partial
 from pathlib import Path
 from typing import TypeVar
 
-from ..document import Table, read_toml
-from ..errors import Fault, InputError
-from ..files import is_file, same_file
+from ..base.errors import Fault, InputError
+from ..base.files import is_file, same_file
+from ..base.toml_table import Table, read_toml
 from ..knowledge import SCHEMA, Schema, load_schema
 from ..reactive import included_files
 from .entry import Entry, content_hash, make_entry, scan

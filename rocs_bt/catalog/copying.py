@@ -5,9 +5,8 @@ from __future__ import annotations
 from contextlib import ExitStack
 from pathlib import Path
 
-from ..confine import confined
-from ..errors import Fault, InputError
-from ..files import new_folder, read_bytes, write_whole
+from ..base.errors import Fault, InputError
+from ..base.files import confined, new_folder, read_bytes, write_whole
 from .catalog import Catalog
 
 

@@ -10,11 +10,10 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined
-from ..errors import Fault, InputError, RocsError
-from ..files import MOST_TEXT, is_file, read_bytes, read_text
-from ..python_content import is_reference, with_siblings
-from ..toml_text import parse_toml
+from ..base.errors import Fault, InputError, RocsError
+from ..base.files import MOST_TEXT, confined, is_file, read_bytes, read_text
+from ..base.python_content import is_reference, with_siblings
+from ..base.toml_text import parse_toml
 
 # File patterns of each kind in a project, in the order of `rocs-bt list`.
 KINDS: dict[str, tuple[str, ...]] = {

@@ -9,11 +9,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Self
 
-from ..confine import confined
-from ..errors import Fault, InputError, UnknownName, unknown
-from ..files import is_file
-from ..python_content import is_reference, load_class, load_module
-from ..toml_text import as_data, as_toml
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.files import confined, is_file
+from ..base.python_content import is_reference, load_class, load_module
+from ..base.toml_text import as_data, as_toml
 from .entry import KINDS, Entry, by_name, confine_name, find_project, is_path, make_entry, scan, shipped_root
 
 _SINGULAR = {"rules": "rule file"}  # kinds with a plural name

@@ -6,10 +6,10 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from ..document import Table
-from ..errors import did_you_mean
-from ..geometry import Pose2, wrap_angle
-from ..units import ANGLE, FORCE, LENGTH, TIME
+from ..base.errors import did_you_mean
+from ..base.geometry import Pose2, wrap_angle
+from ..base.toml_table import Table
+from ..base.units import ANGLE, FORCE, LENGTH, TIME
 from .values import read_name
 
 GROUND_KINDS = ("rough", "slope", "step")

@@ -12,9 +12,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..document import Table, read_toml
-from ..errors import InputError
-from ..toml_text import Key
+from ..base.errors import InputError
+from ..base.toml_table import Table, read_toml
+from ..base.toml_text import Key
 
 Positions = dict[Key, tuple[int, int]]
 DEVICE_KEYS = {

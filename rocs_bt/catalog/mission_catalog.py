@@ -7,10 +7,10 @@ from functools import wraps
 from pathlib import Path
 from typing import Any, cast
 
-from ..dialect import parts_of
-from ..errors import Fault, InputError
-from ..files import is_file
-from ..python_content import classes_in, guarded, is_reference, load_module, texts_in
+from ..base.dialect import parts_of
+from ..base.errors import Fault, InputError
+from ..base.files import is_file
+from ..base.python_content import classes_in, guarded, is_reference, load_module, texts_in
 from .entry import TREES, Entry, make_entry
 from .finder import Finder
 
@@ -23,7 +23,7 @@ class MissionCatalog(Finder):
 
         Args:
             name: Name or path; or `file.py:Class` for a PythonPlanner, a path or relative to `planners`.
-            dialect: Dialect of the nodes in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
+            dialect: Dialect of the nodes in XML, one of `DIALECTS`; empty to recognise it.
 
         Raises:
             InputError: The mission does not exist, does not load, has no `build`, or `--no-code` forbids it.

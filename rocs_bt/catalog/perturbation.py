@@ -8,10 +8,10 @@ from dataclasses import MISSING, dataclass, fields, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ..document import Table, read_toml
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.toml_table import Table, read_toml
+from ..base.units import convert, parse_quantity
 from ..drivers import DRIVER_PARAMETERS
-from ..errors import Fault, InputError, UnknownName, unknown
-from ..units import convert, parse_quantity
 from .robot_spec import ActuatorSpec, RobotSpec, SensorSpec
 
 FORMAT = "perturbations/1"

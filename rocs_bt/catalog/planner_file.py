@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..document import Table, read_toml
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..base.python_content import is_reference
+from ..base.toml_table import Table, read_toml
 from ..plan import mission_arguments
-from ..python_content import is_reference
 from .perturbation import Perturbation
 from .scenario_file import AgentSpec, ScenarioSpec, dialect_in
 from .values import ParameterTable, latency_of, mission_parameters_in
@@ -30,7 +30,7 @@ class PlannerSpec:
         rules: Names of the rule files; empty for a planner without reflexes.
         parameters: Mission parameters as written in a scenario: `{"cruise": "0.5 m/s"}`.
         latency: Planning time [s], simulated; None if it is measured, which is not reproducible.
-        nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
+        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
         robot: Robot that the planner controls; empty for the robot of the scenario.
         perturbations: Changes of the simulated robot of which planner and agent do not know.
         oracle: Whether the planner gets ground-truth information: the map of a scene (`Mission.privileged`), and the

@@ -9,17 +9,17 @@ from pathlib import Path
 from typing import Any
 
 from ..analyze import ANALYZERS
+from ..base.errors import InputError, did_you_mean
+from ..base.files import is_file
+from ..base.geometry import Pose2
+from ..base.python_content import classes_in, is_reference
+from ..base.toml_table import Table
+from ..base.units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from ..control.locomotion import AXES, Locomotion
 from ..control.locomotion_kinds import LIMITS, LOCOMOTIONS
-from ..document import Table
 from ..drivers import ROS2
-from ..errors import InputError, did_you_mean
-from ..files import is_file
-from ..geometry import Pose2
+from ..interfaces.safety import Landing, Limits
 from ..monitor import MONITORS
-from ..python_content import classes_in, is_reference
-from ..safety import Landing, Limits
-from ..units import ACCELERATION, ANGLE, FREQUENCY, LENGTH, NONE, SPEED, TIME, Dimension, convert, parse_unit
 from .inherit import FindBase, Overlay, no_base, overlaid, read_with_base
 from .robot_spec import (
     ActuatorSpec,

@@ -10,22 +10,22 @@ from typing import Any
 
 import numpy as np
 
-from ..arguments import Positions
-from ..clock import Clock
+from ..base.clock import Clock
+from ..base.errors import Fault, InputError
+from ..base.files import is_file
+from ..base.geometry import Pose2
+from ..base.parameter import Positions
+from ..base.python_content import is_reference
+from ..base.units import NONE, Dimension, Quantity
+from ..base.words import counted
 from ..control.body_values import body_values
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import make_locomotion
-from ..device import Actuator
 from ..drivers import Ros2Settings
 from ..drivers.body_variant import AS_MODELLED, BodyVariant
-from ..errors import Fault, InputError
 from ..event import EventSink
-from ..files import is_file
-from ..geometry import Pose2
-from ..python_content import is_reference
-from ..safety import Landing, Limits, SafetyGate
-from ..units import NONE, Dimension, Quantity
-from ..words import counted
+from ..interfaces.device import Actuator
+from ..interfaces.safety import Landing, Limits, SafetyGate
 from .values import to_si
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ..arguments import Positions
-from ..dialect import DIALECTS
-from ..document import Table
-from ..errors import Fault, did_you_mean
-from ..geometry import Pose2, wrap_angle
-from ..units import ANGLE, LENGTH, TIME
+from ..base.dialect import DIALECTS
+from ..base.errors import Fault, did_you_mean
+from ..base.geometry import Pose2, wrap_angle
+from ..base.parameter import Positions
+from ..base.toml_table import Table
+from ..base.units import ANGLE, LENGTH, TIME
 from .ground_tables import GroundSpec, PushSpec, read_grounds, read_pushes
 from .inherit import Overlay, read_overlay
 from .perturbation import Perturbation
@@ -61,7 +61,7 @@ class AgentSpec:
         name: Agent's name, and prefix of its body in the world.
         robot: Robot's name.
         mission: Mission's name.
-        nodes: Dialect of a mission in XML, one of `rocs_bt.dialect.DIALECTS`; empty to recognise it.
+        nodes: Dialect of a mission in XML, one of `DIALECTS`; empty to recognise it.
         rules: Names of the rule files.
         pose: Start pose, world frame.
         jitter: Half-widths of the uniform noise, sampled with the seed, on the start pose.

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ..clock import Rate
-from ..document import Table
-from ..errors import InputError, RateError, did_you_mean
-from ..units import FREQUENCY, TIME
+from ..base.clock import Rate
+from ..base.errors import InputError, RateError, did_you_mean
+from ..base.toml_table import Table
+from ..base.units import FREQUENCY, TIME
 
 
 @dataclass(frozen=True)

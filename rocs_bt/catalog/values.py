@@ -11,17 +11,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..arguments import Positions, field_parameters
+from ..base.errors import InputError, did_you_mean
+from ..base.parameter import Parameter, Positions, field_parameters
+from ..base.python_content import is_reference
+from ..base.toml_table import Table
+from ..base.toml_text import Key
+from ..base.units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from ..control.locomotion import AXES, AxisLimits, Response
 from ..control.locomotion_kinds import HOLONOMIC, LIMITS, LOCOMOTIONS, OPTIONAL
-from ..document import Table
 from ..drivers import DRIVER_PARAMETERS, ROS2, Ros2Settings, declared_parameters, read_parameters
-from ..errors import InputError, did_you_mean
 from ..knowledge.declaration import is_name
-from ..parameter import Parameter
-from ..python_content import is_reference
-from ..toml_text import Key
-from ..units import ACCELERATION, LENGTH, SPEED, TIME, TURN_RATE, parse_quantity
 from .inherit import DEVICE_KEYS
 
 _DIMENSIONS = {

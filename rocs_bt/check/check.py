@@ -10,6 +10,10 @@ from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
+from ..base.errors import Fault, InputError, RocsError
+from ..base.files import MOST_TEXT, is_file, read_bytes, read_once, read_text, unsaved
+from ..base.raised import content_line, describe
+from ..base.toml_table import read_toml
 from ..catalog import (
     KINDS,
     TREES,
@@ -25,12 +29,8 @@ from ..catalog import (
     mission_values,
     read_perturbations,
 )
-from ..document import read_toml
-from ..errors import Fault, InputError, RocsError
 from ..expression import one_for_each_signal
-from ..files import MOST_TEXT, is_file, read_bytes, read_once, read_text, unsaved
 from ..knowledge import SCHEMA, load_schema
-from ..raised import content_line, describe
 from ..reactive import tested_file
 from ..running import Run
 from ..trees.examine import blocking_faults
@@ -104,7 +104,7 @@ def check_content(
         paths: Files and folders; by default the project that contains the current folder.
         code: Whether missions may be loaded; if False, Python content is only parsed.
         progress: Called with the number of finished files.
-        dialect: Dialect of missions in XML, one of `rocs_bt.dialect.DIALECTS`; by default that of the scenarios, or as
+        dialect: Dialect of missions in XML, one of `DIALECTS`; by default that of the scenarios, or as
             recognised.
         palettes: Files with a TreeNodesModel of nodes that missions in XML use but that are not implemented here.
         stub_unknown: Whether unknown nodes and trees of missions in XML are warnings, one for each name.

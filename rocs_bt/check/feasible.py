@@ -8,12 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..agent import Agent
+from ..base.errors import Fault
+from ..base.geometry import Pose2
+from ..base.units import TIME
 from ..catalog import AgentSpec, Catalog, PlaceSpec, ScenarioSpec
-from ..errors import Fault
 from ..event import NullSink
 from ..expression import Node, evaluate
 from ..expression.node import TEMPORAL_OPS
-from ..geometry import Pose2
 from ..plan import Plan
 from ..reactive import Rule, RuleModel
 from ..reactive.rule_model import describe, stateless_rule
@@ -21,7 +22,6 @@ from ..running import Run
 from ..running.simulated_stage import simulated_agents
 from ..simulation import POSES_TRIED, FreePose, SimulatedWorld, build_world, free_goal_poses
 from ..simulation.scripted_objects import FREE
-from ..units import TIME
 from .floor import floor_faults
 from .robot import trial_faults
 

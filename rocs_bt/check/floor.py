@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
+from ..base.errors import Fault
 from ..catalog import AgentSpec, Catalog, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld, compose_world
 from ..drivers.mujoco.body import FLOOR, geom_labels
-from ..errors import Fault
 from ..simulation.identified_file import identified_path
 from ..simulation.identify import WORLD
 from .identified import TOLERANCE

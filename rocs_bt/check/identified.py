@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
+from ..base.errors import Fault
+from ..base.geometry import Twist3
 from ..catalog import Catalog, RateSpec, RobotSpec, robot_locomotion
 from ..control.locomotion import Locomotion
 from ..control.locomotion_kinds import OPTIONAL
-from ..errors import Fault
-from ..geometry import Twist3
 from ..simulation import on_hardware
 from ..simulation.identified_file import AxisFigures, IdentifiedFile, identified_path, model_hash, read_identified
 

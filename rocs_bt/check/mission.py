@@ -7,10 +7,10 @@ from dataclasses import replace
 from typing import Any
 
 from ..agent import Controller
+from ..base.errors import Fault, InputError
+from ..base.files import read_text, same_file
 from ..catalog import TREES, AgentSpec, Catalog, Entry, ScenarioSpec, functions_in
-from ..errors import Fault, InputError
 from ..expression import NO_NAME
-from ..files import read_text, same_file
 from ..plan import CheckOptions, mission_actions, mission_parameters
 from ..running.build_agents import worldless_agents
 from ..trees.examine import blocking_faults

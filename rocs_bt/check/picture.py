@@ -6,11 +6,12 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from ..action import Parameter
 from ..actions import action_table
 from ..agent import Controller
+from ..base.errors import Fault, InputError
+from ..base.parameter import Parameter
+from ..base.units import NONE
 from ..catalog import TREES, Catalog, Entry
-from ..errors import Fault, InputError
 from ..event import TreeNode
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
@@ -20,7 +21,6 @@ from ..record.pages import page_maker
 from ..trees.draw import Picture, picture_of, svg, text
 from ..trees.nodes import Tree
 from ..trees.xml import Document, make_nodes, read_document, verify, write_tree
-from ..units import NONE
 from .stub_agent import stub_agent
 from .xml_mission import declared_dialect
 
@@ -45,7 +45,7 @@ def draw_mission(
         robot: Name of the robot that the tree is built for.
         form: Format: text, svg, html or xml.
         main: ID of a tree in an XML file; the main tree by default.
-        dialect: Dialect of an XML file, one of `rocs_bt.dialect.DIALECTS`; by default the dialect in scenarios that use
+        dialect: Dialect of an XML file, one of `DIALECTS`; by default the dialect in scenarios that use
             the mission, or as recognised.
         stub_unknown: Whether unknown or invalid nodes of an XML file are replaced by stubs.
 

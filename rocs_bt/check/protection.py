@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from ..agent import Agent
+from ..base.errors import Fault
 from ..catalog import RobotSpec
-from ..errors import Fault
 from ..monitor import Monitor, RangeMonitor, ScanMonitor
 from ..reactive import OnInvalid, Rule
 from ..running.signal_sources import signal_monitors, signals_read

@@ -10,8 +10,9 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ..agent import Agent, Controller
+from ..base.errors import DeviceError, Fault, InputError, located_at, unknown
+from ..base.raised import describe
 from ..catalog import ActuatorSpec, Catalog, Entry, MonitorSpec, RobotSpec, SensorSpec, is_reference, running_class
-from ..device import Actuator, Reading, Sensor
 from ..drivers import DRIVER_PARAMETERS
 from ..drivers.mujoco import (
     MujocoActuator,
@@ -24,11 +25,10 @@ from ..drivers.mujoco import (
     make_sensor,
 )
 from ..drivers.mujoco.body import hull_outline
-from ..errors import DeviceError, Fault, InputError, located_at, unknown
 from ..event import pack
+from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor
 from ..plan import Plan
-from ..raised import describe
 from ..running import Run
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults

@@ -5,13 +5,13 @@ from __future__ import annotations
 import importlib.util
 from collections.abc import Iterator
 
+from ..base.errors import Fault, InputError
 from ..catalog import ActuatorSpec, RobotSpec
 from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.ros2.forms import make_take, message_size
 from ..drivers.ros2.message_types import MessageTypes
 from ..drivers.ros2.parameters import TRANSFORMS, Ros2SensorParameters
 from ..drivers.ros2.rclpy_transport import definition
-from ..errors import Fault, InputError
 
 
 def ros2_faults(robot: RobotSpec) -> Iterator[Fault]:

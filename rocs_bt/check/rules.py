@@ -7,18 +7,18 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-from ..action import Action
 from ..actions import ACTIONS, action_table
 from ..agent.build import thresholds
+from ..base.errors import Fault, InputError, unknown
+from ..base.signal import OPTIONAL_SIGNALS
+from ..base.words import inactive_rule, listed
 from ..catalog import Catalog, Entry, RobotSpec
-from ..errors import Fault, InputError, unknown
 from ..expression import Environment, is_absent
+from ..interfaces.action import Action
 from ..knowledge import Knowledge
 from ..plan import mission_actions
 from ..reactive import InactiveRule, RuleSet, add_test_files, load_rules, required_signals, rule_misfits
 from ..reactive.analysis import examine_rules
-from ..signal import OPTIONAL_SIGNALS
-from ..words import inactive_rule, listed
 from .stub_agent import stub_agent
 
 

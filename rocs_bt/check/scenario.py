@@ -8,10 +8,10 @@ from contextlib import closing
 import msgspec
 
 from ..agent import Agent
+from ..base.errors import Fault, collected, located_at
+from ..base.files import read_text
 from ..catalog import AgentSpec, Catalog, Entry, ScenarioSpec, robot_locomotion
-from ..errors import Fault, collected, located_at
 from ..expression import Environment
-from ..files import read_text
 from ..plan import Plan
 from ..plan.mission_texts import words_in
 from ..reactive import Rule

@@ -10,9 +10,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from ..agent import Agent, Controller, Rates, Runtime, build_agent
+from ..base.clock import SimulatedClock
+from ..base.errors import Fault
 from ..catalog import RateSpec, RobotSpec
-from ..clock import SimulatedClock
-from ..errors import Fault
 from ..event import NullSink
 from ..plan import Plan
 from ..running.build_agents import worldless_devices

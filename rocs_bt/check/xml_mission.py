@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import action_table
+from ..base.errors import Fault, InputError
+from ..base.files import read_bytes, same_file
 from ..catalog import TREES, Catalog, Entry, kind_of
-from ..errors import Fault, InputError
-from ..files import read_bytes, same_file
 from ..plan import Mission, mission_nodes, mission_parameters, shipped_nodes, xml_mission
 from ..plan.xml_mission import dialect_in, recognised, tags_of
 from ..trees.nodes import Node
@@ -33,7 +33,7 @@ class MissionOptions:
     """Options of a check of XML missions.
 
     Attributes:
-        dialect: One of `rocs_bt.dialect.DIALECTS`; empty for that of the scenarios, or to recognise it.
+        dialect: One of `DIALECTS`; empty for that of the scenarios, or to recognise it.
         models: Node models declared by palettes and by the files that are checked together, by ID.
         palettes: Whether the user named palettes; the models of the checked files are then used as well.
         stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..dialect import DIALECTS
-from ..errors import Fault
-from ..words import counted
+from ..base.dialect import DIALECTS
+from ..base.errors import Fault
+from ..base.words import counted
 from .content import json_option
 from .terminal import echo
 

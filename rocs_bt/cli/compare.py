@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..base.errors import Fault, InputError
+from ..base.files import check_writable, write_whole
+from ..base.words import counted
 from ..catalog import Catalog
-from ..errors import Fault, InputError
-from ..files import check_writable, write_whole
-from ..words import counted
 from .compare_cold import cold_options, cold_plan, print_cold
 from .content import json_option, no_code_option
 from .episodes import jobs_option, store_option, wall_limit_option

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from ..base.errors import Fault, InputError
 from ..catalog import Catalog, Perturbation, PlannerSpec, parse_perturbation
-from ..errors import Fault, InputError
 from .terminal import echo, show_table
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
 from .terminal import echo
 
 _PACKAGE = Path(__file__).resolve().parent.parent

@@ -15,11 +15,11 @@ from dataclasses import dataclass
 
 import click
 
+from ..base.current_folder import safe_path
+from ..base.errors import Fault, InputError, RocsError
+from ..base.units import Bounds
 from ..catalog import Catalog
-from ..current_folder import safe_path
-from ..errors import Fault, InputError, RocsError
 from ..reactive import kernel_missing
-from ..units import Bounds
 from .docs import find_manual
 from .doctor_ros2 import examine_ros2
 from .quantity import QuantityType

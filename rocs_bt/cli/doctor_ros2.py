@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..errors import DeviceError, Fault, InputError
+from ..base.errors import DeviceError, Fault, InputError
 from .content import catalog_for
 from .terminal import echo, show_table
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ..errors import DeviceError
+from ..base.errors import DeviceError
 from .drive_output import HoldOutput, PreflightOutput, show_notice
 from .dry_run_output import DryRunOutput
 from .enter_key import EnterKey

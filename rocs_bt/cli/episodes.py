@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ..units import POSITIVE
+from ..base.units import POSITIVE
 from .quantity import QuantityType
 
 store_option = click.option(

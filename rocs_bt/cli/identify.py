@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import Fault, InputError
-from ..files import check_writable, read_text, write_whole
+from ..base.errors import Fault, InputError
+from ..base.files import check_writable, read_text, write_whole
 from .content import catalog_for, json_option, no_code_option
 from .terminal import echo
 
@@ -83,9 +83,9 @@ def _refuse_unwritable(file: Path, catalog: Catalog) -> None:
 
 
 def _corrected(spec: RobotSpec, text: str, measured: IdentifiedFile) -> str:
+    from ..base.toml_edit import with_values
+    from ..base.toml_text import Key
     from ..check.identified import as_quantities, corrections
-    from ..toml_edit import with_values
-    from ..toml_text import Key
 
     values = as_quantities(corrections(spec, measured)).items()
     keys: dict[Key, str] = {("locomotion", *key.split(".")): value for key, value in values}

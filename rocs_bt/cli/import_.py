@@ -8,8 +8,8 @@ from pathlib import Path
 
 import click
 
-from ..errors import Fault, InputError
-from ..words import counted
+from ..base.errors import Fault, InputError
+from ..base.words import counted
 from .terminal import echo
 
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..base.errors import Fault, InputError, KnowledgeError
+from ..base.files import read_text, write_whole
+from ..base.geometry import Pose2
+from ..base.units import NOT_NEGATIVE
 from ..catalog import Catalog
-from ..errors import Fault, InputError, KnowledgeError
-from ..files import read_text, write_whole
-from ..geometry import Pose2
-from ..units import NOT_NEGATIVE
 from .content import json_option, open_recording
 from .quantity import QuantityType
 from .terminal import echo

@@ -13,7 +13,7 @@ from urllib.parse import unquote, urlparse
 
 import click
 
-from ..errors import InputError, RocsError
+from ..base.errors import InputError, RocsError
 from .terminal import own_stdout
 
 if TYPE_CHECKING:

@@ -18,10 +18,10 @@ from typing import NoReturn
 
 import click
 
-from ..current_folder import keep_current_folder_off_path
-from ..errors import Fault, InputError, RecordingError, RocsError
-from ..registered import registered
-from ..version import __version__
+from ..base.current_folder import keep_current_folder_off_path
+from ..base.errors import Fault, InputError, RecordingError, RocsError
+from ..base.registered import registered
+from ..base.version import __version__
 from .stop import end_by_signals
 from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 

@@ -10,10 +10,10 @@ from typing import Any
 
 import click
 
+from ..base.errors import Fault, InputError
+from ..base.files import new_folder, read_bytes, read_text, write_whole
+from ..base.toml_text import as_toml
 from ..catalog import IDENTIFIED, Catalog, copy_content, find_project
-from ..errors import Fault, InputError
-from ..files import new_folder, read_bytes, read_text, write_whole
-from ..toml_text import as_toml
 from .terminal import echo
 
 _PROJECT = Path(__file__).parent / "project"

@@ -8,8 +8,8 @@ from collections import Counter
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..errors import RecordingError
-from ..words import counted
+from ..base.errors import RecordingError
+from ..base.words import counted
 from .requirements import finding_line
 from .terminal import styled
 

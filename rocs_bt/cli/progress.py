@@ -6,7 +6,7 @@ import sys
 from types import TracebackType
 from typing import Any
 
-from ..clock import WallClock
+from ..base.clock import WallClock
 from .terminal import discard_if_closed, echo, safe
 
 _PATIENCE = 1.0  # [s] before the bar is shown

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from ..units import FINITE, NONE, TIME, Bounds, Dimension, read_quantity
+from ..base.units import FINITE, NONE, TIME, Bounds, Dimension, read_quantity
 
 
 class QuantityType(click.ParamType):  # type: ignore[type-arg]  # older versions are not generic

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
+from ..base.units import FREQUENCY, NOT_NEGATIVE, POSITIVE
+from ..base.words import counted
 from ..catalog import Catalog
-from ..units import FREQUENCY, NOT_NEGATIVE, POSITIVE
-from ..words import counted
 from .content import catalog_for, no_code_option, open_recording
 from .quantity import QuantityType
 from .terminal import echo

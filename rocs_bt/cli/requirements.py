@@ -30,7 +30,7 @@ def command(run: Path, texts: tuple[str, ...], agent: str | None, as_json: bool)
 
     Exits with 0 if all are satisfied, with 1 if one is violated or unknown.
     """
-    from ..errors import InputError, unknown
+    from ..base.errors import InputError, unknown
     from ..record import RequirementInfo
     from ..running import check_recorded
 

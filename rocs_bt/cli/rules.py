@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ..base.errors import InputError, unknown
+from ..base.words import counted, inactive_rule
 from ..catalog import Catalog, Entry
-from ..errors import InputError, unknown
-from ..words import counted, inactive_rule
 from .content import catalog_for, no_code_option, open_recording
 from .terminal import echo, styled
 
@@ -152,9 +152,9 @@ def tune(
     """Count the firings of a rule of FILE in each RUN for a range of values of a threshold."""
     import numpy as np
 
+    from ..base.units import read_quantity
     from ..record.figures.rules import draw_sweep, write_picture
     from ..running.rule_replay import reflex_input, rule_index, sweep_threshold, threshold_dimension
-    from ..units import read_quantity
 
     catalog = catalog_for(file, no_code=no_code)
     path = catalog.find("rules", file).path

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..base.errors import Fault, InputError
+from ..base.words import counted
 from ..catalog import Catalog
-from ..errors import Fault, InputError
-from ..words import counted
 from .content import json_option, no_code_option
 from .episodes import jobs_option, store_option, wall_limit_option
 from .progress import Progress

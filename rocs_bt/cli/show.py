@@ -6,11 +6,11 @@ from pathlib import Path
 
 import click
 
+from ..base.dialect import DIALECTS
+from ..base.files import write_whole
+from ..base.units import Quantity
+from ..base.words import inactive_rule
 from ..catalog import Catalog
-from ..dialect import DIALECTS
-from ..files import write_whole
-from ..units import Quantity
-from ..words import inactive_rule
 from .content import catalog_for, no_code_option
 from .terminal import echo, own_stdout
 

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..base.units import NONE, NOT_NEGATIVE, POSITIVE
+from ..base.words import counted
 from ..event import CommandExpired, ContactBegan, Event
-from ..units import NONE, NOT_NEGATIVE, POSITIVE
-from ..words import counted
 from .content import catalog_for, no_code_option
 from .quantity import QuantityType
 from .terminal import discard_if_closed, echo, show_table

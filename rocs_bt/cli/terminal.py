@@ -20,8 +20,8 @@ from typing import Any, TextIO
 
 import click
 
-from ..errors import Fault
-from ..words import counted
+from ..base.errors import Fault
+from ..base.words import counted
 
 _UNSAFE = re.compile(
     "[\x00-\x08\x0b-\x1f\x7f-\x9f"  # control characters except tab and newline

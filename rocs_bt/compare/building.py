@@ -10,9 +10,9 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..errors import InputError
-from ..geometry import Pose2
-from ..units import PositiveCount, PositiveMetres
+from ..base.errors import InputError
+from ..base.geometry import Pose2
+from ..base.units import PositiveCount, PositiveMetres
 from .family import Family, goal_scenario, position, quantity
 from .ground import Ground
 from .obstacle import Block, Point, Post, walls_around

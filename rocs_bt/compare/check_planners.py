@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
+from ..base.errors import Fault, InputError
 from ..catalog import Catalog, PlannerSpec
 from ..check import check_scenario
-from ..errors import Fault, InputError
 from .episode import FamilyScene, ScenarioScene, SceneRef
 from .runner import EpisodeRunner
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 _PATIENCE = 5.0
 """Timeout of the connection to the scheduler [s]."""

@@ -9,8 +9,8 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from ..base.errors import InputError
 from ..catalog import Catalog, Perturbation, PlannerSpec
-from ..errors import InputError
 from .comparison import Comparison
 from .episode import SceneRef
 from .record import EpisodeRecord

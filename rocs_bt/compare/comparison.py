@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError, UnknownName, unknown
+from ..base.errors import InputError, UnknownName, unknown
 from .metric import BARN_YEARS, HOLDS_PREFIX, SHARES, ZERO_ON_FAILURE, Metric, metric
 from .record import EpisodeRecord
 from .statistics import (

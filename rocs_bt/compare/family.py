@@ -17,14 +17,14 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from ..action import Parameter
+from ..base.errors import Fault, InputError, unknown
+from ..base.files import write_whole
+from ..base.geometry import Pose2
+from ..base.parameter import Parameter
+from ..base.python_content import running_class
+from ..base.toml_text import as_toml
+from ..base.units import convert
 from ..catalog import Catalog
-from ..errors import Fault, InputError, unknown
-from ..files import write_whole
-from ..geometry import Pose2
-from ..python_content import running_class
-from ..toml_text import as_toml
-from ..units import convert
 from .ground import Ground
 from .obstacle import Point, length_of
 
@@ -114,7 +114,7 @@ class Family(AgentSetup, ABC):
     """Base class of families: a frozen, keyword-only dataclass in `scenarios/families/<name>.py`.
 
     The class name is the file name in CamelCase. The fields of the class are the family's parameters: numbers in SI
-    units, annotated with types of `rocs_bt.units`, all with defaults. The method `scene` must use no source of
+    units, annotated with types of `rocs_bt.base.units`, all with defaults. The method `scene` must use no source of
     randomness but `rng`, so that scenes are reproducible.
 
     Attributes:

@@ -14,9 +14,9 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from ..base.files import read_bytes, read_text
+from ..base.python_content import texts_in
 from ..catalog import Catalog, PlannerSpec, content_hash
-from ..files import read_bytes, read_text
-from ..python_content import texts_in
 from ..running.header import versions
 from .episode import FamilyScene, GeneratedScene, ScenarioScene, SceneRef
 from .family import load_family

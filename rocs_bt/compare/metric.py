@@ -15,7 +15,7 @@ from typing import Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import UnknownName, unknown
+from ..base.errors import UnknownName, unknown
 from ..record import AgentResult
 from .company import INTIMATE, PERSONAL, Company
 

@@ -11,10 +11,10 @@ from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
-from ..errors import InputError
-from ..geometry import Pose2
+from ..base.errors import InputError
+from ..base.geometry import Pose2
+from ..base.units import Count, PositiveMetres, PositiveMetresPerSecond
 from ..simulation.people import LEG_OFFSET
-from ..units import Count, PositiveMetres, PositiveMetresPerSecond
 from .family import Family, Scene, goal_scenario, position, quantity
 from .ground import Ground
 from .obstacle import Point, Post, walls_around

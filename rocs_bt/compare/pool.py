@@ -16,8 +16,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, ParamSpec, TypeVar
 
-from ..current_folder import environment, safe_path
-from ..errors import RocsError
+from ..base.current_folder import environment, safe_path
+from ..base.errors import RocsError
 
 P = ParamSpec("P")
 T = TypeVar("T")

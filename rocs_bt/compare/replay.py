@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from .._run import run
+from ..base.errors import Fault, InputError
 from ..catalog import Catalog, PlannerSpec, ScenarioSpec
-from ..errors import Fault, InputError
 from ..running import RunResult
 from .episode import FamilyScene, ScenarioScene, SceneRef
 from .record import EpisodeRecord

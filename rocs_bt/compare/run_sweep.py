@@ -8,8 +8,8 @@ from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, 
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 
+from ..base.errors import Fault, InputError, RocsError
 from ..catalog import Catalog, PlannerSpec
-from ..errors import Fault, InputError, RocsError
 from .check_planners import check_planners
 from .episode import Episode, ScenarioScene, SceneRef
 from .key import Keys

@@ -18,9 +18,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.errors import InputError, unknown
 from ..catalog import AgentSpec, CachingCatalog, PlannerSpec, RequirementSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
-from ..errors import InputError, unknown
 from ..event import BodyMoved, Event, unpack
 from ..running import Run, RunOptions
 from ..simulation import SimulatedWorld

@@ -12,8 +12,8 @@ from typing import Any
 
 import msgspec
 
-from ..errors import Fault, InputError
-from ..files import check_regular, write_whole
+from ..base.errors import Fault, InputError
+from ..base.files import check_regular, write_whole
 from .key import computing
 from .record import EpisodeRecord, decode_record, encode_record
 

@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..words import counted
+from ..base.words import counted
 from .metric import Metric
 from .statistics import (
     LEVEL,

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..geometry import Pose2, Twist2
+from ..base.geometry import Pose2, Twist2
 from .locomotion import Array
 
 BENDS = (-1.5, -0.6, 0.0, 0.6, 1.5)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..units import ACCELERATION, ANGULAR_ACCELERATION, LENGTH, SPEED, TIME, Dimension, Quantity
+from ..base.units import ACCELERATION, ANGULAR_ACCELERATION, LENGTH, SPEED, TIME, Dimension, Quantity
 from .locomotion import Locomotion
 
 

@@ -15,8 +15,8 @@ from typing import Final, Literal, TypeAlias
 
 import numpy as np
 
-from ..errors import InputError
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..base.errors import InputError
+from ..base.geometry import Pose2, Twist2, wrap_angle
 from .follower_qp import Layout, Weights, build
 from .locomotion import Array, Locomotion
 from .reference import Reference

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import InputError
-from ..geometry import Twist2
+from ..base.errors import InputError
+from ..base.geometry import Twist2
 from .locomotion import Array
 
 GROUP = 4

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from ..geometry import wrap_angle
+from ..base.geometry import wrap_angle
 from .axis import AxisLimits
 from .locomotion import Array
 from .path import REACH

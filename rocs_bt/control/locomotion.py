@@ -16,8 +16,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..errors import InputError
-from ..geometry import Twist2, Twist3, twist2
+from ..base.errors import InputError
+from ..base.geometry import Twist2, Twist3, twist2
 from .axis import Array as Array
 from .axis import AxisLimits as AxisLimits
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import Fault, InputError, UnknownName, unknown
+from ..base.errors import Fault, InputError, UnknownName, unknown
 from .axis import AxisLimits
 from .locomotion import AXES, Array, Locomotion
 

@@ -15,7 +15,7 @@ from functools import lru_cache, partial
 
 import numpy as np
 
-from ..geometry import Pose2, wrap_angle
+from ..base.geometry import Pose2, wrap_angle
 from .locomotion import Array
 
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError
+from ..base.errors import InputError
 from .locomotion import Array
 
 SPACING = 0.01  # [m] cuts a right-angled corner by less than 4 mm

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..geometry import Pose2, wrap_angle
+from ..base.geometry import Pose2, wrap_angle
 from .locomotion import Array
 
 

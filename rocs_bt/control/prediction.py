@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import Pose2, Twist2
+from ..base.geometry import Pose2, Twist2
 from .footprint import Footprint, first_contact, poses_ahead
 from .locomotion import Array
 

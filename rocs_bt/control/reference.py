@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import InputError
-from ..geometry import Pose2, Twist2, wrap_angle
+from ..base.errors import InputError
+from ..base.geometry import Pose2, Twist2, wrap_angle
 from .axis import AxisLimits
 from .heading import limited_yaws
 from .locomotion import Array

@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import Pose2, Twist2
+from ..base.geometry import Pose2, Twist2
 from .footprint import Footprint
 from .locomotion import Array
 from .prediction import Prediction

@@ -8,7 +8,7 @@ from collections import deque
 import numpy as np
 import numpy.typing as npt
 
-from ..geometry import Pose2
+from ..base.geometry import Pose2
 from .footprint import Footprint
 from .locomotion import Array
 

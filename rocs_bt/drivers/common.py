@@ -8,8 +8,8 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ..device import Reading
-from ..geometry import Pose2, Twist3, wrap_angle
+from ..base.geometry import Pose2, Twist3, wrap_angle
+from ..interfaces.device import Reading
 from .parameters import (
     BatteryParameters,
     GyroParameters,

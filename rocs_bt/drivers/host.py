@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ..clock import Clock
-from ..errors import DeviceError
+from ..base.clock import Clock
+from ..base.errors import DeviceError
 
 if TYPE_CHECKING:
     from .emergency_stop import EmergencyStop

@@ -16,13 +16,13 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from ..clock import Clock
+from ..base.clock import Clock
+from ..base.errors import DeviceError, Fault, InputError, unknown
+from ..base.geometry import Pose2, along_arc
 from ..control.locomotion import Locomotion
-from ..device import Actuator, Reading, Sensor
-from ..errors import DeviceError, Fault, InputError, unknown
-from ..geometry import Pose2, along_arc
+from ..interfaces.device import Actuator, Reading, Sensor
+from ..interfaces.safety import SafetyGate
 from ..knowledge.share import MessageQueue, packed
-from ..safety import SafetyGate
 from .common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
 from .parameters import (
     DRIVER_PARAMETERS,

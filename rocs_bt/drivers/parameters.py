@@ -16,10 +16,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, TypeVar
 
-from ..arguments import field_parameters
-from ..errors import Fault, InputError, UnknownName, unknown
-from ..parameter import misfit
-from ..units import (
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.parameter import field_parameters, misfit
+from ..base.units import (
     Joules,
     Metres,
     MetresPerSecond,

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable, Sequence
 
-from ..clock import Clock
-from ..device import Actuator, Reading, Sensor
-from ..errors import DeviceError
+from ..base.clock import Clock
+from ..base.errors import DeviceError
+from ..base.raised import RecordedException
 from ..event import ContentRaised, Event, SensorFailed, SensorRead
+from ..interfaces.device import Actuator, Reading, Sensor
 from ..knowledge.share import MessageQueue, packed
-from ..raised import Raised, RecordedException
 
 SensorEvent = SensorRead | SensorFailed | ContentRaised
 """Recorded events from which a sensor is replayed."""
@@ -41,7 +41,7 @@ class ReplaySensor(Sensor):
                 self._detail = event.detail
             elif event.t >= now - _SAME:
                 if isinstance(event, ContentRaised):
-                    raise RecordedException(Raised.recorded(event))
+                    raise RecordedException(event.raised)
                 found = event
         if found is None:
             raise DeviceError(self._detail)

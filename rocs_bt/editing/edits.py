@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 from xml.sax.saxutils import quoteattr
 
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
 from .elements import ENTITIES, Element, parse
 
 Path = tuple[int, ...]

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from ..base.errors import Fault, NameHint
 from ..check import Findings, check_content
-from ..errors import Fault, NameHint
 
 _WORD = re.compile(r"</?[\w.:-]*|[\w.:-]+|\S")
 

@@ -8,10 +8,10 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from ..base.errors import InputError
+from ..base.toml_table import KnownKey, observed_tables
+from ..base.toml_text import Key, parse_toml
 from ..catalog import Catalog, classes_in, kind_of
-from ..document import KnownKey, observed_tables
-from ..errors import InputError
-from ..toml_text import Key, parse_toml
 from .help import Description, Item, Place, names_instead
 from .marks import faults
 

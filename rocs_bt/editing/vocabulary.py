@@ -9,10 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from ..actions import action_table
+from ..base.errors import InputError
+from ..base.files import read_text
 from ..catalog import Catalog, make_entry
 from ..check.xml_mission import declared_dialect
-from ..errors import InputError
-from ..files import read_text
 from ..plan import mission_nodes, shipped_nodes
 from ..plan.nav2 import ONLY_NAV2
 from ..trees.nodes import CONDITIONS, REQUIRED, Node, Port

@@ -9,9 +9,9 @@ from collections.abc import Callable, Hashable, Mapping
 from concurrent.futures import CancelledError, Future
 from typing import Any, ParamSpec, TypeVar
 
+from ..base.errors import Fault, InputError
+from ..base.python_content import has_changed_content
 from ..compare.pool import EXIT_TIMEOUT, WorkerDied, WorkerPool
-from ..errors import Fault, InputError
-from ..python_content import has_changed_content
 
 P = ParamSpec("P")
 T = TypeVar("T")

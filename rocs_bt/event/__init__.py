@@ -4,7 +4,6 @@ Every block gets an `EventSink`, such as the recorder, or a list in a test. Even
 the engine, so they can be written, read back and compared.
 """
 
-from ..sink import Event, EventSink, Fanout, Level, ListSink, NullSink, Value, pack, unpack
 from .acting import (
     ActuatorCommanded,
     AgentStopped,
@@ -45,6 +44,7 @@ from .sensing import (
     SignalsWritten,
     SubscriberDetached,
 )
+from .sink import Event, EventSink, Fanout, Level, ListSink, NullSink, Value, pack, unpack
 from .world import (
     BodyMoved,
     ContactBegan,

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from pathlib import PurePath
+from pathlib import Path
 
-from ..sink import Event, Level, Value, unpack
+from ..base.raised import CodeLocation, Raised
+from .sink import Event, Level, Value, unpack
 
 
 class AtomicStarted(Event, frozen=True, kw_only=True):
@@ -181,16 +182,23 @@ class ContentRaised(Event, frozen=True, kw_only=True):
     line: int = 0
     effect: str = ""
 
+    @classmethod
+    def of(cls, t: float, agent: str, raised: Raised, effect: str) -> ContentRaised:
+        """Create the event from the description of the exception."""
+        kind, content, detail, at = raised.kind, raised.content, raised.detail, raised.location
+        file, line = (at.file.name, at.line) if at else ("", 0)
+        return cls(t=t, agent=agent, kind=kind, content=content, detail=detail, file=file, line=line, effect=effect)
+
     @property
-    def exception(self) -> str:
-        """The exception and its line of content, without the reaction."""
-        at = f" ({PurePath(self.file).name}:{self.line})" if self.file else ""
-        return f"{self.kind} '{self.content}' raised {self.detail}{at}"
+    def raised(self) -> Raised:
+        """Description of the exception."""
+        location = CodeLocation(Path(self.file), self.line) if self.file else None
+        return Raised(self.kind, self.content, self.detail, location)
 
     @property
     def sentence(self) -> str:
         """The event for people."""
-        return f"{self.exception}; {self.effect}"
+        return f"{self.raised}; {self.effect}"
 
     @property
     def level(self) -> Level:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import msgspec
 
-from ..sink import Event, Level, Value
+from .sink import Event, Level, Value
 
 
 class RuleChanged(Event, frozen=True, kw_only=True):

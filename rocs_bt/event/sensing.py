@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from ..errors import RecordingError
-from ..sink import Event, Level, Value, unpack
+from ..base.errors import RecordingError
+from .sink import Event, Level, Value, unpack
 
 
 class SensorRead(Event, frozen=True, kw_only=True):

@@ -6,7 +6,7 @@ import math
 
 from msgspec import field
 
-from ..sink import Event, Level
+from .sink import Event, Level
 
 
 class BodyMoved(Event, frozen=True, kw_only=True, omit_defaults=True):

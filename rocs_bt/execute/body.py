@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from ..clock import Clock
+from ..base.clock import Clock
+from ..base.errors import DeviceError, WiringError, unknown
+from ..base.geometry import Twist2, Twist3
 from ..control.trail import Trail
-from ..device import Actuator
-from ..errors import DeviceError, WiringError, unknown
 from ..event import ActuatorCommanded, Event, EventSink, pack
-from ..geometry import Twist2, Twist3
-from ..safety import SafetyGate
+from ..interfaces.device import Actuator
+from ..interfaces.safety import SafetyGate
 
 if TYPE_CHECKING:
     from ..control.follower import Follower
@@ -88,7 +88,7 @@ class CommandedActuator(Actuator):
 
 
 class RobotBody:
-    """Body of one agent's actions (`rocs_bt.action.Body`).
+    """Body of one agent's actions (`rocs_bt.interfaces.action.Body`).
 
     Args:
         knowledge: Knowledge of the agent.

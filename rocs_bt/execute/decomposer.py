@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import ExitStack
 
-from ..action import Action, ActionFailed, AtomicAction, Body, Failure, MacroAction, Reason
-from ..errors import InputError, PipelineError
-from ..raised import CodeLocation, waiting_at
+from ..base.errors import InputError, PipelineError
+from ..base.raised import CodeLocation, waiting_at
+from ..interfaces.action import Action, ActionFailed, AtomicAction, Body, Failure, MacroAction, Reason
 
 MAX_DEPTH = 16
 """Maximum nesting depth of macro-actions."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from ..action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Progress, Reason
-from ..errors import DeviceError, InputError, PipelineError, interrupts
+from ..base.errors import DeviceError, InputError, PipelineError, interrupts
+from ..base.raised import Raised, from_actuator, owners_of
 from ..event import AtomicStarted
-from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised, from_actuator, owners_of
+from ..interfaces.action import Action, ActionFailed, AtomicAction, Failure, MacroAction, Progress, Reason
+from ..interfaces.pipeline import Pipeline, Priority, Ticket
 from .body import RobotBody
 from .decomposer import ActionDecomposer
 

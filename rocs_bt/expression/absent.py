@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
-from ..errors import Fault, unknown
+from ..base.errors import Fault, unknown
 
 ABSENT = "the robot has no signal"
 """Beginning of the message about a signal that other robots have."""

@@ -7,8 +7,8 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
-from ..signal import Signal
-from ..units import Quantity
+from ..base.signal import Signal
+from ..base.units import Quantity
 from .node import Node
 
 

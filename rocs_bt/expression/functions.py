@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from ..units import ANGLE, NONE, TIME, Dimension
+from ..base.units import ANGLE, NONE, TIME, Dimension
 from .node import PLAIN, TRUTH, Kind, Node
 
 

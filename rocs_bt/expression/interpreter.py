@@ -11,7 +11,7 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..geometry import wrap_angle
+from ..base.geometry import wrap_angle
 from .node import Node
 
 Value = Any  # a float, a bool, None, or a list of such

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
 
-from ..units import NONE, Dimension
+from ..base.units import NONE, Dimension
 
 
 @dataclass(frozen=True)

@@ -15,9 +15,9 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
-from ..errors import Fault, InputError, did_you_mean, unknown
-from ..signal import Signal
-from ..units import NONE, TIME, Quantity
+from ..base.errors import Fault, InputError, did_you_mean, unknown
+from ..base.signal import Signal
+from ..base.units import NONE, TIME, Quantity
 from .absent import absent_name
 from .environment import Environment
 from .functions import FUNCTIONS, Misuse, same_dimension, same_size

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..geometry import wrap_angle
+from ..base.geometry import wrap_angle
 from .interpreter import hypot as _hypot
 
 Truth = bool | None

@@ -13,8 +13,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ..errors import Fault, InputError, did_you_mean
-from ..units import NONE, Quantity, parse_unit, unit_names
+from ..base.errors import Fault, InputError, did_you_mean
+from ..base.units import NONE, Quantity, parse_unit, unit_names
 
 _NUMBER = re.compile(r"(?<![\w.])(?:inf\b|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)")
 _WORD = re.compile(r"(\s*)([A-Za-z_]\w*)")

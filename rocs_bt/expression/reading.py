@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from ..units import Quantity
+from ..base.units import Quantity
 from .interpreter import evaluate
 from .node import Node
 

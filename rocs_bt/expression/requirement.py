@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
 from .environment import Environment
 from .node import TRUTH, Node
 from .parser import parse

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2
-from ..units import NONE, Dimension
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2
+from ..base.units import NONE, Dimension
 
 
 class Live:

@@ -7,10 +7,10 @@ from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any
 
-from ..clock import Clock
-from ..errors import InputError, KnowledgeError
+from ..base.clock import Clock
+from ..base.errors import InputError, KnowledgeError
+from ..base.geometry import Pose2
 from ..event import EventSink
-from ..geometry import Pose2
 from .graph import KnowledgeGraph
 from .query import Answers, Find, Query, QueryContext, compile_query, read_parameters
 from .readable import NoPast, Past

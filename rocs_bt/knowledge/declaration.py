@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
-from ..errors import KnowledgeError, did_you_mean
+from ..base.errors import KnowledgeError, did_you_mean
 from .attribute import Attribute, Live
 
 # Names that no attribute may have: keys of every stored row, and parameter names of the graph's writing methods.

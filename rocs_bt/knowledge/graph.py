@@ -10,8 +10,8 @@ from heapq import merge
 from itertools import takewhile
 from typing import Any
 
-from ..clock import Clock
-from ..errors import KnowledgeError
+from ..base.clock import Clock
+from ..base.errors import KnowledgeError
 from ..event import EventSink, KnowledgeChanged
 from .attribute import Attribute, Live
 from .declaration import NAME_LIMIT, checked, is_name, lookup

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..clock import Clock
+from ..base.clock import Clock
+from ..base.geometry import Pose2
 from ..event import EventSink
-from ..geometry import Pose2
 from .base import KnowledgeBase
 from .robot import RobotModel
 from .schema import SCHEMA, Schema

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2
 from .signals import Array
 
 MAX_ECHOES = 20

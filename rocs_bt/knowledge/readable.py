@@ -13,8 +13,8 @@ from contextlib import AbstractContextManager, nullcontext
 from itertools import islice
 from typing import Any, NamedTuple, Protocol
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2
 from .declaration import lookup
 from .schema import Schema
 

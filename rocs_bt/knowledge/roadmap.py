@@ -11,8 +11,8 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise, permutations
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2
 
 if TYPE_CHECKING:
     from .knowledge import Knowledge

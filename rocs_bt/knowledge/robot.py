@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import Fault, InputError, KnowledgeError
-from ..geometry import Pose2, Twist2, pose2
+from ..base.errors import Fault, InputError, KnowledgeError
+from ..base.geometry import Pose2, Twist2, pose2
 from .base import KnowledgeBase
 from .model import Model
 from .signals import Array

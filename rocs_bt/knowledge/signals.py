@@ -17,8 +17,8 @@ from typing import TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import KnowledgeError, unknown
-from ..signal import Signal
+from ..base.errors import KnowledgeError, unknown
+from ..base.signal import Signal
 
 Array: TypeAlias = NDArray[np.float64]
 Values: TypeAlias = float | Sequence[float] | Array

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any, NoReturn
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2
 from .attribute import Attribute
 from .declaration import Kind, Relation
 from .schema import Schema

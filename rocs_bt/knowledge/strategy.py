@@ -12,7 +12,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InputError, KnowledgeError
+from ..base.errors import InputError, KnowledgeError
 from .model import Model
 
 SHARPNESS = 4

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2, Pose3, Twist2, along_arc, twist2
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2, Pose3, Twist2, along_arc, twist2
 from .model import Model
 from .movers import Movers
 from .occupancy import OccupancyGrid

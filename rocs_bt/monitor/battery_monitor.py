@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from ..channel import Signals
-from ..device import Reading
-from ..signal import OPTIONAL_SIGNALS, Signal
+from ..base.signal import OPTIONAL_SIGNALS, Signal
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .monitor import Monitor
 
 

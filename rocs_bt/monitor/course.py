@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.geometry import Twist2, Twist3
+from ..base.signal import OPTIONAL_SIGNALS, Signal
 from ..control.locomotion import Locomotion
-from ..geometry import Twist2, Twist3
-from ..signal import OPTIONAL_SIGNALS, Signal
 
 STATIONARY = 0.02
 """Speed below which the direction of motion counts as unknown [m/s]."""

@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
-from ..geometry import wrap_angle
-from ..signal import Signal
-from ..units import ANGLE, LENGTH
+from ..base.geometry import wrap_angle
+from ..base.signal import Signal
+from ..base.units import ANGLE, LENGTH
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .monitor import Monitor
 from .pose_monitor import FARTHEST
 

@@ -7,12 +7,12 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..base.signal import Signal
+from ..base.units import NONE
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from ..knowledge.share import ReceivedMessage, unpacked
-from ..signal import Signal
-from ..units import NONE
 from .monitor import Monitor
 
 

@@ -13,15 +13,15 @@ from typing import Annotated
 
 import numpy as np
 
-from ..channel import MonitorSubscriber, Publisher, Signals, check_wire
-from ..clock import Rate
-from ..device import Reading, Sensor
-from ..errors import DeviceError, interrupts
-from ..event import EventSink, SensorFailed, SensorRead, SignalsWritten, pack
+from ..base.clock import Rate
+from ..base.errors import DeviceError, interrupts
+from ..base.raised import Raised
+from ..base.signal import Signal
+from ..base.units import Bounds, Seconds
+from ..event import ContentRaised, EventSink, SensorFailed, SensorRead, SignalsWritten, pack
+from ..interfaces.channel import MonitorSubscriber, Publisher, Signals, check_wire
+from ..interfaces.device import Reading, Sensor
 from ..knowledge import Knowledge
-from ..raised import Raised
-from ..signal import Signal
-from ..units import Bounds, Seconds
 
 MOVING = 0.05
 """Wheel linear speed, or speed of an axis, above which samples of a sensor must differ by default [m/s, rad/s]."""
@@ -259,7 +259,7 @@ class Monitor(ABC):
         agent = self.knowledge.agent
         if problem and not monitored.failed:  # only the start of a fault, not every period
             if isinstance(problem, Raised):
-                self._sink.emit(problem.event(t, agent, _INVALID))
+                self._sink.emit(ContentRaised.of(t, agent, problem, _INVALID))
             else:
                 self._sink.emit(SensorFailed(t=t, agent=agent, sensor=monitored.sensor.name, detail=problem))
         monitored.failed = bool(problem)
@@ -269,7 +269,7 @@ class Monitor(ABC):
         if not self._raises:
             self._raises = True
             raised = Raised.of("monitor", self.name, error, self.interpret)
-            self._sink.emit(raised.event(t, self.knowledge.agent, _INVALID))
+            self._sink.emit(ContentRaised.of(t, self.knowledge.agent, raised, _INVALID))
 
     def _note(self, t: float, stamp: float, written: Signals, data: bytes | None) -> None:
         names = tuple(written)

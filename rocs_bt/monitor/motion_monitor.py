@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..geometry import Twist3
-from ..signal import Signal
-from ..units import LENGTH, SPEED, TURN_RATE
+from ..base.errors import Fault, InputError
+from ..base.geometry import Twist3
+from ..base.signal import Signal
+from ..base.units import LENGTH, SPEED, TURN_RATE
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .course import course_signals, course_values, declared
 from .jump import JUMP, JumpDetector
 from .monitor import Monitor

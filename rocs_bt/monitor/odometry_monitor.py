@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
-from ..signal import Signal
-from ..units import LENGTH, TURN_RATE
+from ..base.signal import Signal
+from ..base.units import LENGTH, TURN_RATE
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .jump import JUMP, JumpDetector
 from .monitor import Monitor
 

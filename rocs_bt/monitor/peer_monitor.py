@@ -6,11 +6,11 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..signal import Signal
-from ..units import ANGLE, LENGTH, NONE
+from ..base.errors import Fault, InputError
+from ..base.signal import Signal
+from ..base.units import ANGLE, LENGTH, NONE
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .monitor import Monitor
 
 TAGS = 1e6

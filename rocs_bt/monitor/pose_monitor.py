@@ -6,12 +6,12 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..channel import Signals
-from ..device import Reading
+from ..base.geometry import wrap_angle
+from ..base.signal import Signal
+from ..base.units import ANGLE, LENGTH
 from ..event import Change
-from ..geometry import wrap_angle
-from ..signal import Signal
-from ..units import ANGLE, LENGTH
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .jump import JUMP, TURN_JUMP, JumpDetector
 from .monitor import MOVING, Monitor
 

@@ -10,11 +10,11 @@ from typing import Any, TypedDict
 
 import numpy as np
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..signal import Signal
-from ..units import LENGTH, Metres, Radians
+from ..base.errors import Fault, InputError
+from ..base.signal import Signal
+from ..base.units import LENGTH, Metres, Radians
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .course import course_range, declared
 from .monitor import Monitor
 

@@ -10,12 +10,12 @@ from typing import Annotated, Any, TypedDict
 import numpy as np
 import numpy.typing as npt
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..geometry import Pose2
-from ..signal import Signal
-from ..units import LENGTH, Bounds, Radians, Seconds
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2
+from ..base.signal import Signal
+from ..base.units import LENGTH, Bounds, Radians, Seconds
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .course import course_range, declared
 from .monitor import Monitor
 

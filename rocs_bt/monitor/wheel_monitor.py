@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..channel import Signals
-from ..device import Reading
-from ..errors import Fault, InputError
-from ..signal import Signal
-from ..units import LENGTH, SPEED, TURN_RATE
+from ..base.errors import Fault, InputError
+from ..base.signal import Signal
+from ..base.units import LENGTH, SPEED, TURN_RATE
+from ..interfaces.channel import Signals
+from ..interfaces.device import Reading
 from .course import course_signals, course_values, declared
 from .monitor import Monitor
 

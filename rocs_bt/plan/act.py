@@ -7,10 +7,10 @@ from collections.abc import Callable
 
 from py_trees.common import Status
 
-from ..action import Action, Failure, Reason, parameters_of
-from ..errors import InputError
+from ..base.errors import InputError
 from ..event import Replanned
-from ..pipeline import Priority, Ticket, TicketState
+from ..interfaces.action import Action, Failure, Reason, parameters_of
+from ..interfaces.pipeline import Priority, Ticket, TicketState
 from ..trees.nodes import Leaf
 from ..trees.xml.write import value_text
 from .context import MissionContext

@@ -8,10 +8,11 @@ from typing import Any, ClassVar, get_args
 
 from py_trees.common import Status
 
-from ..action import Action, Parameter, make_action, misfits_of, parameters_of
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..base.parameter import Parameter
+from ..base.units import NONE, convert
+from ..interfaces.action import Action, make_action, misfits_of, parameters_of
 from ..trees.nodes import REQUIRED, Input, Leaf
-from ..units import NONE, convert
 from .act import MAX_PREEMPTIONS, Act
 from .context import MissionContext, mission_of
 

@@ -10,14 +10,14 @@ from typing import Any, Protocol
 import numpy as np
 from py_trees.behaviour import Behaviour
 
-from ..action import Action
-from ..clock import Clock
-from ..errors import Fault, InputError
+from ..base.clock import Clock
+from ..base.errors import Fault, InputError
 from ..event import Event, EventSink
 from ..expression import TRUTH, Expression, reading
+from ..interfaces.action import Action
+from ..interfaces.pipeline import Pipeline
+from ..interfaces.ros_link import RosLink, RosTypes
 from ..knowledge import Knowledge
-from ..pipeline import Pipeline
-from ..ros_link import RosLink, RosTypes
 from ..trees.board import Board
 from ..trees.error import TreeError
 from ..trees.nodes import Node

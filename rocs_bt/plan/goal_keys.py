@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 
-from ..errors import InputError
+from ..base.errors import InputError
 from ..trees.nodes import CONDITIONS, Code, Direction, Node, pointed
 from ..trees.script import parse_script
 from ..trees.xml.document import Document

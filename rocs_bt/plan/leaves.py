@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from py_trees.common import Status
 
-from ..clock import Clock
+from ..base.clock import Clock
 from ..knowledge import Knowledge
 from ..trees.nodes import Instant, Leaf
 

@@ -9,13 +9,13 @@ from typing import Any, TypeVar
 
 from py_trees.behaviour import Behaviour
 
-from ..action import make_action, parameters_of, refuse_misfits
 from ..actions.heading import looked_at
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
+from ..base.raised import CodeLocation, called_at
+from ..base.units import NOT_NEGATIVE, TIME, Dimension, convert
+from ..interfaces.action import make_action, parameters_of, refuse_misfits
 from ..knowledge import WorldModel
-from ..raised import CodeLocation, called_at
 from ..trees.nodes import Node, Registry, SubTree
-from ..units import NOT_NEGATIVE, TIME, Dimension, convert
 from .act import MAX_PREEMPTIONS, Act
 from .context import MissionContext, Position, SignalCondition
 from .leaves import Condition, Enter, Wait

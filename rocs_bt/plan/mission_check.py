@@ -12,13 +12,13 @@ from py_trees.behaviour import Behaviour
 from py_trees.decorators import Timeout
 from py_trees.timers import Timer
 
-from ..action import parameters_of
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
+from ..base.units import SPEED, TURN_RATE, Dimension
+from ..interfaces.action import parameters_of
 from ..knowledge import Knowledge
 from ..trees.examine import Flow, examine, flow_of, initial_value
 from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
-from ..units import SPEED, TURN_RATE, Dimension
 from .act import Act
 from .action_node import ActionNode
 from .context import CheckOptions, MissionContext

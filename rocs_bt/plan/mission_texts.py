@@ -10,8 +10,8 @@ from pathlib import Path
 
 from ..actions import ACTIONS
 from ..actions.heading import looked_at
-from ..errors import InputError
-from ..files import read_text
+from ..base.errors import InputError
+from ..base.files import read_text
 
 _GOALS = ("goal", "leader", "heading")
 """Names of parameters for a place or a robot to go to or to look at."""

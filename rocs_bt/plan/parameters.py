@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..action import Action, Parameter
-from ..arguments import Positions, keyword_parameters, read_arguments
-from ..errors import Fault, InputError
+from ..base.errors import Fault, InputError
+from ..base.parameter import Parameter, Positions, keyword_parameters, read_arguments
+from ..interfaces.action import Action
 
 _FORM = "Write: def build(mission: Mission, *, ...)."
 

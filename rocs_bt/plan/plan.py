@@ -7,13 +7,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from ..action import Action, make_action
-from ..channel import AnalyzeSubscriber, Stamped
-from ..clock import Clock
+from ..base.clock import Clock
+from ..base.raised import Raised, from_actuator, owners_of
 from ..event import Change, EventSink
+from ..interfaces.action import Action, make_action
+from ..interfaces.channel import AnalyzeSubscriber, Stamped
+from ..interfaces.pipeline import Pipeline, Priority, Ticket
 from ..knowledge import Knowledge
-from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised, from_actuator, owners_of
 from .context import MissionContext
 from .route import RoutePlanner
 

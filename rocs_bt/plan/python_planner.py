@@ -12,12 +12,12 @@ from typing import Any, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, Twist2, Twist3
+from ..base.raised import Raised, from_actuator
 from ..control.locomotion import Locomotion
-from ..errors import Fault, InputError
-from ..geometry import Pose2, Twist2, Twist3
+from ..interfaces.pipeline import Ticket
 from ..knowledge import Knowledge
-from ..pipeline import Ticket
-from ..raised import Raised, from_actuator
 from .mission import Mission
 from .plan import SUCCESS, Plan
 from .route import RoutePlanner

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 
-from ..errors import Fault, InputError, did_you_mean
+from ..base.errors import Fault, InputError, did_you_mean
 from ..trees.examine import flow_of
 from ..trees.nodes import Node, SubTree, Tree, descendants
 from ..trees.nodes.swap import swapped_part

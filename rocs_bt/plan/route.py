@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import Any
 
-from ..errors import KnowledgeError
-from ..geometry import Pose2, wrap_angle
+from ..base.errors import KnowledgeError
+from ..base.geometry import Pose2, wrap_angle
 from ..knowledge import Knowledge, OccupancyGrid, Roadmap, Route, segment_distance
 
 Point = tuple[float, float]

@@ -16,9 +16,9 @@ from py_trees.composites import Composite
 from py_trees.display import unicode_tree
 from py_trees.logging import Logger
 
-from ..errors import Fault, InputError, interrupts
+from ..base.errors import Fault, InputError, interrupts
+from ..base.raised import Raised, from_actuator
 from ..event import BlackboardChanged, NodeTicked, SubtreeSwapped, TreeNode
-from ..raised import Raised, from_actuator
 from ..trees.board import Board
 from ..trees.draw import port_keys, ports_text
 from ..trees.error import TreeError

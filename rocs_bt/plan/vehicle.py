@@ -9,10 +9,10 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, Twist2, along_arc, wrap_angle
 from ..control.footprint import Footprint
 from ..control.locomotion import Array
-from ..errors import Fault, InputError
-from ..geometry import Pose2, Twist2, along_arc, wrap_angle
 from ..knowledge import OCCUPIED, Window
 from .python_planner import Observation, Task
 from .route import Point

@@ -11,9 +11,10 @@ from typing import Annotated, Any
 
 from py_trees.behaviour import Behaviour
 
-from ..action import Parameter
-from ..dialect import DISTRIBUTIONS, parts_of
-from ..errors import Fault, InputError, unknown
+from ..base.dialect import DISTRIBUTIONS, parts_of
+from ..base.errors import Fault, InputError, unknown
+from ..base.parameter import Parameter
+from ..base.units import NONE, convert
 from ..trees.nodes import BUILTIN, Direction, Node, Registry, SubTree, pointer
 from ..trees.nodes.subtree import literal
 from ..trees.value import from_string
@@ -22,7 +23,6 @@ from ..trees.xml.element import Element, below
 from ..trees.xml.load import make_nodes
 from ..trees.xml.model import ModelPort, annotation
 from ..trees.xml.verify import verify
-from ..units import NONE, convert
 from .action_node import action_nodes
 from .context import MissionContext
 from .goal_keys import main_keys

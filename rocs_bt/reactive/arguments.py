@@ -8,13 +8,14 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ..action import Action, Parameter, misfits_of, parameters_of
-from ..document import Table
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
+from ..base.parameter import Parameter
+from ..base.toml_table import Table
+from ..base.units import TIME, Dimension, convert
+from ..base.words import listed
 from ..expression import ABSENT, NO_NAME, TRUTH, Environment, Expression, Node, compile_node, evaluate, parse
+from ..interfaces.action import Action, misfits_of, parameters_of
 from ..knowledge import Knowledge
-from ..units import TIME, Dimension, convert
-from ..words import listed
 from .rule import Argument, Position, Rule
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..errors import InputError, unknown
+from ..base.errors import InputError, unknown
 from .backend import Backend
 from .kernel_backend import KernelBackend, kernel_missing
 from .python_backend import PythonBackend

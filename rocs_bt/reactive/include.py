@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ..confine import confined
-from ..document import Table, read_toml
-from ..errors import InputError
-from ..files import is_file, read_text
+from ..base.errors import InputError
+from ..base.files import confined, is_file, read_text
+from ..base.toml_table import Table, read_toml
 
 MAX_FILES = 50
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..raised import Raised
+from ..base.raised import Raised
 
 
 @dataclass(frozen=True)

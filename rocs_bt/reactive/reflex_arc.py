@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..action import Action, Failure, InvalidAction, Reason, make_action
 from ..actions.stop import Stop
-from ..clock import Clock
-from ..errors import InputError, interrupts
+from ..base.clock import Clock
+from ..base.errors import InputError, interrupts
+from ..base.raised import Raised, from_actuator
+from ..base.words import failed_again
 from ..event import EventSink, RuleChanged, Value
-from ..pipeline import Pipeline, Priority, Ticket
-from ..raised import Raised, from_actuator
-from ..words import failed_again
+from ..interfaces.action import Action, Failure, InvalidAction, Reason, make_action
+from ..interfaces.pipeline import Pipeline, Priority, Ticket
 from .reactive_model import ReactiveModel, Reflex
 from .rule_model import RuleModel
 

@@ -9,8 +9,8 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from ..base.units import Dimension
 from ..expression import Expression, Node
-from ..units import Dimension
 
 
 @dataclass(frozen=True)

@@ -31,11 +31,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from ..action import Action
-from ..document import Table
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
+from ..base.signal import OPTIONAL_SIGNALS
+from ..base.toml_table import Table
 from ..expression import Environment, one_for_each_signal
-from ..signal import OPTIONAL_SIGNALS
+from ..interfaces.action import Action
 from .arguments import ExpressionReader, read_action, read_arguments
 from .include import Document, read_documents
 from .rule import Argument, InactiveRule, OnInvalid, Position, Rule, RuleSet, tie, ties

@@ -19,14 +19,14 @@ from typing import Any
 
 import numpy as np
 
-from ..action import Action, Parameter, parameters_of
-from ..confine import confined
-from ..document import Table, read_toml
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
+from ..base.files import confined, is_file
+from ..base.parameter import Parameter
+from ..base.signal import Signal
+from ..base.toml_table import Table, read_toml
+from ..base.units import TIME, convert
 from ..expression import Environment
-from ..files import is_file
-from ..signal import Signal
-from ..units import TIME, convert
+from ..interfaces.action import Action, parameters_of
 from .include import project_of
 from .reactive_model import Reflex
 from .rule import Expected, Position, Rule, RuleSet, RuleTest

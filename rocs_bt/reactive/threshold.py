@@ -23,11 +23,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from ..base.errors import Fault, InputError, did_you_mean, unknown
+from ..base.toml_table import Table
+from ..base.units import NONE, Quantity, convert, parse_quantity, unit_names
 from ..control.body_values import BODY_VALUES as ROBOT_VALUES
-from ..document import Table
-from ..errors import Fault, InputError, did_you_mean, unknown
 from ..expression import FUNCTIONS, Environment, Kind, Node, evaluate
-from ..units import NONE, Quantity, convert, parse_quantity, unit_names
 from .arguments import ExpressionReader, words
 from .include import Document
 

@@ -18,9 +18,9 @@ import msgspec
 import numpy as np
 
 from .. import event as ev
-from ..errors import RecordingError
+from ..base.errors import RecordingError
+from ..base.nesting import check_nesting
 from ..event import Event
-from ..nesting import check_nesting
 from .wire import FORMS, Command, Reading, Signals, non_finite, restore
 
 #: Kinds of events that can be decoded.

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError
+from ..base.errors import InputError
 from ..event import GuardInfo, RulesReplaced
 from ..expression import parse
 from .condition import Condition, Found, Numbers, run_starts

@@ -8,10 +8,10 @@ from typing import Any
 
 import msgspec
 
+from ..base.geometry import Pose2
+from ..base.signal import Signal
+from ..base.units import parse_unit
 from ..event import GuardInfo, TreeNode
-from ..geometry import Pose2
-from ..signal import Signal
-from ..units import parse_unit
 
 Point = tuple[float, float]
 

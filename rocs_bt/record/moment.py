@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import Any
 
-from ..errors import Fault, InputError, unknown
+from ..base.errors import Fault, InputError, unknown
 from ..event import TicketChanged, TreeNode
 from .header import AgentInfo
 from .states import RuleState

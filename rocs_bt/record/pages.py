@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..errors import Fault, InputError
-from ..registered import registered
+from ..base.errors import Fault, InputError
+from ..base.registered import registered
 from .recording import Recording
 from .summary import Summary
 

@@ -11,9 +11,9 @@ from pathlib import Path
 import msgspec
 from mcap.writer import CompressionType, Writer
 
-from ..errors import RecordingError
+from ..base.errors import RecordingError
+from ..base.files import create
 from ..event import Event
-from ..files import create
 from . import codec, foxglove
 from .header import RunHeader
 from .summary import Summary

@@ -15,10 +15,10 @@ from collections.abc import Collection, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RecordingError
+from ..base.errors import RecordingError
+from ..base.signal import Signal
+from ..base.units import ANGLE, LENGTH, NONE
 from ..expression import Environment
-from ..signal import Signal
-from ..units import ANGLE, LENGTH, NONE
 from .header import AgentInfo, SignalInfo
 from .track import Curve
 from .tracks import Tracks

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from ..base.words import failed_again
 from ..event import (
     BlackboardChanged,
     ContentRaised,
@@ -21,7 +22,6 @@ from ..event import (
     SensorFailed,
     TicketChanged,
 )
-from ..words import failed_again
 from .actors import ActorMoved
 
 

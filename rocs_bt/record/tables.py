@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import InputError, unknown
+from ..base.errors import InputError, unknown
 from ..event import Event, unpack
 from . import codec
 from .header import AgentInfo, SignalInfo

@@ -8,8 +8,8 @@ from __future__ import annotations
 from bisect import bisect_left
 from collections.abc import Sequence
 
+from ..base.words import counted
 from ..event import RobotPushed, TicketChanged
-from ..words import counted
 from .moment import SLACK, Moment
 from .recording import Recording
 from .states import Drive

@@ -8,9 +8,9 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from ..errors import InputError, unknown
+from ..base.errors import InputError, unknown
+from ..base.words import inactive_rule
 from ..event import GuardInfo
-from ..words import inactive_rule
 from .clue import limit_text
 from .comparisons import Comparisons
 from .moment import SLACK, Moment

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Iterator
 
+from ..base.words import inactive_rule
 from ..event import (
     AtomicStarted,
     BlackboardChanged,
@@ -24,7 +25,6 @@ from ..event import (
 from ..knowledge import Stamp
 from ..knowledge.history import State
 from ..knowledge.history.values import plain
-from ..words import inactive_rule
 from .diverge import describe
 from .moment import SLACK, Moment
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import msgspec
 
-from ..errors import RecordingError
+from ..base.errors import RecordingError
 from ..event import ActuatorCommanded, Event, SensorRead, SignalsWritten, unpack
 
 WIDE = 16

@@ -10,8 +10,10 @@ from functools import partial
 from pathlib import Path
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
+from ..base.clock import Rate, SimulatedClock
+from ..base.errors import DeviceError, Fault, InputError, RecordingError
+from ..base.words import listed
 from ..catalog import Catalog, RateSpec, RobotSpec, SensorSpec
-from ..clock import Rate, SimulatedClock
 from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
 from ..drivers.ros2.actuator_node import shared_node
@@ -21,12 +23,10 @@ from ..drivers.ros2.forms import pose3
 from ..drivers.ros2.message_types import MessageTypes
 from ..drivers.ros2.parameters import TRANSFORMS, Ros2SensorParameters
 from ..drivers.ros2.qos import QoS
-from ..errors import DeviceError, Fault, InputError, RecordingError
 from ..event import BodyMoved, EventSink, OutcomeDecided
 from ..plan import Mission, Plan
 from ..record import AgentInfo, Recording, RunHeader
 from ..simulation.devices import make_sensor
-from ..words import listed
 from .build_agents import worldless_devices
 from .header import box_body, signals_of, versions
 from .run_files import RunFiles

@@ -7,12 +7,12 @@ from dataclasses import replace
 from functools import partial
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent
+from ..base.clock import Clock, Rate, SimulatedClock
+from ..base.errors import Fault, InputError, collected, located_at
 from ..catalog import AgentSpec, Catalog, RateSpec, RobotSpec, ScenarioSpec, command_size, mission_values
-from ..clock import Clock, Rate, SimulatedClock
-from ..device import Sensor
 from ..drivers.replay import ReplayActuator, ReplayMailbox, replay_sensors
-from ..errors import Fault, InputError, collected, located_at
 from ..event import Event, EventSink, NullSink
+from ..interfaces.device import Sensor
 from ..plan import CheckOptions, Plan, mission_actions
 from ..plan.mission_texts import nodes_in
 from ..simulation.random_streams import stream

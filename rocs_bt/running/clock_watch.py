@@ -6,11 +6,11 @@ import math
 from collections.abc import Callable, Iterable
 from contextlib import suppress
 
+from ..base.clock import WallClock
+from ..base.errors import ActuatorError, DeviceError
 from ..catalog import RobotSpec
-from ..clock import WallClock
 from ..drivers.ros2.sim_clock import SimTimeClock
-from ..errors import ActuatorError, DeviceError
-from ..safety import SafetyGate
+from ..interfaces.safety import SafetyGate
 
 PATIENCE = 5.0
 """Wall time without a new time of the simulator until the notice [s]."""

@@ -9,8 +9,8 @@ from functools import partial
 from msgspec.structs import replace
 
 from ..agent import RuleWatch
-from ..clock import SLICE
-from ..errors import InputError
+from ..base.clock import SLICE
+from ..base.errors import InputError
 from ..event import EventSink, RunControlled
 from ..record import SubtreeSwap
 from .command import Control, RunCommand

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from ..agent import Agent
-from ..clock import Clock, WallClock
+from ..base.clock import Clock, WallClock
+from ..base.raised import describe
 from ..event import EventSink, OutcomeDecided
-from ..raised import describe
 from ..simulation.outcome import AgentState, Judge, Verdict
 
 END = "the end of the run"

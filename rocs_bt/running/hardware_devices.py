@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack, closing
 
 from ..agent import RobotDevices
+from ..base.clock import Rate, WallClock
+from ..base.errors import Fault, InputError
 from ..catalog import ActuatorSpec, Catalog, RobotSpec, command_size
-from ..clock import Rate, WallClock
-from ..device import Actuator
 from ..drivers import ROS2, read_parameters
 from ..drivers.emergency_stop import EmergencyStop
 from ..drivers.host import Host
@@ -23,10 +23,10 @@ from ..drivers.ros2.parameters import Ros2ActuatorParameters
 from ..drivers.ros2.settings import Ros2Settings
 from ..drivers.ros2.sim_clock import SimTimeClock
 from ..drivers.ros2.stop_topics import StopTopics
-from ..errors import Fault, InputError
 from ..event import EventSink, OtherPublisherFound
-from ..ros_link import RosLink
-from ..safety import SafetyGate
+from ..interfaces.device import Actuator
+from ..interfaces.ros_link import RosLink
+from ..interfaces.safety import SafetyGate
 from ..simulation.devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .options import RunOptions
 from .preflight import PreflightTopic, preflight_topics

@@ -16,8 +16,8 @@ from functools import partial
 
 from ..agent import Agent, Runtime, ThreadedRunner
 from ..agent.lateness import load
+from ..base.clock import wait_until
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import wait_until
 from ..drivers.isolated import IsolatedActuator
 from ..drivers.last_neutral import repeat_neutral
 from ..event import BodyMoved, EventSink, Stuck

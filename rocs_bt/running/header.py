@@ -13,6 +13,7 @@ from functools import cache
 import msgspec
 
 from ..agent import Agent
+from ..base.version import __version__
 from ..catalog import RobotSpec, ScenarioSpec
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.body import hull_outline, outlines
@@ -28,7 +29,6 @@ from ..simulation.body_shapes import RobotShapes, object_shapes
 from ..simulation.ground import ground_outlines
 from ..simulation.scripted_objects import FREE
 from ..simulation.simulated_world import SimulatedWorld
-from ..version import __version__
 from .options import RunOptions
 from .requirements import requirements_of
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, TypeVar
 
-from ..errors import BlockError
+from ..base.errors import BlockError
 from ..event import (
     BlockFailed,
     CommandExpired,

@@ -9,11 +9,11 @@ from typing import Annotated, Any, Literal, Protocol, get_type_hints
 
 import msgspec
 
-from ..errors import InputError, UnknownName, unknown
+from ..base.errors import InputError, UnknownName, unknown
+from ..base.units import FINITE, NOT_NEGATIVE, POSITIVE, Bounds
 from ..event import EventSink
 from ..record import RunHeader, SubtreeSwap
 from ..simulation.simulated_world import SimulatedWorld
-from ..units import FINITE, NOT_NEGATIVE, POSITIVE, Bounds
 from .command import Control
 from .preflight import PreflightReport
 from .stop_signals import StopSignals

@@ -11,8 +11,8 @@ import math
 
 import numpy as np
 
+from ..base.geometry import wrap_angle
 from ..event import TicketChanged
-from ..geometry import wrap_angle
 from ..record import Following, Localisation
 from ..record.tracks import Tracks
 

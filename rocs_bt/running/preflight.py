@@ -11,18 +11,18 @@ from functools import partial
 import msgspec
 
 from ..agent import Agent
+from ..base.clock import WallClock, wait_until
+from ..base.errors import DeviceError, interrupts
+from ..base.raised import Raised
+from ..base.words import counted
 from ..catalog import RobotSpec, SensorSpec
-from ..clock import WallClock, wait_until
-from ..device import Sensor
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2.matching import FIXED, OwnEndpoint
 from ..drivers.ros2.node import NOTABLE_AHEAD, RosNode
 from ..drivers.ros2.parameters import Ros2ActuatorParameters
 from ..drivers.ros2.sensor_node import SensorNode
 from ..drivers.ros2.stop_topics import STOP_QOS, STOP_TYPE
-from ..errors import DeviceError, interrupts
-from ..raised import Raised
-from ..words import counted
+from ..interfaces.device import Sensor
 from .signal_sources import signal_monitors, signals_read
 
 OBSERVED = 0.5

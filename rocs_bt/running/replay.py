@@ -8,9 +8,10 @@ from dataclasses import replace as replace_fault
 from pathlib import Path
 
 from ..agent import Agent
+from ..base.clock import SimulatedClock
+from ..base.errors import InputError, RecordingError, UnknownName, unknown
+from ..base.files import unsaved
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import SimulatedClock
-from ..errors import InputError, RecordingError, UnknownName, unknown
 from ..event import (
     AgentStopped,
     CommandExpired,
@@ -22,7 +23,6 @@ from ..event import (
     RulesReplaced,
     RunControlled,
 )
-from ..files import unsaved
 from ..record import WORLD_EVENTS, Divergence, Recording, RunHeader, SubtreeSwap, compare
 from ..simulation.fact_schedule import fact_schedules
 from .build_agents import worldless_agents

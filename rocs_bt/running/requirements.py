@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.errors import Fault, InputError
+from ..base.files import read_text
 from ..catalog import ScenarioSpec
-from ..errors import Fault, InputError
 from ..event import AgentStopped, BodyMoved, Event, EventSink, NullSink, RequirementViolated, SignalsWritten
 from ..expression import Environment, Requirement, compile_node, parse_requirement, reading
-from ..files import read_text
 from ..record import AgentInfo, Finding, Recording, RequirementInfo, RunHeader, environment_of
 from ..record.samples import TOPICS, Newest
 from ..record.tracks import Tracks

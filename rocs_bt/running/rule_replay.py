@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 
 from ..actions import ACTIONS
 from ..agent.build import thresholds
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.units import Dimension
+from ..base.words import listed
 from ..catalog import Catalog
-from ..errors import Fault, InputError, UnknownName, unknown
 from ..event import RuleChanged
 from ..expression import Node, compile_node, reading
 from ..reactive import Override, Rule, RuleSet, Steps, choose_backend, load_rules, lower_rules
@@ -25,8 +27,6 @@ from ..record import AgentInfo, Recording, environment_of, samples
 from ..record.figures.rules import Compared, RuleTrace, spans
 from ..record.samples import modes, stopped
 from ..record.tracks import Tracks
-from ..units import Dimension
-from ..words import listed
 
 Series = NDArray[np.float64]
 

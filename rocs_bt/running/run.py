@@ -10,10 +10,10 @@ from typing import Any
 from msgspec.structs import replace
 
 from ..agent import Agent, RuleWatch
+from ..base.errors import Fault, InputError, collected, unknown
+from ..base.files import read_once
 from ..catalog import Catalog, ScenarioSpec
-from ..errors import Fault, InputError, collected, unknown
 from ..expression import Environment
-from ..files import read_once
 from ..record import TRUTH, RunHeader, Summary, write_report
 from ..simulation import on_hardware
 from ..simulation.simulated_world import SimulatedWorld

@@ -8,8 +8,8 @@ from contextlib import ExitStack
 from pathlib import Path
 
 from ..agent import Agent
-from ..errors import RecordingError
-from ..files import write_whole
+from ..base.errors import RecordingError
+from ..base.files import write_whole
 from ..plan import TreePlan
 from ..record import FolderLock, Recorder, Recording, RunHeader, Summary
 from ..trees.btlog import BtLog

@@ -9,11 +9,11 @@ from urllib.parse import quote
 
 import msgspec
 
-from ..errors import Fault, RecordingError
+from ..base.errors import Fault, RecordingError
+from ..base.words import counted
 from ..event import Event
 from ..record import AgentResult, Recording, Summary
 from ..record.tables import Table, event_table, signal_table
-from ..words import counted
 
 _COLUMNS = (
     "agent",

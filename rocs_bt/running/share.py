@@ -7,9 +7,9 @@ import time
 from collections.abc import Callable
 from functools import partial
 
+from ..base.clock import Clock, SimulatedClock
+from ..base.errors import Fault, InputError, located_at
 from ..catalog import ScenarioSpec, ShareSpec
-from ..clock import Clock, SimulatedClock
-from ..errors import Fault, InputError, located_at
 from ..knowledge import Knowledge, Schema
 from ..knowledge.share import Ageing, Impairments, LocalNetwork, Network, Scope, Sharing, SimulatedNetwork
 from ..knowledge.share.keys import Keys

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 
 from ..agent import Agent, Runtime, ThreadedRunner
+from ..base.clock import Clock, Rate, WallClock, wait_until
+from ..base.errors import Fault
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import Clock, Rate, WallClock, wait_until
 from ..drivers.mujoco import Contact
-from ..errors import Fault
 from ..event import BodyMoved, ContactBegan, EventSink, GoalEntered, pack
 from ..simulation.body_shapes import RobotShapes
 from ..simulation.clearance import ClearanceWatch

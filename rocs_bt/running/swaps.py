@@ -9,15 +9,15 @@ from contextlib import ExitStack
 import msgspec
 
 from ..agent import Agent
+from ..base.errors import Fault, InputError, RecordingError, unknown
+from ..base.files import same_file
+from ..base.units import TIME, read_quantity
 from ..catalog import TREES, Catalog, Entry, ScenarioSpec, content_hash
-from ..errors import Fault, InputError, RecordingError, unknown
 from ..event import Event, RunControlled
-from ..files import same_file
 from ..plan import TreePlan, mission_faults
 from ..record import SubtreeSwap
 from ..trees.error import TreeError
 from ..trees.nodes import Node
-from ..units import TIME, read_quantity
 from .build_agents import worldless_agents
 from .options import Build
 

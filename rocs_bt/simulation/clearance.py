@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable
 
+from ..base.geometry import Pose2, Pose3, wrap_angle
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.nearness import Among
 from ..event import EventSink, MinClearanceLowered
-from ..geometry import Pose2, Pose3, wrap_angle
 
 AMONG: tuple[Among, ...] = ("obstacles", "robots")
 

@@ -7,7 +7,9 @@ from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ..arguments import class_parameters, read_arguments
+from ..base.clock import Rate
+from ..base.errors import DeviceError, Fault, InputError, located_at
+from ..base.parameter import class_parameters, read_arguments
 from ..catalog import (
     ActuatorSpec,
     Catalog,
@@ -17,8 +19,6 @@ from ..catalog import (
     robot_locomotion,
     running_class,
 )
-from ..clock import Rate
-from ..device import Actuator, Sensor
 from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
@@ -26,7 +26,7 @@ from ..drivers.mujoco import MujocoActuator, MujocoSensor
 from ..drivers.ros2.actuator_node import ActuatorNode, ActuatorNodeMaker, isolated_node, shared_node
 from ..drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 from ..drivers.ros2.sensor_node import SensorNode
-from ..errors import DeviceError, Fault, InputError, located_at
+from ..interfaces.device import Actuator, Sensor
 
 
 @dataclass(frozen=True)

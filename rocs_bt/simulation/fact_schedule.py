@@ -7,9 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 from ..agent import Agent, add_facts
+from ..base.geometry import Pose2
 from ..catalog import FactSpec, ScenarioSpec
 from ..event import EventSink, NullSink, ScriptActed
-from ..geometry import Pose2
 from .outcome import Goal, Judge
 from .simulated_world import SimulatedWorld
 

@@ -6,9 +6,9 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
-from ..device import Reading, Sensor
+from ..base.geometry import Pose2
 from ..drivers.mujoco import MujocoSensor, MujocoWorld
-from ..geometry import Pose2
+from ..interfaces.device import Reading, Sensor
 
 _RINGS = (0.0, 0.5, 0.99)  # radii of the rings of tried positions, as shares of the goal's tolerance
 _BEARINGS = 8

@@ -9,10 +9,10 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
+from ..base.geometry import Pose2
 from ..control.prediction import Prediction
 from ..drivers.mujoco import MujocoWorld
 from ..drivers.mujoco.ghost import GhostWorld
-from ..geometry import Pose2
 from ..knowledge import Movers, WorldModel
 from ..knowledge.signals import Array
 from .scripted_object import ScriptedObject

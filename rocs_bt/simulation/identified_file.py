@@ -9,12 +9,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..base.files import is_file
+from ..base.toml_table import Table, read_toml
+from ..base.toml_text import as_toml
+from ..base.units import ANGLE, LENGTH, TIME, Dimension
 from ..catalog import IDENTIFIED, RobotSpec, content_hash, is_reference, make_entry
 from ..control.locomotion import AXES
-from ..document import Table, read_toml
-from ..files import is_file
-from ..toml_text import as_toml
-from ..units import ANGLE, LENGTH, TIME, Dimension
 
 FORMAT = "identified/1"
 

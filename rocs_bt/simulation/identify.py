@@ -18,11 +18,11 @@ import numpy as np
 import numpy.typing as npt
 
 from ..agent import robot_locomotion
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, Twist3, wrap_angle
 from ..catalog import AgentSpec, CachingCatalog, Catalog, RateSpec, RobotSpec, ScenarioSpec
 from ..control.locomotion import AXES, Locomotion
-from ..errors import Fault, InputError
 from ..event import NullSink
-from ..geometry import Pose2, Twist3, wrap_angle
 from .identified_file import AxisFigures, WheelFigures
 from .simulated_world import build_world
 

@@ -7,8 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from ..errors import BlockError
-from ..geometry import Pose2
+from ..base.errors import BlockError
+from ..base.geometry import Pose2
 from .fall import FallWatch
 from .progress import ProgressWatch
 from .reflex_time import ReflexTime

@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from ..clock import WallClock, wait_until
+from ..base.clock import WallClock, wait_until
 
 _FORGIVE = 0.25  # [s] delay above which the lost time is not caught up
 

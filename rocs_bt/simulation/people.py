@@ -9,8 +9,8 @@ from typing import Any, Literal
 import numpy as np
 import numpy.typing as npt
 
-from ..errors import Fault, InputError
-from ..units import Metres, MetresPerSecond
+from ..base.errors import Fault, InputError
+from ..base.units import Metres, MetresPerSecond
 from .scripted_object import ScriptedObject, Vector
 
 Array = npt.NDArray[np.float64]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 
-from ..clock import WallClock
+from ..base.clock import WallClock
+from ..base.errors import BlockError
 from ..drivers.mujoco import MujocoWorld
-from ..errors import BlockError
 
 _FORGIVE = 0.25  # [s] delay above which physics skips the lost time instead of catching up
 

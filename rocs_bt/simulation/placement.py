@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
+from ..base.errors import Fault, InputError
+from ..base.geometry import Pose2, wrap_angle
 from ..drivers.mujoco import MujocoWorld
-from ..errors import Fault, InputError
-from ..geometry import Pose2, wrap_angle
 from .random_streams import START, stream
 
 _SAMPLES = 20  # number of sampled poses, all in collision, after which a start counts as impossible

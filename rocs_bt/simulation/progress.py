@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ..geometry import Pose2
+from ..base.geometry import Pose2
 from .reflex_time import ReflexTime
 
 PROGRESS = 0.05

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from .. import event as ev
+from ..base.geometry import Pose3, Twist3
 from ..catalog import RobotSpec, SensorSpec
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2 import messages
 from ..drivers.ros2.parameters import DIAGNOSTICS, JOINTS, NUMBER, SCAN, STRING, TRANSFORMS, Ros2SensorParameters
-from ..geometry import Pose3, Twist3
 from .bag_messages import BagMessages, Published
 from .ros_names import BASE, MAP, ODOM
 

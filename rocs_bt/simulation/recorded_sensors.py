@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from .. import event as ev
+from ..base.geometry import Pose3
 from ..catalog import RobotSpec, SensorSpec
 from ..drivers import DRIVER_PARAMETERS, read_parameters
 from ..drivers.ros2 import messages
-from ..geometry import Pose3
 from ..record import BodyInfo
 from .bag_messages import BagMessages, Published
 from .recorded_ros2 import Ros2Topics

@@ -7,10 +7,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any
 
 from .. import event as ev
+from ..base.geometry import Pose3, Twist3
 from ..catalog import RobotSpec, robot_locomotion
 from ..drivers.ros2 import messages
 from ..event import Event
-from ..geometry import Pose3, Twist3
 from ..record import BodyInfo, RunHeader
 from .bag_messages import BagMessages, Published, different_namespaces
 from .recorded_sensors import SensorTopics

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.geometry import Pose3
 from ..drivers.mujoco import DriverWorld
 from ..drivers.mujoco.body import collides, find_bodies
-from ..geometry import Pose3
 from .ros_names import BASE
 
 Matrix = npt.NDArray[np.float64]

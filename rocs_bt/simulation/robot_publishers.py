@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ..clock import Rate
+from ..base.clock import Rate
+from ..base.geometry import Pose3
 from ..drivers.ros2 import messages
 from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.transport import Transport
-from ..geometry import Pose3
 from .ros_names import RosNames
 
 TRANSFORMS = QoS("reliable", "volatile", 100)

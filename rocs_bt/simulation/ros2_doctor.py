@@ -9,8 +9,9 @@ from contextlib import closing
 from dataclasses import dataclass
 from typing import Any
 
+from ..base.clock import WallClock
+from ..base.errors import DeviceError, located_at
 from ..catalog import RobotSpec
-from ..clock import WallClock
 from ..drivers import ROS2, read_parameters
 from ..drivers.ros2.actuator_node import NODE as RUN
 from ..drivers.ros2.actuator_node import isolated_node
@@ -22,7 +23,6 @@ from ..drivers.ros2.parameters import TRANSFORMS, Ros2ActuatorParameters, Ros2Se
 from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.settings import Ros2Settings
 from ..drivers.ros2.transport import Endpoint, Reader, Sample
-from ..errors import DeviceError, located_at
 
 NODE = "rocs_bt_doctor"
 """Name of the node that examines."""

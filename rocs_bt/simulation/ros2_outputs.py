@@ -11,9 +11,9 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ..agent import RobotDevices
-from ..clock import Rate
+from ..base.clock import Rate
+from ..base.geometry import Pose3
 from ..control.locomotion import Locomotion
-from ..device import Sensor
 from ..drivers.mujoco import DriverWorld
 from ..drivers.mujoco.lidar import Lidar
 from ..drivers.mujoco.sensors import (
@@ -28,7 +28,7 @@ from ..drivers.mujoco.sensors import (
 from ..drivers.ros2 import messages
 from ..drivers.ros2.messages import UNMEASURED
 from ..drivers.ros2.qos import QoS
-from ..geometry import Pose3
+from ..interfaces.device import Sensor
 from .robot_links import RobotLinks
 from .robot_publishers import RobotPublishers, TfPublishers
 from .ros_names import BASE, FOOTPRINT, MAP, ODOM

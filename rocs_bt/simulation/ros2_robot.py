@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 
 from ..agent import RobotDevices, robot_locomotion
+from ..base.errors import DeviceError, interrupts
+from ..base.raised import describe
 from ..drivers.ros2.messages import twist_of
 from ..drivers.ros2.qos import QoS
-from ..errors import DeviceError, interrupts
 from ..event import CommandExpired, EventSink
-from ..raised import describe
 from .robot_links import RobotLinks
 from .robot_publishers import RobotPublishers
 from .ros2_outputs import robot_outputs

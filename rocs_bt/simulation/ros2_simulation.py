@@ -6,12 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from ..base.clock import SimulatedClock
+from ..base.errors import Fault, InputError
 from ..catalog import Catalog, ScenarioSpec
-from ..clock import SimulatedClock
 from ..drivers.ros2 import messages
 from ..drivers.ros2.qos import QoS
 from ..drivers.ros2.transport import Transport
-from ..errors import Fault, InputError
 from ..event import ContactBegan, EventSink
 from .network_watch import NetworkWatch
 from .pace import Pace

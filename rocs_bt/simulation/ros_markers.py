@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ..base.geometry import Pose3
 from ..drivers.ros2.messages import Fields, pose_fields, time_fields, vector
-from ..geometry import Pose3
 from ..record import BodyInfo, Outline, Place, RunHeader
 
 _CYLINDER, _LINE_STRIP, _TEXT = 3, 4, 9  # types of markers

@@ -12,11 +12,11 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any
 
+from ..base.errors import Fault, InputError, RecordingError, UnknownName
+from ..base.files import new_folder
 from ..catalog import Catalog, RobotSpec
 from ..drivers.ros2.message_types import MessageTypes, import_rosbags
-from ..errors import Fault, InputError, RecordingError, UnknownName
 from ..event import Event
-from ..files import new_folder
 from ..record import Recording, RunHeader
 from .bag_messages import Published
 from .recorded_topics import RecordedTopics

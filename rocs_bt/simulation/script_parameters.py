@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TypeVar
 
-from ..arguments import field_parameters, read_arguments
+from ..base.parameter import field_parameters, read_arguments
 from ..catalog import ActorSpec
 
 T = TypeVar("T")

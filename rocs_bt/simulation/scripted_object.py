@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from ..base.geometry import Pose2
 from ..drivers.mujoco import MujocoWorld, Near
-from ..geometry import Pose2
 
 Vector = tuple[float, float]
 

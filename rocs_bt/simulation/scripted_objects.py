@@ -16,11 +16,11 @@ from typing import Any, Literal
 
 import numpy as np
 
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.geometry import Pose2, wrap_angle
+from ..base.units import Kilograms, Metres, Radians, Seconds
 from ..catalog import ActorSpec
 from ..drivers.mujoco import MujocoWorld
-from ..errors import Fault, InputError, UnknownName, unknown
-from ..geometry import Pose2, wrap_angle
-from ..units import Kilograms, Metres, Radians, Seconds
 from .people import Leg, Polynomial, SocialForce
 from .script_parameters import script_parameters
 from .scripted_object import ScriptedObject, Vector

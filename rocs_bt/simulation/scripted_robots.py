@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
+from ..base.errors import Fault, InputError, UnknownName, unknown
+from ..base.geometry import Pose2, Twist2, wrap_angle
+from ..base.units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
 from ..catalog import ActorSpec
 from ..control.locomotion import Locomotion
 from ..drivers.mujoco import MujocoWorld
-from ..errors import Fault, InputError, UnknownName, unknown
-from ..geometry import Pose2, Twist2, wrap_angle
-from ..safety import SafetyGate
-from ..units import Metres, MetresPerSecond, RadiansPerSecond, Seconds
+from ..interfaces.safety import SafetyGate
 from .script_parameters import script_parameters
 
 

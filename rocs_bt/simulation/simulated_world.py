@@ -10,9 +10,10 @@ from typing import Any
 import numpy as np
 
 from ..agent import RobotDevices, robot_locomotion
+from ..base.clock import Clock, Rate, SimulatedClock
+from ..base.errors import Fault, InputError, located_at
+from ..base.geometry import Pose2
 from ..catalog import ActorSpec, ActuatorSpec, AgentSpec, Catalog, RobotSpec, ScenarioSpec, SensorSpec, perturbed
-from ..clock import Clock, Rate, SimulatedClock
-from ..device import Sensor
 from ..drivers.mujoco import (
     FreeObject,
     MujocoActuator,
@@ -26,10 +27,9 @@ from ..drivers.mujoco import (
     make_actuator,
     make_sensor,
 )
-from ..errors import Fault, InputError, located_at
 from ..event import EventSink
-from ..geometry import Pose2
-from ..safety import SafetyGate
+from ..interfaces.device import Sensor
+from ..interfaces.safety import SafetyGate
 from .devices import mujoco_driver
 from .ground import ground_pieces
 from .outcome import Goal, Judge

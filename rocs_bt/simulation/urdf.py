@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 from xml.etree import ElementTree as xml
 
-from ..geometry import Pose3
+from ..base.geometry import Pose3
 from .robot_links import Joint, Link, Shape
 
 _UNLIMITED = "1000"  # effort and velocity, which URDF requires beside the limits of a joint

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
+from ..base.errors import Fault, InputError
+from ..base.files import check_writable, write_whole
 from ..drivers.mujoco import MujocoWorld
-from ..errors import Fault, InputError
-from ..files import check_writable, write_whole
 
 _DRAWN_GROUPS = 3
 """Number of groups of geoms that MuJoCo draws by default: 0, 1 and 2."""

@@ -7,8 +7,8 @@ import os
 import sys
 from types import TracebackType
 
+from ..base.errors import Fault, InputError
 from ..drivers.mujoco import MujocoWorld
-from ..errors import Fault, InputError
 from .pace import Pace
 
 

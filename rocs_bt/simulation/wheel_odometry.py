@@ -9,10 +9,10 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from ..base.geometry import Pose2, Pose3, Twist3, along_arc
 from ..control.locomotion import Locomotion
 from ..drivers.mujoco.sensors import WheelSpeed, WheelTravel
 from ..drivers.ros2.messages import UNMEASURED
-from ..geometry import Pose2, Pose3, Twist3, along_arc
 
 EXACT = 1e-6
 """Variance of a quantity that is known exactly, SI units: filters take a variance of 0 for an unknown one."""

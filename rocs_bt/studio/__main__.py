@@ -5,7 +5,7 @@ from __future__ import annotations
 import signal
 import sys
 
-from ..errors import InputError
+from ..base.errors import InputError
 from . import frames
 from .feed import Feed
 from .server import Server

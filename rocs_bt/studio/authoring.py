@@ -14,13 +14,12 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from ..base.errors import Fault, InputError
+from ..base.files import confined, is_file, read_bytes, unsaved, write_whole
 from ..catalog import TREES, Catalog, kind_of, make_entry
 from ..check import fitted_rules
-from ..confine import confined
 from ..editing import complete, define, describe, edit, faults, form, keys_in, parse, vocabulary
 from ..editing.worker import Superseded, Worker
-from ..errors import Fault, InputError
-from ..files import is_file, read_bytes, unsaved, write_whole
 from ..reactive import run_tests, tested_file
 from .pack import Json
 from .requests import Answer, Handler, Request, Routes, as_json

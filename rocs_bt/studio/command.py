@@ -13,10 +13,10 @@ from urllib.parse import quote
 
 import click
 
+from ..base.errors import Fault, InputError
+from ..base.files import check_regular
 from ..cli.content import no_code_option
 from ..cli.terminal import echo, echo_traceback
-from ..errors import Fault, InputError
-from ..files import check_regular
 
 if TYPE_CHECKING:
     from .requests import Routes

@@ -15,13 +15,13 @@ from typing import Literal
 
 import msgspec
 
+from ..base.current_folder import child_environment
+from ..base.errors import Fault, InputError, unknown
+from ..base.files import is_file
 from ..catalog import Catalog
 from ..compare.record import EpisodeRecord
 from ..compare.replay import episode_folder
 from ..compare.store import FILE, Store
-from ..current_folder import child_environment
-from ..errors import Fault, InputError, unknown
-from ..files import is_file
 from ..record.folder_lock import free_folder, writer_of
 from ..running.command import RunCommand
 from . import frames

@@ -18,8 +18,8 @@ from typing import IO
 
 import msgspec
 
-from ..current_folder import child_environment
-from ..errors import InputError
+from ..base.current_folder import child_environment
+from ..base.errors import InputError
 from ..event import Event
 from ..record import RunHeader
 from ..running.command import RunCommand

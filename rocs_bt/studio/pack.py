@@ -11,13 +11,13 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from ..base.words import inactive_rule
 from ..event import TicketChanged
 from ..record import RunHeader
 from ..record.decisive import decisive
 from ..record.states import Key, plain_value
 from ..record.track import Curve, Scans, Steps
 from ..record.tracks import Tracks
-from ..words import inactive_rule
 
 Json = dict[str, Any]
 Numbers = NDArray[np.float64]

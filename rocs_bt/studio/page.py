@@ -10,7 +10,7 @@ import zlib
 from pathlib import Path
 from string import Template
 
-from ..files import read_text
+from ..base.files import read_text
 
 WEB = Path(__file__).parent / "web"
 _IMPORT = re.compile(r'^import (\{[^}]*\}) from "\./(.+?)";\n', re.MULTILINE)

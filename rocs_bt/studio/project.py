@@ -6,9 +6,9 @@ from pathlib import Path
 
 import msgspec
 
+from ..base.errors import Fault, InputError
 from ..catalog import Catalog, copy_content
 from ..editing.worker import Worker
-from ..errors import Fault, InputError
 from .authoring import edit_routes
 from .launch import Launcher, Play, Start, stored_episodes
 from .pack import Json

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from ..errors import Fault, RecordingError
+from ..base.errors import Fault, RecordingError
+from ..base.files import write_whole
 from ..event import Level, TreeNode
-from ..files import write_whole
 from ..knowledge.history import ChangeLog
 from ..record import AgentInfo, AgentResult, Recording, RunHeader, Summary
 from ..record.comparisons import Comparisons

@@ -10,7 +10,7 @@ from urllib.parse import parse_qsl
 
 import msgspec
 
-from ..errors import InputError
+from ..base.errors import InputError
 
 MOST_HEAD = 16_384
 """Maximum size of the head of a request [bytes]."""

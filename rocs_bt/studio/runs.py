@@ -8,8 +8,8 @@ from pathlib import Path
 
 import msgspec
 
-from ..errors import Fault, InputError, RecordingError, unknown
-from ..files import is_file, read_bytes
+from ..base.errors import Fault, InputError, RecordingError, unknown
+from ..base.files import is_file, read_bytes
 from ..record import Recording, Summary
 from ..record.folder_lock import writer_of
 from .feed import Feed

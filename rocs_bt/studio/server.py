@@ -15,7 +15,7 @@ from http import HTTPStatus
 
 import msgspec
 
-from ..errors import Fault, InputError, RocsError
+from ..base.errors import Fault, InputError, RocsError
 from .requests import MOST_HEAD, Answer, RefusedError, Request, Routes, parse
 
 MOST_CONNECTIONS = 128

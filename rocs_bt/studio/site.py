@@ -7,7 +7,7 @@ from pathlib import Path
 
 import msgspec
 
-from ..files import read_bytes
+from ..base.files import read_bytes
 from ..running.command import RunCommand
 from .feed import Feed, updates
 from .page import WEB, served_page

@@ -8,13 +8,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 import pytest
 
+from ..base.words import counted
 from ..compare import Comparison
 from ..compare.metric import HOLDS_PREFIX, MARGIN_PREFIX, metric
 from ..compare.record import EpisodeRecord
 from ..compare.replay import replay_command
 from ..compare.statistics import LEVEL, Floats, upper_bound
 from ..compare.verdict import Verdict
-from ..words import counted
 
 _LISTED = 5  # maximum number of listed episodes
 _MAX_FACTOR = 200  # largest multiple of the sample size that `_needed` tries

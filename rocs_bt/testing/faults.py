@@ -15,10 +15,10 @@ from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..clock import Clock
-from ..device import Actuator, Reading, Sensor
-from ..errors import DeviceError, Fault, InputError, unknown
+from ..base.clock import Clock
+from ..base.errors import DeviceError, Fault, InputError, unknown
 from ..event import ScriptActed
+from ..interfaces.device import Actuator, Reading, Sensor
 
 if TYPE_CHECKING:
     from ..simulation import SimulatedWorld

@@ -8,15 +8,15 @@ from dataclasses import dataclass
 
 from ..agent import Agent, Controller, Rates, RobotDevices, Runtime, build_agent, robot_locomotion
 from ..agent.wiring import LoadClass
+from ..base.clock import Clock, Rate
+from ..base.geometry import Pose2
 from ..catalog import RobotSpec, load_class
-from ..clock import Clock, Rate
-from ..device import Sensor
 from ..drivers.mock import MockRobot, MockWorld, make_actuator, make_sensor
 from ..event import EventSink
-from ..geometry import Pose2
+from ..interfaces.device import Sensor
+from ..interfaces.safety import SafetyGate
 from ..knowledge import Knowledge
 from ..knowledge.share import Sharing
-from ..safety import SafetyGate
 
 
 @dataclass

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 
-from ..files import is_file
+from ..base.files import is_file
 
 if TYPE_CHECKING:
     from ..reactive import RuleTestResult
@@ -29,9 +29,9 @@ class RuleFileTests(pytest.File):
 
     def collect(self) -> Iterator[RuleFileTest]:
         """Run all tests now, which takes no longer than collecting them; an invalid file is a collection error."""
+        from ..base.errors import InputError
         from ..catalog import Catalog, make_entry
         from ..check import fitted_rules
-        from ..errors import InputError
         from ..reactive import run_tests, tested_file
 
         rule_file = tested_file(self.path)

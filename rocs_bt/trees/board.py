@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from ..errors import Fault, InputError, did_you_mean
+from ..base.errors import Fault, InputError, did_you_mean
 from .error import TreeError
 from .value import Enums, converted, plain, to_string, type_name
 

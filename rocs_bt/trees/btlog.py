@@ -19,8 +19,8 @@ from typing import BinaryIO
 
 from py_trees.behaviour import Behaviour
 
-from ..errors import Fault, InputError, RecordingError
-from ..files import create
+from ..base.errors import Fault, InputError, RecordingError
+from ..base.files import create
 from .nodes import BUILTIN, Node, SubTree, Tree
 from .nodes.port import ExactKey
 from .status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome

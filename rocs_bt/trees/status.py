@@ -12,7 +12,7 @@ from typing import Any, Final
 
 from py_trees.common import Status
 
-from ..errors import Fault
+from ..base.errors import Fault
 from .error import TreeError
 
 RUNNING: Final = Status.RUNNING

@@ -14,7 +14,7 @@ from typing import Any, get_args, get_origin
 
 from py_trees.common import Status
 
-from ..errors import Fault
+from ..base.errors import Fault
 from .error import TreeError
 from .status import Skip, outcome_name, outcome_named
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import ClassVar
 
+from rocs_bt import Count, Seconds
 from rocs_bt.compare import Scene, TaskFamily, length_of, quantity
-from rocs_bt.units import Count, Seconds
 
 
 @dataclass(frozen=True, kw_only=True)

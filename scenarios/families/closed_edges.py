@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from math import inf
 
+from rocs_bt import Count, Seconds
 from rocs_bt.compare import Building, Scene, TaskFamily, length_of, quantity
-from rocs_bt.units import Count, Seconds
 
 
 @dataclass(frozen=True, kw_only=True)

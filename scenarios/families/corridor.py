@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rocs_bt import InputError, PositiveCount, PositiveMetres
 from rocs_bt.compare import Block, PeopleFamily, Scene, Walk, one_of
-from rocs_bt.errors import InputError
-from rocs_bt.units import PositiveCount, PositiveMetres
 
 ENCOUNTERS = ("oncoming", "overtaking", "door")
 

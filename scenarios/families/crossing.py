@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rocs_bt import PositiveCount
 from rocs_bt.compare import PeopleFamily, Scene, Walk
-from rocs_bt.units import PositiveCount
 
 
 @dataclass(frozen=True, kw_only=True)

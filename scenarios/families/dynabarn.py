@@ -5,8 +5,8 @@ from math import dist
 
 import numpy as np
 
+from rocs_bt import PositiveMetres
 from rocs_bt.compare import Scene, TrafficFamily, Walk, one_of
-from rocs_bt.units import PositiveMetres
 
 RADIUS = 0.5  # [m]
 LEVELS = {  # number of cylinders, mean speed [m/s], order of the polynomials, largest deviation [m]

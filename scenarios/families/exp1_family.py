@@ -5,10 +5,8 @@ from math import atan2, dist, pi
 
 import numpy as np
 
-from rocs_bt import Pose2
+from rocs_bt import Count, InputError, Pose2, PositiveMetres, PositiveMetresPerSecond
 from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario, position, quantity, walls_around
-from rocs_bt.errors import InputError
-from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
 RADIUS = 0.3  # [m] every scene has a path for a disc of this radius
 

@@ -3,10 +3,8 @@
 from dataclasses import dataclass
 from math import atan2, dist, pi
 
-from rocs_bt import Pose2
+from rocs_bt import Count, InputError, Pose2, PositiveMetres, PositiveMetresPerSecond
 from rocs_bt.compare import Family, Ground, Scene, goal_scenario, position, quantity, walls_around
-from rocs_bt.errors import InputError
-from rocs_bt.units import Count, PositiveMetres, PositiveMetresPerSecond
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from math import atan2, dist, pi
 from typing import Any
 
+from rocs_bt import InputError, PositiveMetres, PositiveMetresPerSecond
 from rocs_bt.compare import Family, Ground, Scene, length_of, position, quantity, walls_around
-from rocs_bt.errors import InputError
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond
 
 NAMES = ("corner_1", "corner_2", "corner_3", "corner_4")
 

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 from typing import Annotated
 
+from rocs_bt import PositiveMetresPerSecond
+from rocs_bt.base.units import POSITIVE
 from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
-from rocs_bt.units import POSITIVE, PositiveMetresPerSecond
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from itertools import pairwise
 
+from rocs_bt import Count, PositiveMetresPerSecond
 from rocs_bt.compare import Scene, TaskFamily, length_of, position, quantity
-from rocs_bt.units import Count, PositiveMetresPerSecond
 
 
 @dataclass(frozen=True, kw_only=True)

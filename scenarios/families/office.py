@@ -5,10 +5,8 @@ from math import dist, pi
 
 import numpy as np
 
-from rocs_bt import Pose2
+from rocs_bt import Count, InputError, Pose2, PositiveCount, PositiveMetres
 from rocs_bt.compare import Block, Family, Ground, Post, Scene, goal_scenario
-from rocs_bt.errors import InputError
-from rocs_bt.units import Count, PositiveCount, PositiveMetres
 
 WALL = 0.1  # [m] thickness
 ROOMY = 0.32  # [m] every scene has a path for a disc of this radius

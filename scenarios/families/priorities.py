@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 from itertools import pairwise, permutations
 
+from rocs_bt import Count, InputError, PositiveMetresPerSecond
 from rocs_bt.compare import Building, Scene, TaskFamily, length_of, position, quantity
-from rocs_bt.errors import InputError
-from rocs_bt.units import Count, PositiveMetresPerSecond
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import Action, AtomicAction, Progress, Reason, make_action, parameters_of
 from rocs_bt.actions import (
     ACTIONS,
     AvoidCollision,
@@ -21,10 +20,11 @@ from rocs_bt.actions import (
     action_table,
 )
 from rocs_bt.actions.avoid_collision import LEFT
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import wrap_angle
 from rocs_bt.event import ActuatorCommanded, AtomicStarted
-from rocs_bt.geometry import wrap_angle
-from rocs_bt.pipeline import Priority, TicketState
+from rocs_bt.interfaces.action import Action, AtomicAction, Progress, Reason, make_action, parameters_of
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 
 SUCCEEDED, FAILED = TicketState.SUCCEEDED, TicketState.FAILED
 

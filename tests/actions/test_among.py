@@ -10,12 +10,12 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import run
-from rocs_bt.action import make_action
 from rocs_bt.actions.among import Among
 from rocs_bt.actions.follow_route import FollowRoute
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import BodyMoved, PathPlanned
+from rocs_bt.interfaces.action import make_action
 from rocs_bt.record import Recording
 from rocs_bt.record.why import explain
 

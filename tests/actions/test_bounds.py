@@ -6,11 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.action import InvalidAction, Reason, make_action, parameters_of
 from rocs_bt.actions import ACTIONS
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.event import AtomicStarted
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import InvalidAction, Reason, make_action, parameters_of
+from rocs_bt.interfaces.pipeline import TicketState
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions.course import Course
-from rocs_bt.geometry import Pose2, Twist2
+from rocs_bt.base.geometry import Pose2, Twist2
 
 TIMES = np.array([0.0, 1.0, 5.0])
 

@@ -5,11 +5,11 @@ from itertools import pairwise
 
 import pytest
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import Dock
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.event import AtomicStarted
-from rocs_bt.geometry import Pose2, wrap_angle
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import TicketState
 
 DOCK = Pose2(2.0, 1.0, math.radians(90.0))
 

@@ -7,16 +7,16 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import (
     Flinch,
     FollowPath,
     GoTo,
     SetWheelSpeed,
 )
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ActuatorCommanded, FollowerStepped
-from rocs_bt.geometry import Pose2
-from rocs_bt.pipeline import Priority, TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 
 SUCCEEDED, FAILED = TicketState.SUCCEEDED, TicketState.FAILED
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from rocs_bt import Failure, Reason
-from rocs_bt.action import Progress
 from rocs_bt.actions import (
     AvoidCollision,
     Flinch,
@@ -20,11 +19,12 @@ from rocs_bt.actions import (
     TurnAngle,
     TurnTo,
 )
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, make_locomotion
 from rocs_bt.event import ActuatorCommanded, AtomicStarted
-from rocs_bt.geometry import Pose2
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import Progress
+from rocs_bt.interfaces.pipeline import TicketState
 
 WHEELS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 AXES = {

@@ -4,10 +4,10 @@ import math
 
 import pytest
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import Flinch
 from rocs_bt.event import ActuatorCommanded
-from rocs_bt.pipeline import Priority, TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 
 SUCCEEDED, RUNNING = TicketState.SUCCEEDED, TicketState.RUNNING
 

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import FollowRobot
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.event import ActuatorCommanded
-from rocs_bt.geometry import Pose2, Twist2, along_arc
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import TicketState
 
 RUNNING, SUCCEEDED, FAILED = TicketState.RUNNING, TicketState.SUCCEEDED, TicketState.FAILED
 KEEP = {"distance": 1.2, "room": 1.0, "safety": 0.8}

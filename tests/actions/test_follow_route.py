@@ -4,12 +4,12 @@ import math
 
 import numpy as np
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import FollowRoute
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ActuatorCommanded, FollowerStepped
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import TicketState
 from rocs_bt.knowledge import OccupancyGrid
-from rocs_bt.pipeline import TicketState
 
 STRAIGHT = [(0.1 * k, 0.0) for k in range(31)]
 

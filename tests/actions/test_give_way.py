@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from rocs_bt.actions.give_way import GiveWay, braked_distance, trailer_path
 from rocs_bt.actions.room import Room
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.arcs import BENDS, HEADINGS
-from rocs_bt.geometry import Pose2
 
 TIMES, AFAR = 0.1 * np.arange(26), 0.1 * np.arange(51)
 HERE = Pose2(0.0, 0.0, 0.0)

@@ -5,22 +5,22 @@ import math
 import numpy as np
 import pytest
 
-from rocs_bt.action import Reason, make_action, misfits_of
 from rocs_bt.actions import FollowPath, FollowRobot, FollowRoute, GoTo, action_table
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, wrap_angle
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.locomotion import AxisLimits, Response
 from rocs_bt.control.locomotion_kinds import differential_drive, mecanum_drive, twist_body
-from rocs_bt.device import Actuator
-from rocs_bt.errors import InputError
 from rocs_bt.event import FollowerStepped, ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
-from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.interfaces.action import Reason, make_action, misfits_of
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
+from rocs_bt.interfaces.safety import Limits, SafetyGate
 from rocs_bt.knowledge import Knowledge, Movers, OccupancyGrid
-from rocs_bt.pipeline import Pipeline, Priority, TicketState
-from rocs_bt.safety import Limits, SafetyGate
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
 PERIOD = 0.05
 LIMITS = {"max_wheel_speed": 0.8, "max_wheel_acceleration": 1.5}

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import GoTo, GoToOrigin, SetWheelSpeed, TurnAngle, TurnToOrigin
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.event import ActuatorCommanded, TicketChanged
-from rocs_bt.geometry import Pose2, wrap_angle
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import TicketState
 
 
 @pytest.fixture

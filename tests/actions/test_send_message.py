@@ -7,9 +7,9 @@ import json
 import pytest
 
 from rocs_bt import run
-from rocs_bt.action import Reason
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import Change, ListSink, SensorRead, TicketChanged
+from rocs_bt.interfaces.action import Reason
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
 

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 
 from rocs_bt.agent import Agent, Controller, Runtime
+from rocs_bt.base.clock import Clock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PlaceSpec
-from rocs_bt.clock import Clock
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.testing.mock_agent import MockDevices, mock_agent
 
 GOAL = PlaceSpec("goal", "goal", Pose2(50.0, 0.0), 0.1, ("R1",))

@@ -5,9 +5,9 @@ import shutil
 import pytest
 
 from rocs_bt.agent import Controller, Runtime
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, WiringError
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, WiringError
 from rocs_bt.event import NullSink
 from rocs_bt.testing.mock_agent import mock_agent
 

@@ -10,11 +10,11 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from rocs_bt import run
-from rocs_bt.action import Action, AtomicAction, Body, MacroAction, Progress
 from rocs_bt.analyze import PassRange
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import DeviceError
 from rocs_bt.event import AgentStopped, BlockFailed, ContentRaised, ListSink, NodeTicked, OutcomeDecided, TicketChanged
+from rocs_bt.interfaces.action import Action, AtomicAction, Body, MacroAction, Progress
 from rocs_bt.record import Recording
 from rocs_bt.running import replay
 

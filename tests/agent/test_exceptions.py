@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.agent.exceptions import LIMIT, WINDOW, ContentExceptions
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.raised import Raised
 from rocs_bt.event import ContentRaised, ListSink
-from rocs_bt.pipeline import Pipeline
-from rocs_bt.raised import Raised
+from rocs_bt.interfaces.pipeline import Pipeline
 
 STEP = 0.05  # [s]
 

@@ -3,13 +3,13 @@
 import pytest
 
 from rocs_bt.agent.facts import add_facts, check_queries
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.toml_table import read_toml
 from rocs_bt.catalog import Catalog
 from rocs_bt.catalog.scenario_tables import read_facts
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 
 GOOD = """

@@ -7,7 +7,7 @@ import pytest
 
 from rocs_bt.agent import ThreadedRunner
 from rocs_bt.agent.worker import Worker
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed
 from rocs_bt.testing.mock_agent import MockDevices
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from rocs_bt.agent.heartbeat import Heartbeat
 from rocs_bt.agent.lateness import LONGEST, MOST, WINDOW, Lateness
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.event import BlockFailed, MotionHeld, MotionReleased, SensorFailed
 
 BEAT = 0.05

@@ -7,7 +7,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.event import (
     ActuatorCommanded,
     AgentStopped,

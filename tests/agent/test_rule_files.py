@@ -5,15 +5,15 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent import RuleFile, RuleWatch
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.reactive import Override, analysis
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH
 
 ENVIRONMENT = Environment.packed([Signal("front", 1, (LENGTH,), (0.0, 10.0))])
 COMMON = 'format = "reflex/1"\n[threshold]\nnear = "0.5 m"\n'

@@ -3,10 +3,10 @@
 import pytest
 
 from rocs_bt.agent import Controller, Runtime
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, content_hash
 from rocs_bt.check import check_content
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink
 from rocs_bt.testing.mock_agent import mock_agent
 

@@ -9,8 +9,8 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.agent import Agent, RobotDevices, Runtime
+from rocs_bt.base.clock import Rate, SimulatedClock
 from rocs_bt.catalog import Catalog, RobotSpec, ScenarioSpec
-from rocs_bt.clock import Rate, SimulatedClock
 from rocs_bt.event import ActuatorCommanded, Event, ListSink, NullSink, SensorRead
 from rocs_bt.plan import TreePlan
 from rocs_bt.running.build_agents import build_agents

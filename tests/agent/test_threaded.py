@@ -13,7 +13,7 @@ from py_trees.composites import Parallel
 
 from rocs_bt.agent import ThreadedRunner
 from rocs_bt.agent.worker import FAST_SWITCHING, FastSwitching, Step, Ticker, Worker
-from rocs_bt.clock import SimulatedClock, WallClock
+from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, BlockFailed, ListSink, RuleChanged, TicketChanged
 from rocs_bt.plan import Plan
 from rocs_bt.running import SinkThread

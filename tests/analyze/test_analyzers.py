@@ -5,11 +5,11 @@ import math
 import pytest
 
 from rocs_bt.analyze import Analyze, PassOrientation, PassPosition, PassRange
-from rocs_bt.channel import AnalyzeSubscriber, Publisher
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import WiringError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import WiringError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Change, ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import Knowledge
 
 

@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.channel import AnalyzeSubscriber, Publisher
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.locomotion_kinds import skid_drive
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, MapChanged
-from rocs_bt.geometry import Pose2, Twist2, along_arc
+from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, Knowledge, Movers
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
 FIELD, BEAMS, AHEAD = math.radians(270.0), 541, 0.1
 ORIGIN = Pose2(0.0, 0.0)

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rocs_bt.analyze import Localise, PassPosition
-from rocs_bt.channel import AnalyzeSubscriber, Publisher
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, SignalsWritten
-from rocs_bt.geometry import Pose2, Twist2, along_arc
+from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import Knowledge
 
 DRIVE = make_locomotion("differential", wheel_separation=0.33, max_wheel_speed=1.2, max_wheel_acceleration=1.5)

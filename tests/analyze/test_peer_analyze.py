@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from rocs_bt.analyze import PeerAnalyze
-from rocs_bt.channel import Stamped
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2, Twist2, along_arc
+from rocs_bt.interfaces.channel import Stamped
 from rocs_bt.knowledge import Knowledge
 
 NOBODY = (0.0, math.inf, 0.0)

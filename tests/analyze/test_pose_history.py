@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from rocs_bt.analyze.pose_history import PoseHistory
-from rocs_bt.channel import Stamped
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.interfaces.channel import Stamped
 
 
 def history(*poses):

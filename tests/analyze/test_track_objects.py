@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.channel import Stamped
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.errors import InputError
 from rocs_bt.event import Change, KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2, Twist2, along_arc
+from rocs_bt.interfaces.channel import Stamped
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
 from .casting import cast
 

@@ -11,8 +11,8 @@ from mcap_ros2.decoder import DecoderFactory
 from msgspec.structs import replace
 from ruamel.yaml import YAML
 
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, BodyMoved, RuleChanged, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
 from rocs_bt.simulation.rosbag_export import export_rosbag, start_time

@@ -9,6 +9,7 @@ import py_trees
 import pytest
 
 from rocs_bt import drive
+from rocs_bt.base.geometry import Pose3, Twist3
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2 import messages, node
 from rocs_bt.drivers.ros2.forms import POSE_TAKES, make_take, pose3
@@ -17,7 +18,6 @@ from rocs_bt.drivers.ros2.parameters import TRANSFORMS, TWIST_STAMPED, Ros2Senso
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.event import SensorRead
-from rocs_bt.geometry import Pose3, Twist3
 from rocs_bt.record import Recording
 from rocs_bt.record.tables import signal_table
 

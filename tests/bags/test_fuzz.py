@@ -5,8 +5,8 @@ import shutil
 
 import pytest
 
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.drivers.ros2.bag_file import Bag
-from rocs_bt.errors import InputError, RecordingError
 
 from .robots import ForeignBag, cart
 

@@ -4,8 +4,8 @@ import threading
 
 import pytest
 
-from rocs_bt.channel import AnalyzeSubscriber, Inbox, MonitorSubscriber, Publisher, Stamped, check_wire
-from rocs_bt.errors import WiringError
+from rocs_bt.base.errors import WiringError
+from rocs_bt.interfaces.channel import AnalyzeSubscriber, Inbox, MonitorSubscriber, Publisher, Stamped, check_wire
 
 
 def test_samples_arrive_in_order_stamped_and_signed():

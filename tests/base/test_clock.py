@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.clock import Rate, SimulatedClock, WallClock
-from rocs_bt.errors import RateError
+from rocs_bt.base.clock import Rate, SimulatedClock, WallClock
+from rocs_bt.base.errors import RateError
 
 
 def test_simulated_time_does_not_drift():

@@ -6,13 +6,13 @@ import threading
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.device import Actuator
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import ActuatorError, DeviceError
 from rocs_bt.drivers.emergency_stop import EmergencyStop
 from rocs_bt.drivers.host import Host
-from rocs_bt.errors import ActuatorError, DeviceError
 from rocs_bt.event import ListSink, MotionHeld, MotionReleased
-from rocs_bt.safety import Limits, SafetyGate
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.safety import Limits, SafetyGate
 
 
 class Wheels(Actuator):

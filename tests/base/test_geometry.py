@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.geometry import Pose2, Pose3, Twist2, Twist3, along_arc, arc, arc_positions, wrap_angle
+from rocs_bt.base.geometry import Pose2, Pose3, Twist2, Twist3, along_arc, arc, arc_positions, wrap_angle
 
 angles = st.floats(-50.0, 50.0)
 coordinates = st.floats(-100.0, 100.0)

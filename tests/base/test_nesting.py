@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from rocs_bt.nesting import LIMIT, check_nesting, too_deep
+from rocs_bt.base.nesting import LIMIT, check_nesting, too_deep
 
 READERS = {
     "knowledge": "from_json_text('{\"a\": ' + '[' * 200_000, Path('k.json'))",
@@ -15,7 +15,7 @@ READERS = {
 SCRIPT = """
 import sys
 from pathlib import Path
-from rocs_bt.errors import RocsError
+from rocs_bt.base.errors import RocsError
 from rocs_bt.knowledge.history import from_json_text
 from rocs_bt.knowledge.history.values import load
 from rocs_bt.record import codec

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.parameter import Parameter, misfit
-from rocs_bt.units import LENGTH, NOT_NEGATIVE, SPEED
+from rocs_bt.base.parameter import Parameter, misfit
+from rocs_bt.base.units import LENGTH, NOT_NEGATIVE, SPEED
 
 GOOD = [
     (float, 1.0), (float, 1), (float, np.float32(1)), (float, np.int64(1)), (float, math.nan),

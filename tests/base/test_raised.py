@@ -6,12 +6,12 @@ import textwrap
 
 import pytest
 
-from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.errors import InputError
-from rocs_bt.event import ListSink
+from rocs_bt.base.clock import Rate, SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.python_content import load_module
+from rocs_bt.base.raised import Raised, called_at, describe, owners_of, raised_at
+from rocs_bt.event import ContentRaised, ListSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.python_content import load_module
-from rocs_bt.raised import Raised, called_at, describe, owners_of, raised_at
 
 
 @pytest.fixture
@@ -49,7 +49,7 @@ def test_an_exception_is_located_at_the_line_of_content(content, line, detail):
     module = content(f"""
         import json
         import numpy
-        from rocs_bt.clock import Rate
+        from rocs_bt.base.clock import Rate
 
         def act():
             {line}
@@ -59,7 +59,8 @@ def test_an_exception_is_located_at_the_line_of_content(content, line, detail):
     assert str(raised.location) == "mine.py:7"
     assert raised.detail.startswith(detail)
     assert str(raised).startswith(f"action 'Nod' raised {detail}")
-    event = raised.event(1.5, "R2", "brakes")
+    event = ContentRaised.of(1.5, "R2", raised, "brakes")
+    assert event.raised.location.line == 7
     assert (event.file, event.line, event.kind, event.content, event.effect) == (
         "mine.py",
         7,

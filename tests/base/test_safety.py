@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.device import Actuator
-from rocs_bt.errors import DeviceError, InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.event import CommandExpired, CommandLimited, LandingBegan, ListSink
-from rocs_bt.safety import Landing, Limits, SafetyGate
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.safety import Landing, Limits, SafetyGate
 
 WHEELS = Limits((-1.2,), (1.2,), together=True)
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rocs_bt.errors import InputError
-from rocs_bt.toml_edit import with_values
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.toml_edit import with_values
 
 FILE = Path("robot.toml")
 VALUES = {("move", "delay"): "0.4 s", ("move", "lag"): "0.01 s", ("move", "vx", "brake"): "1 m/s2"}

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.action import Parameter
-from rocs_bt.errors import UnitError
-from rocs_bt.units import (
+from rocs_bt.base.errors import UnitError
+from rocs_bt.base.parameter import Parameter
+from rocs_bt.base.units import (
     ANGLE,
     FINITE,
     LENGTH,

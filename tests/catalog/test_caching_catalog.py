@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.toml_text import as_data, as_toml, parse_toml
 from rocs_bt.catalog import CachingCatalog, Catalog
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
-from rocs_bt.toml_text import as_data, as_toml, parse_toml
 
 
 @pytest.mark.parametrize("parameters", [{}, {"planner": "visibility"}, {"planner": "any_angle"}])

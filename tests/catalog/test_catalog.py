@@ -8,8 +8,8 @@ import sys
 
 import pytest
 
+from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.catalog import Catalog, content_hash, find_project, shipped_root
-from rocs_bt.errors import InputError, UnknownName
 
 
 def test_every_kind_is_found_with_its_first_sentence(project):

@@ -2,8 +2,8 @@
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, copy_content
-from rocs_bt.errors import InputError
 
 SHIPPED = [
     (kind, entry.name)

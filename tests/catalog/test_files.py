@@ -6,12 +6,12 @@ import math
 
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Twist2
+from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import Catalog, load_robot, robot_locomotion
 from rocs_bt.control.locomotion import Response
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Twist2
-from rocs_bt.safety import Landing, Limits
-from rocs_bt.units import LENGTH
+from rocs_bt.interfaces.safety import Landing, Limits
 
 
 def edit(path, old, new):

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, content_hash
-from rocs_bt.errors import InputError
 
 ROBOT = """\
 format = "robot/3"

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.catalog import Catalog, Perturbation, RobotSpec, parse_perturbation, perturbed
-from rocs_bt.errors import InputError, UnknownName
+from rocs_bt.event.sink import NullSink
 from rocs_bt.simulation.simulated_world import build_world
-from rocs_bt.sink import NullSink
 
 CATALOG = Catalog()
 SHIPPED = CATALOG.load_perturbations()

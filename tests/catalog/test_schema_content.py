@@ -2,9 +2,9 @@
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
-from rocs_bt.errors import InputError
 from rocs_bt.knowledge import SCHEMA
 from rocs_bt.running.build_agents import load_controller
 

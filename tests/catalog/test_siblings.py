@@ -8,10 +8,10 @@ import threading
 
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.python_content import load_class, load_module, module_name, with_siblings
+from rocs_bt.base.raised import CONTENT_PREFIX, raised_at
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
-from rocs_bt.python_content import load_class, load_module, module_name, with_siblings
-from rocs_bt.raised import CONTENT_PREFIX, raised_at
 
 OWN = "from .far import Far\n\n\nclass Own(Far):\n    pass\n"
 FAR = "from .limit import LIMIT\n\n\nclass Far:\n    limit = LIMIT\n\n    def fail(self):\n        return 1 / 0\n"
@@ -86,7 +86,7 @@ def test_siblings_can_be_imported_late_and_from_the_folder(folder):
     [
         ("x = 1\ny = 1 / 0\n", "limit.py:2", "ZeroDivisionError"),
         ("x = 1\ny = 1 +\n", "limit.py:2:8", "not valid Python"),
-        ("import rocs_bt.units\n\nrocs_bt.units.parse_quantity('1 bogus')\n", "limit.py:3", "bogus"),
+        ("import rocs_bt.base.units\n\nrocs_bt.base.units.parse_quantity('1 bogus')\n", "limit.py:3", "bogus"),
         ("x = 1\n", "far.py:1", "ImportError: cannot import name 'LIMIT'"),
         ("from .own import Own\n", "limit.py:1", "ImportError: cannot import name 'Own'"),
         ("LIMIT = 3\nraise SystemExit(1)\n", "limit.py:2", "SystemExit"),

@@ -12,10 +12,10 @@ MISSION = '''"""Turn on the spot with an action of my own."""
 
 from dataclasses import dataclass
 
-from rocs_bt.action import AtomicAction, Body, Progress
-from rocs_bt.geometry import Twist2
+from rocs_bt.interfaces.action import AtomicAction, Body, Progress
+from rocs_bt.base.geometry import Twist2
 from rocs_bt.plan import Mission
-from rocs_bt.units import RadiansPerSecond
+from rocs_bt.base.units import RadiansPerSecond
 
 
 @dataclass(kw_only=True, eq=False)

@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rocs_bt.base.toml_edit import with_values
 from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.check import check_content
 from rocs_bt.check.identified import as_quantities, corrections, differences
 from rocs_bt.simulation.identified_file import IdentifiedFile, WheelFigures, model_hash, read_identified
-from rocs_bt.toml_edit import with_values
 
 SHIPPED = Catalog().shipped / "robots"
 BASED = 'format = "robot/3"\nbase = "pioneer_p3dx"\ndoc = "As its base."\n'

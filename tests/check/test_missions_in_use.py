@@ -22,7 +22,7 @@ monitor = "sensors.py:Warmth"
 """
 SENSORS = """from rocs_bt import Monitor, Signal
 from rocs_bt.drivers.mujoco import MujocoSensor
-from rocs_bt.units import LENGTH
+from rocs_bt.base.units import LENGTH
 
 
 class Thermometer(MujocoSensor):

@@ -5,7 +5,7 @@ import pytest
 MISSION = '''"""Drives."""
 
 from rocs_bt import Mission
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.base.units import PositiveMetresPerSecond
 
 
 def build(mission: Mission, *, first: str, second: str, cruise: PositiveMetresPerSecond = 0.4):

@@ -13,9 +13,9 @@ from pathlib import Path
 import click
 import pytest
 
+from rocs_bt.base.registered import registered
 from rocs_bt.check import check as checking
 from rocs_bt.cli import main
-from rocs_bt.registered import registered
 from rocs_bt.studio.report import write_report
 
 
@@ -221,7 +221,7 @@ def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(monkeypatc
 
 
 def test_entry_points_of_a_checkout_are_found_without_an_installation(monkeypatch):
-    monkeypatch.setattr("rocs_bt.registered.entry_points", lambda group: ())
+    monkeypatch.setattr("rocs_bt.base.registered.entry_points", lambda group: ())
     assert registered("rocs_bt.report")["report"].load() is write_report
     assert registered("rocs_bt.nothing") == {}
 

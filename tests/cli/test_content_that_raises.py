@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from rocs_bt import AtomicAction, Monitor, Progress, Signal
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
 from rocs_bt.plan import Mission
-from rocs_bt.units import LENGTH
+from rocs_bt.base.units import LENGTH
 
 
 class Beacon(MujocoSensor):
@@ -123,7 +123,7 @@ from dataclasses import dataclass
 
 from rocs_bt import MacroAction, Mission
 from rocs_bt.actions import SetWheelSpeed
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.base.units import PositiveMetresPerSecond
 
 
 @dataclass(kw_only=True, eq=False)

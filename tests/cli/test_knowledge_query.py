@@ -4,10 +4,10 @@ import json
 
 import pytest
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.cli.main import call
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import Journal
 

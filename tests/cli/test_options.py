@@ -6,9 +6,9 @@ import click
 import msgspec
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.cli.main import COMMANDS, group
 from rocs_bt.cli.quantity import QuantityType
-from rocs_bt.errors import InputError
 from rocs_bt.running import RunOptions, declared_options
 
 

@@ -9,7 +9,7 @@ import pytest
 DRIVER = """\
 from rocs_bt import Monitor, Signal
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
-from rocs_bt.units import LENGTH, Metres, PositiveMetres
+from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
 
 
 class Beacon(MujocoSensor):

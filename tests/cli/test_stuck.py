@@ -16,7 +16,7 @@ priority = 10
 name = "Stop"
 """
 WAITS = """
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.base.units import MetresPerSecond
 
 def build(mission, *, first: str = "", second: str = "", cruise: MetresPerSecond = 0.4):
     return mission.wait("60 s")

@@ -16,9 +16,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import rocs_bt as package
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.cli import main, terminal
 from rocs_bt.cli.terminal import echo, guard_streams, safe, show_table, styled
-from rocs_bt.clock import SimulatedClock
 
 ROOT = Path(package.__file__).parent
 SOURCES = sorted(p for p in ROOT.rglob("*.py") if "_content" not in p.parts and "project" not in p.parts)

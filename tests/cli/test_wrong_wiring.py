@@ -28,7 +28,7 @@ def line_of(project, file, text):
 def test_a_file_that_breaks_its_checker_does_not_hide_the_others(project, rocs_bt):
     edit(project, ROBOT, RANGE, 'class = "own.py:Broken"\n')
     (project / "robots" / "rover" / "own.py").write_text(
-        "from rocs_bt.errors import DeviceError\nfrom rocs_bt.monitor import RangeMonitor\n\n\n"
+        "from rocs_bt.base.errors import DeviceError\nfrom rocs_bt.monitor import RangeMonitor\n\n\n"
         "class Broken(RangeMonitor):\n    def __init__(self, *args, **kwargs):\n"
         "        raise DeviceError('no cable is plugged in')\n"
     )
@@ -55,7 +55,7 @@ def test_a_leader_that_is_no_robot_of_the_scenario_is_told_beforehand(tmp_path, 
 PATROLS = {
     ".py": '''"""There, and there again."""
 from rocs_bt import Mission
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.base.units import MetresPerSecond
 
 
 def build(mission: Mission, *, first: str, second: str, cruise: MetresPerSecond = 0.4):

@@ -7,10 +7,10 @@ import signal
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Store, SweepOptions, sweep
 from rocs_bt.compare.cluster import dask_executor
 from rocs_bt.compare.record import encode_record
-from rocs_bt.errors import InputError
 
 from .. import needs
 from ..waiting import GUARD

@@ -7,12 +7,12 @@ from math import sqrt
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison, ScenarioScene
 from rocs_bt.compare.cold import POOLED, losses, walk_outward
 from rocs_bt.compare.key import Keys
 from rocs_bt.compare.report import cold_rows
-from rocs_bt.errors import InputError
 
 from .records import episode, table
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog, PlannerSpec
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, BodyMoved, ListSink, RuleChanged, SensorRead, TicketChanged
 from rocs_bt.record import Recording
 from rocs_bt.running import replay

@@ -7,12 +7,12 @@ import math
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import InputError, UnknownName
 from rocs_bt.compare import Comparison
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_command
 from rocs_bt.compare.statistics import holm, mcnemar_test
 from rocs_bt.compare.verdict import Verdict
-from rocs_bt.errors import InputError, UnknownName
 
 from .records import LIMIT, episode, table
 

@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from msgspec.structs import replace
 
+from rocs_bt.base.errors import UnknownName
 from rocs_bt.compare.metric import METRICS, EpisodeData, barn_score, cvar, measure_all, metric, turning
 from rocs_bt.compare.runner import MetricSink
-from rocs_bt.errors import UnknownName
 from rocs_bt.event import BodyMoved, pack
 from rocs_bt.record import AgentResult, Finding, TrackingError
 

@@ -7,11 +7,11 @@ import dataclasses
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog, PlannerSpec, read_planner
 from rocs_bt.compare import ScenarioScene
 from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.runner import EpisodeRunner
-from rocs_bt.errors import InputError
 
 
 def write(project, text):

@@ -12,8 +12,8 @@ from concurrent.futures import wait
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.compare.pool import WorkerDied, WorkerPool
-from rocs_bt.errors import InputError
 
 from ..waiting import GUARD, until
 

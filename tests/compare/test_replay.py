@@ -7,13 +7,13 @@ import shlex
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.compare import Comparison, FamilyScene, ScenarioScene
 from rocs_bt.compare.episode import Episode
 from rocs_bt.compare.replay import replay_command, scene_by_name
 from rocs_bt.compare.runner import EpisodeRunner
-from rocs_bt.errors import InputError
 
 from ..pages import data_of
 

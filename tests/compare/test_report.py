@@ -13,11 +13,11 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.compare import Comparison
 from rocs_bt.compare.replay import episode_folder, recorded_page, replay_command
 from rocs_bt.compare.report import exported, markdown, render_comparison, sceneries, standings, write_comparison
-from rocs_bt.errors import RecordingError
 from rocs_bt.record import Outline, RunHeader
 
 from .records import episode, table

@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt import Pose2
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import CachingCatalog, Catalog
 from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
 from rocs_bt.compare.search import Draft, Fairness, Player, SearchOptions, SearchSpace, Shrinking, keep, search
 from rocs_bt.control.footprint import Footprint
-from rocs_bt.errors import InputError
 
 BODY = Footprint(0.5, 0.4)
 FAMILY = '''"""Posts here and there, and one in the way."""
@@ -27,7 +27,7 @@ from dataclasses import dataclass
 
 from rocs_bt import Pose2
 from rocs_bt.compare import Family, Ground, Post, Scene, goal_scenario
-from rocs_bt.units import PositiveMetres
+from rocs_bt.base.units import PositiveMetres
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,9 @@ import threading
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Store
 from rocs_bt.compare.store import FILE, Cost
-from rocs_bt.errors import InputError
 
 from .records import episode
 

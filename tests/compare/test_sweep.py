@@ -16,6 +16,7 @@ from dataclasses import replace
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.errors import InputError, RocsError
 from rocs_bt.catalog import Catalog, PlannerSpec
 from rocs_bt.compare import ScenarioScene, Store, SweepOptions, sweep
 from rocs_bt.compare.episode import Episode
@@ -24,7 +25,6 @@ from rocs_bt.compare.pool import EXIT_TIMEOUT, WorkerPool
 from rocs_bt.compare.record import EpisodeRecord, decode_record, encode_record
 from rocs_bt.compare.runner import EpisodeRunner, run_episode
 from rocs_bt.compare.store import Cost
-from rocs_bt.errors import InputError, RocsError
 
 from .patient import Patient
 

@@ -11,13 +11,14 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt import files, run, sweep
+from rocs_bt import run, sweep
+from rocs_bt.base import files
+from rocs_bt.base.errors import InputError, RocsError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, scenario, stub_agent
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
 from rocs_bt.compare.search import SearchOptions, SearchSpace, search
-from rocs_bt.errors import InputError, RocsError
 from rocs_bt.running import Run, build_agents, read_swap
 
 from ..messages.table import Row, rows, write_project

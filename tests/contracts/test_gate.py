@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 import rocs_bt
-from rocs_bt.action import ActionFailed
 from rocs_bt.agent import Controller, Runtime, ThreadedRunner
+from rocs_bt.base.clock import SimulatedClock, WallClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, CommandLimited, ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.action import ActionFailed
+from rocs_bt.interfaces.safety import Limits
 from rocs_bt.reactive import Reflex
-from rocs_bt.safety import Limits
 from rocs_bt.simulation import on_hardware
 from rocs_bt.testing.mock_agent import mock_agent
 

@@ -8,6 +8,7 @@ import pytest
 
 import rocs_bt
 from rocs_bt import InputError, Pose2, RunOptions
+from rocs_bt.base.errors import RocsError, UnknownName
 from rocs_bt.catalog import Catalog
 from rocs_bt.control.locomotion_kinds import (
     differential_drive,
@@ -18,7 +19,6 @@ from rocs_bt.control.locomotion_kinds import (
     tracked_drive,
     twist_body,
 )
-from rocs_bt.errors import RocsError, UnknownName
 from rocs_bt.running import Run
 from rocs_bt.testing.missions import play
 

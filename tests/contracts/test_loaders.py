@@ -15,14 +15,14 @@ from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, RecordingError, RocsError
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
 from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.check.xml_mission import read_palettes
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.compare.imports.barn import read_world as read_barn_world
 from rocs_bt.compare.imports.raster import read_map_yaml, read_pgm
 from rocs_bt.drivers.mujoco import compose_world
-from rocs_bt.errors import InputError, RecordingError, RocsError
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge import SCHEMA as KNOWN

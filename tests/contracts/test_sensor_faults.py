@@ -10,8 +10,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.stub_agent import stub_agent
-from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink, SensorFailed
+from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.monitor import OdometryMonitor, PoseMonitor, RangeMonitor, ScanMonitor
 
 CATALOG = Catalog()

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
-from rocs_bt.action import parameters_of
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.catalog import KINDS, Catalog, content_hash
 from rocs_bt.check import check_content
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.drivers import DRIVER_PARAMETERS, mock, mujoco
 from rocs_bt.event import NullSink
+from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
 from rocs_bt.simulation import build_world, on_hardware
 

@@ -13,21 +13,20 @@ from typing import Any
 import pytest
 
 from rocs_bt import Catalog
-from rocs_bt.action import parameters_of
 from rocs_bt.actions import action_table
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.arguments import class_parameters, field_parameters, read_arguments
+from rocs_bt.base.errors import InputError, UnitError
+from rocs_bt.base.parameter import Parameter, class_parameters, field_parameters, read_arguments
+from rocs_bt.base.units import NONE, parse_unit
 from rocs_bt.catalog import mission_values
 from rocs_bt.check import check_content
 from rocs_bt.compare.family import family_parameters, load_family
 from rocs_bt.drivers import DRIVER_PARAMETERS
-from rocs_bt.errors import InputError, UnitError
+from rocs_bt.interfaces.action import parameters_of
 from rocs_bt.monitor import MONITORS
-from rocs_bt.parameter import Parameter
 from rocs_bt.plan import mission_parameters
 from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
 from rocs_bt.simulation.scripted_robots import SCRIPTED_ROBOTS
-from rocs_bt.units import NONE, parse_unit
 
 BLOCK = {"monitor": ("name", "monitored", "knowledge", "sink"), "analyze": ("name", "knowledge", "sink")}
 

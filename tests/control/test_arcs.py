@@ -5,8 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.geometry import Pose2, Twist2, arc
 from rocs_bt.control.arcs import along, sinc
-from rocs_bt.geometry import Pose2, Twist2, arc
 
 number = st.floats(-2.0, 2.0)
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.control.axis import AxisLimits
-from rocs_bt.errors import InputError
 
 TIMES = 0.1 * np.arange(1, 101)
 axes = st.builds(AxisLimits, st.floats(0.1, 3.0), st.floats(0.2, 6.0))

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.follower import Command, Follower, FollowerSettings
 from rocs_bt.control.locomotion import Locomotion, Response
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, Preview, Reference, TimedReference, TurnReference
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2, Twist2
 
 PERIOD = 0.05
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}

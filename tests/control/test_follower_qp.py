@@ -9,9 +9,9 @@ import numpy.typing as npt
 import pytest
 from scipy.optimize import LinearConstraint, minimize
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.control.follower_qp import Layout, Weights, build
 from rocs_bt.control.locomotion import Locomotion
-from rocs_bt.errors import InputError
 
 Array = npt.NDArray[np.float64]
 BLOCKS, DT = (1, 1, 2, 3), 0.1

@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.footprint import CLOSING, Footprint
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 HULL = Footprint(0.5, 0.4)
 TIMES = np.arange(1, 41) * 0.05

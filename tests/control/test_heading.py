@@ -11,6 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.control.follower import Follower
 from rocs_bt.control.heading import NEAR, blended_yaws, toward
 from rocs_bt.control.locomotion import Locomotion, Response
@@ -18,8 +20,6 @@ from rocs_bt.control.locomotion_kinds import mecanum_drive
 from rocs_bt.control.path import REACH, Path
 from rocs_bt.control.profile import BRAKES, speed_profile
 from rocs_bt.control.reference import PathReference
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2, Twist2, wrap_angle
 
 Array = npt.NDArray[np.float64]
 TIMES = 0.1 * np.arange(1, 21)

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError, UnknownName
+from rocs_bt.base.geometry import Twist2, Twist3
 from rocs_bt.control.locomotion import AxisLimits, Locomotion
 from rocs_bt.control.locomotion_kinds import LOCOMOTIONS, differential_drive, make_locomotion, mecanum_drive, skid_drive
-from rocs_bt.errors import InputError, UnknownName
-from rocs_bt.geometry import Twist2, Twist3
 
 LIMITS = {"max_wheel_speed": 1.2, "max_wheel_acceleration": 1.5}
 NUMBERS = {

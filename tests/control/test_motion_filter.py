@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.motion_filter import MotionFilter, MotionNoise
-from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 HERE = Pose2(0.0, 0.0, 0.3)
 EXACT = MotionNoise(range=1e-3, bearing=1e-3, acceleration=0.0, turning=0.0, memory=1e9)

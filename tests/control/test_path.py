@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.control.path import Path
-from rocs_bt.errors import InputError
 
 coordinates = st.floats(-5.0, 5.0)
 points = st.tuples(coordinates, coordinates)

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc, wrap_angle
 from rocs_bt.control.pose_filter import PoseFilter, PoseNoise
-from rocs_bt.geometry import Pose2, Twist2, along_arc, wrap_angle
 
 # Signs of life of a filter whose sensors say nothing wrong.
 EXACT = PoseNoise(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1e-3, 1e-3)

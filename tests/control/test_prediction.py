@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.control.prediction import Prediction
-from rocs_bt.geometry import Pose2, Twist2, along_arc
 from rocs_bt.knowledge import Movers
 
 HULL = Footprint(0.5, 0.4)

@@ -7,13 +7,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.locomotion import Locomotion
 from rocs_bt.control.locomotion_kinds import skid_drive
 from rocs_bt.control.path import Path
 from rocs_bt.control.profile import speed_profile
 from rocs_bt.control.reference import PathReference, TimedReference, TurnReference
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2, Twist2
 
 TIMES = 0.1 * np.arange(1, 21)
 STILL = Twist2(0.0)

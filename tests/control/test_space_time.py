@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 from scipy.ndimage import distance_transform_edt
 
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.control.space_time import LAYER, LAYERS, PARTS, Limits, Manners, SpaceTime
 from rocs_bt.control.way_field import USED, WayField, distances
-from rocs_bt.geometry import Pose2, Twist2
 from rocs_bt.knowledge import Movers
 
 HULL = Footprint(0.5, 0.43)

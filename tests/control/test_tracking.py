@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.tracking import Beams, Tracker, TrackerSettings, Tracks, segments_of
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 HERE = Pose2(0.0, 0.0)
 RING = Beams([(0.2 * math.cos(a), 0.2 * math.sin(a), a) for a in np.radians(22.5 * np.arange(16))], 0.26, 2.0)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.control.trail import LENGTH, SPACING, TURNED, Trail
-from rocs_bt.geometry import Pose2
 
 BODY = Footprint(0.6, 0.4)
 

@@ -6,8 +6,8 @@ import inspect
 import re
 from pathlib import Path
 
-from rocs_bt.action import Action, parameters_of
 from rocs_bt.actions import ACTIONS
+from rocs_bt.interfaces.action import Action, parameters_of
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "actions.md"
 HEAD = """# Look up an action

@@ -9,19 +9,19 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.analyze import ANALYZERS
-from rocs_bt.arguments import field_parameters
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.parameter import field_parameters
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH
 from rocs_bt.catalog import load_robot, read_planner
 from rocs_bt.catalog.inherit import read_with_base
 from rocs_bt.catalog.scenario_file import read_scenario
 from rocs_bt.drivers import DRIVER_PARAMETERS, declared_parameters
-from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment
 from rocs_bt.knowledge.signals import SignalTable
 from rocs_bt.monitor import MONITORS, Monitor
 from rocs_bt.reactive import load_rules
-from rocs_bt.signal import Signal
 from rocs_bt.simulation import SCRIPTED_OBJECTS, SCRIPTED_ROBOTS
-from rocs_bt.units import LENGTH
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 PAGE = "\n".join((DOCS / name).read_text("utf-8") for name in ("files-robot.md", "files.md"))

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Knowledge, compile_query, find, load_schema
 from rocs_bt.knowledge.query.pattern import SECTIONS
 from rocs_bt.knowledge.query.scope import FORMS

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.geometry import Pose2
 from rocs_bt.testing import missions
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import rocs_bt
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.cli.main import COMMANDS
-from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import RuleChanged, SensorRead
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/python.md").read_text("utf-8")

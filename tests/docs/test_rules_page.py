@@ -9,6 +9,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.signal import OPTIONAL_SIGNALS, Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE, Quantity
+from rocs_bt.base.words import inactive_rule
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.expression import (
@@ -23,9 +26,6 @@ from rocs_bt.expression import (
 from rocs_bt.reactive import load_rules, run_tests
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.record import TRUTH
-from rocs_bt.signal import OPTIONAL_SIGNALS, Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE, Quantity
-from rocs_bt.words import inactive_rule
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "rules.md").read_text("utf-8")
 COURSE = PAGE[PAGE.index("## A course of six") : PAGE.index("## Test, replay, tune and watch rules")]

@@ -6,12 +6,12 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.agent.facts import add_facts
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.toml_table import read_toml
 from rocs_bt.catalog import Catalog
 from rocs_bt.catalog.scenario_tables import read_facts
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.document import read_toml
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
 from rocs_bt.drivers.host import Host
 
 

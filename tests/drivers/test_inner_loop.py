@@ -9,9 +9,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import ActuatorError, DeviceError, UnknownName
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoWorld, RobotInstance, compose_world, make_actuator
-from rocs_bt.errors import ActuatorError, DeviceError, UnknownName
-from rocs_bt.safety import Limits, SafetyGate
+from rocs_bt.interfaces.safety import Limits, SafetyGate
 
 CRANE = """<mujoco model="crane">
   <compiler angle="radian" autolimits="true"/>

@@ -10,8 +10,8 @@ import time
 import psutil
 import pytest
 
+from rocs_bt.base.errors import ActuatorError, DeviceError, InputError
 from rocs_bt.drivers.isolated import DeviceMaker, IsolatedActuator, actuator, silence
-from rocs_bt.errors import ActuatorError, DeviceError, InputError
 
 from ..isolated import WHEELS, linked
 from ..waiting import until

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 GIVEN = {"site": "lidar", "rays": 181, "span": math.radians(270.0), "range": [0.06, 10.0]}

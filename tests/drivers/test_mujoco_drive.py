@@ -8,14 +8,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import DeviceError, InputError, UnknownName
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.device import Actuator
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
-from rocs_bt.errors import DeviceError, InputError, UnknownName
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2, wrap_angle
-from rocs_bt.safety import SafetyGate
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.safety import SafetyGate
 
 MakeWorld = Callable[..., MujocoWorld]
 

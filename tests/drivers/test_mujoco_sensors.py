@@ -13,8 +13,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Pose3
+from rocs_bt.base.units import Metres
 from rocs_bt.catalog import RobotSpec, load_robot
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
@@ -30,9 +33,6 @@ from rocs_bt.drivers.mujoco import (
     make_sensor,
 )
 from rocs_bt.drivers.mujoco.sensors import RangeCone
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2, Pose3
-from rocs_bt.units import Metres
 
 from .conftest import EMPTY, ROOT
 

@@ -14,11 +14,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
 from rocs_bt.drivers.mujoco.body import hull_outline, outlines
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 MakeWorld = Callable[..., MujocoWorld]
 
@@ -151,7 +151,7 @@ from pathlib import Path
 sys.path.insert(0, {tests!r})
 from rocs_bt.catalog import load_robot
 from rocs_bt.drivers.mujoco import RobotInstance, compose_world, make_actuator
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 p3dx = load_robot(Path({robot!r}))
 world = compose_world(Path({arena!r}), [RobotInstance("R2", p3dx.model), RobotInstance("R1", p3dx.model)])
 world.place("R2", Pose2(-1.0, 2.0, 0.3)); world.place("R1", Pose2(0.2, 2.1, 3.0))

@@ -8,15 +8,15 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers import WheelTravelParameters
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_actuator as make_mock_actuator
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, make_actuator, make_sensor
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 MOTORS = {"motors": ["left_motor", "right_motor"], "wheel_radius": 0.0975}
 ODOMETER = {**MOTORS, "counts": 1000}

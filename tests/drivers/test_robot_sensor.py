@@ -10,14 +10,14 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.mock import MockRobot, MockWorld
 from rocs_bt.drivers.mock import make_sensor as make_mock_sensor
 from rocs_bt.drivers.mujoco import MujocoWorld, make_sensor
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 MakeWorld = Callable[..., MujocoWorld]
 NOBODY = [0.0, math.inf, 0.0]

@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, load_robot
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 
 ROBOT = load_robot(Catalog().find("robot", "jackal").path)
 MOTORS = ["front_left_motor", "front_right_motor", "rear_left_motor", "rear_right_motor"]

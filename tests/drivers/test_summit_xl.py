@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import RobotSpec, load_robot, robot_locomotion
-from rocs_bt.device import Actuator
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, SensorMount, compose_world, make_actuator, make_sensor
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.device import Actuator
 
 ROOT = Path(__file__).parents[2]
 BASE, TRACK = 0.446, 0.408  # [m] between axles, between wheels

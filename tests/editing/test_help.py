@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.files import unsaved
 from rocs_bt.check import check_content
 from rocs_bt.editing import complete, define, describe, faults, vocabulary
-from rocs_bt.files import unsaved
 
 from .conftest import MISSION
 

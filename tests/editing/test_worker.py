@@ -6,9 +6,9 @@ import time
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.editing import complete, faults
 from rocs_bt.editing.worker import Superseded, Worker
-from rocs_bt.errors import InputError
 
 from ..waiting import until
 from .conftest import MISSION

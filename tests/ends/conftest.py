@@ -32,7 +32,7 @@ DRIVE = (*REPORTED, "--no-report")
 
 CREEP = """
 import py_trees
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.base.units import MetresPerSecond
 
 
 class Worm(py_trees.behaviour.Behaviour):

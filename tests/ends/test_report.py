@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import rocs_bt
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import BlockFailed, ContactBegan, OutcomeDecided
 from rocs_bt.record import Recorder, Recording, RunHeader, Summary
 from rocs_bt.record.header import AgentInfo

@@ -25,7 +25,7 @@ SLEEPS = """
 import time
 
 import py_trees
-from rocs_bt.units import MetresPerSecond
+from rocs_bt.base.units import MetresPerSecond
 
 
 class Sleeps(py_trees.behaviour.Behaviour):

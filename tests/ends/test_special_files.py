@@ -18,7 +18,7 @@ import click
 import pytest
 
 import rocs_bt as package
-from rocs_bt import files
+from rocs_bt.base import files
 from rocs_bt.cli.main import call, group
 
 from .. import needs
@@ -91,13 +91,13 @@ READ: list[tuple[str, str, dict[str, str]]] = [
     ("compare brisk --scenario p.toml", "p.toml", {}),
     ("compare p.toml --scenario first", "p.toml", {}),
     ("search brisk --family maze --store s", "s/episodes.sqlite", {}),
-    ("episode brisk p.toml", "p.toml", {}),
+    ("run p.toml --planner brisk", "p.toml", {}),
     ("import map maps", "maps/m.pgm", {"maps/m.yaml": YAML}),
     ("import barn maps", "maps/world_0.world", {}),
-    ("share keys R1", "keys/authority.key", {}),
+    ("knowledge keys R1", "keys/authority.key", {}),
 ]
 WRITTEN = [
-    "palette --out p",
+    "show --palette --out p",
     "show patrol --out p",
     "show patrol --format svg --out p",
     "compare brisk careful --scenario first --report p",
@@ -109,8 +109,8 @@ WRITTEN = [
     "run first --for 0.1 --knowledge p",
     "search brisk --family maze --out p",
     "scene maze 1 --out p",
-    "share keys R1 --out p",
-    "episode brisk first --out p",
+    "knowledge keys R1 --out p",
+    "run first --planner brisk --for 0.1 --out p",
 ]
 
 
@@ -244,7 +244,7 @@ OPENED = re.compile(
 )
 EXEMPT = {
     # files of the system, or of this package, which no user names
-    "files.py", "record/folder_lock.py", "drivers/isolated/silence.py", "drivers/ros2/rclpy_transport.py",
+    "base/files.py", "record/folder_lock.py", "drivers/isolated/silence.py", "drivers/ros2/rclpy_transport.py",
     "cli/terminal.py", "studio/live.py",
 }  # fmt: skip
 

@@ -5,14 +5,14 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rocs_bt.action import AtomicAction, Failure, MacroAction, Progress, Reason
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.device import Actuator
-from rocs_bt.errors import DeviceError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.event import ListSink
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.interfaces.action import AtomicAction, Failure, MacroAction, Progress, Reason
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Pipeline
 
 from ..gates import wide_gate
 

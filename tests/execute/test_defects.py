@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import pytest
 
-from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
-from rocs_bt.errors import DeviceError, InputError, PipelineError, WiringError
+from rocs_bt.base.errors import DeviceError, InputError, PipelineError, WiringError
 from rocs_bt.event import ListSink, TicketChanged
 from rocs_bt.execute import RobotBody
+from rocs_bt.interfaces.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Priority, TicketState
 
 from ..gates import wide_gate
 

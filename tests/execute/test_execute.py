@@ -4,11 +4,11 @@ import contextlib
 from copy import copy
 from dataclasses import dataclass
 
-from rocs_bt.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
 from rocs_bt.event import ActuatorCommanded, AtomicStarted, ListSink
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.interfaces.action import ActionFailed, AtomicAction, MacroAction, Progress, Reason
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Priority, TicketState
 
 from ..gates import wide_gate
 

@@ -5,9 +5,9 @@ from collections import Counter
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import Failure, Reason
 from rocs_bt.event import TicketChanged
-from rocs_bt.pipeline import Priority, TicketState
+from rocs_bt.interfaces.action import Failure, Reason
+from rocs_bt.interfaces.pipeline import Priority, TicketState
 
 atom = st.fixed_dictionaries(
     {"periods": st.integers(1, 4), "mute": st.booleans(), "fails": st.booleans(), "nested": st.booleans()}

@@ -12,8 +12,8 @@ import pytest
 from msgspec.structs import replace
 
 from rocs_bt import run
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import ContactBegan, ListSink, SensorRead, pack
 from rocs_bt.record import AgentResult, Recorder, Recording, SolveTime, Summary
 from rocs_bt.running import replay

@@ -10,9 +10,9 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.catalog import Catalog
-from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import RobotSensor
 from rocs_bt.event import BodyMoved, Change, ContactBegan, ListSink, TicketChanged
+from rocs_bt.interfaces.device import Reading
 from rocs_bt.record import Recording, Summary
 from rocs_bt.running import replay
 from rocs_bt.simulation import SimulatedWorld, build_world

@@ -7,7 +7,7 @@ import pytest
 from rocs_bt import run
 from rocs_bt.catalog import Catalog, read_planner
 from rocs_bt.compare import load_family
-from rocs_bt.device import Reading
+from rocs_bt.interfaces.device import Reading
 
 
 @pytest.fixture(scope="module")

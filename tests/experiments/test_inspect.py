@@ -10,9 +10,9 @@ from itertools import pairwise
 import pytest
 
 from rocs_bt import Summary, run
+from rocs_bt.base.geometry import wrap_angle
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ListSink
-from rocs_bt.geometry import wrap_angle
 
 CATALOG = Catalog()
 SCENARIO = CATALOG.load_scenario("inspect")

@@ -10,9 +10,9 @@ from itertools import pairwise
 import pytest
 
 from rocs_bt import Summary, run
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, ContactBegan, ListSink
-from rocs_bt.geometry import Pose2, wrap_angle
 
 CATALOG = Catalog()
 ROBOTS = {

@@ -11,9 +11,9 @@ import pytest
 
 import rocs_bt
 from rocs_bt import Summary
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PushSpec
 from rocs_bt.event import BodyMoved, Event, ListSink, RobotPushed, RuleChanged
-from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
 from rocs_bt.record.figures.plot import FIGURES
 from rocs_bt.record.history import History

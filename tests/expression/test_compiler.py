@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, NONE, SPEED
 from rocs_bt.expression import Environment, compile_expression, compile_node, parse, reading
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, NONE, SPEED
 
 from .trace import Trace
 

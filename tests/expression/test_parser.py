@@ -6,10 +6,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, NONE, SPEED
 from rocs_bt.expression import FUNCTIONS, MAX_DEPTH, MAX_LENGTH, Environment, compile_expression, evaluate, parse
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, NONE, SPEED
 
 ENVIRONMENT = Environment.packed(
     [

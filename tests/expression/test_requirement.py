@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
 from rocs_bt.expression import Environment, compile_node, evaluate, parse, parse_requirement
-from rocs_bt.signal import Signal
 
 from .trace import Trace
 

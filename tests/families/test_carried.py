@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 
 from rocs_bt import Catalog, Pose2, run
-from rocs_bt.arguments import field_parameters
+from rocs_bt.base.errors import InputError, UnknownName
+from rocs_bt.base.parameter import field_parameters
+from rocs_bt.base.toml_text import as_toml
 from rocs_bt.catalog import ActorSpec
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground, Post, load_family, walls_around
 from rocs_bt.drivers.mujoco import MujocoWorld, compose_world
-from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.event import NullSink
 from rocs_bt.simulation import build_world, make_scripted_object
 from rocs_bt.simulation.scripted_objects import SCRIPTED_OBJECTS
-from rocs_bt.toml_text import as_toml
 
 PERIOD = 0.05
 GROUND = Ground(

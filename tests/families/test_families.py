@@ -13,10 +13,10 @@ import pytest
 from scipy.stats import fisher_exact
 
 from rocs_bt import Catalog, run
+from rocs_bt.base.errors import InputError
 from rocs_bt.check import check_content
 from rocs_bt.compare import Family, Scene, length_of, load_family
 from rocs_bt.compare.family import family_parameters
-from rocs_bt.errors import InputError
 
 CATALOG = Catalog()
 FAMILIES = [entry.name for entry in CATALOG.list("family")]

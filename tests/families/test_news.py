@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from rocs_bt import Catalog, run
+from rocs_bt.base.toml_text import as_toml
 from rocs_bt.check import check_content
 from rocs_bt.compare import Ground
-from rocs_bt.toml_text import as_toml
 
 ROOT = {"format": "scenario/2", "doc": "A test.", "world": "field", "duration": "12 s", "end_on_collision": True}
 AGENT = {

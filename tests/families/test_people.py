@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from rocs_bt import Catalog
+from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Post, TrafficFamily, load_family
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
 from rocs_bt.simulation import build_world
 

@@ -10,11 +10,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rocs_bt._run import run
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import CachingCatalog
 from rocs_bt.compare import Post, load_family
 from rocs_bt.control.tracking import Beams, Tracker, segments_of
 from rocs_bt.event import BodyMoved, SignalsWritten, unpack
-from rocs_bt.geometry import Pose2
 
 PERIOD, MOUNT, REACH, FIELD = 0.05, 0.12, 6.0, math.radians(133.0)
 BEARINGS = np.radians(np.linspace(-135.0, 135.0, 720))

@@ -7,8 +7,8 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.event import BlockFailed, ContentRaised
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.testing.faults import FaultyActuator, RaisingActuator, RefusingActuator, break_actuator
 
 AT = 1.0  # [s]

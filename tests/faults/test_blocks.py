@@ -11,7 +11,7 @@ from rocs_bt.analyze import PassRange
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.event import AgentStopped, BlockFailed, TicketChanged
-from rocs_bt.pipeline import Pipeline
+from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.plan import TreePlan
 from rocs_bt.reactive import RuleModel
 from rocs_bt.record import Recording

@@ -9,7 +9,6 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
-from rocs_bt.action import AtomicAction, MacroAction, Progress
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import (
     ActuatorCommanded,
@@ -19,6 +18,7 @@ from rocs_bt.event import (
     SignalsWritten,
     TicketChanged,
 )
+from rocs_bt.interfaces.action import AtomicAction, MacroAction, Progress
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.plan import Plan, RoutePlanner, python_mission
 from rocs_bt.reactive import ReactiveModel, Reflex

@@ -14,9 +14,9 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
-from rocs_bt.action import AtomicAction, Progress
-from rocs_bt.errors import DeviceError
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.event import ActuatorCommanded, BlockFailed, MotionHeld, RuleChanged
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.monitor import RangeMonitor
 from rocs_bt.testing.faults import DeadSensor, HangingActuator, HangingSensor, break_actuator, break_sensor
 

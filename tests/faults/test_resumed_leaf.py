@@ -86,7 +86,7 @@ from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel
 
 from rocs_bt import Mission
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.base.units import PositiveMetresPerSecond
 
 
 class Camera(Behaviour):

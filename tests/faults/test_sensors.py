@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import NullSink, RuleChanged
 from rocs_bt.simulation import build_world
 from rocs_bt.testing.faults import DeadSensor, FrozenSensor, LyingSensor, break_sensor

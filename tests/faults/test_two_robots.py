@@ -14,9 +14,9 @@ from py_trees.common import Status
 from py_trees.composites import Sequence
 
 from rocs_bt import AgentResult, run
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, Change, ContactBegan, Event
-from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import SimulatedWorld
 from rocs_bt.testing.faults import DeadSensor, break_sensor
 

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED
 from rocs_bt.event import ListSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise, product
 from typing import Any
 
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.knowledge import Readable
 
 

@@ -12,7 +12,7 @@ import threading
 import time
 from pathlib import Path
 
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share import MessageQueue, Scope, Sharing

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import NONE
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
 from rocs_bt.knowledge.share import Ageing, Entry, Impairments, Scope, Sharing, SimulatedNetwork
 from rocs_bt.knowledge.share.wire import Delta
-from rocs_bt.signal import Signal
-from rocs_bt.units import NONE
 
 TURN = 0.05  # [s]
 NOW = 10**12  # a stamp of today's, on the simulated calendar

@@ -6,10 +6,10 @@ import math
 import networkx as nx
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import KnowledgeChanged, ListSink, pack
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, KnowledgeGraph, Stamp
 
 HERE, THERE = Pose2(0.0, 0.0), Pose2(3.0, 4.0, 1.0)

@@ -9,10 +9,10 @@ from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, KnowledgeGraph
 
 NAMES = st.sampled_from("abcde")

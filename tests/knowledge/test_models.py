@@ -7,12 +7,12 @@ import sys
 import numpy as np
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, KnowledgeError
+from rocs_bt.base.geometry import Pose2, Pose3, Twist2
+from rocs_bt.base.units import TEMPERATURE
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2, Pose3, Twist2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, RobotModel, StrategyModel, WorldModel
-from rocs_bt.units import TEMPERATURE
 
 
 def test_the_robot_is_a_node_of_its_own_knowledge(knowledge: Knowledge) -> None:
@@ -213,7 +213,7 @@ def test_views_have_no_store_of_their_own(knowledge: Knowledge) -> None:
 def test_networkx_is_imported_only_when_a_knowledge_is_made() -> None:
     code = (
         "import sys; from rocs_bt.knowledge import Knowledge; before = 'networkx' in sys.modules;"
-        "from rocs_bt.clock import SimulatedClock; from rocs_bt.event import NullSink;"
+        "from rocs_bt.base.clock import SimulatedClock; from rocs_bt.event import NullSink;"
         "Knowledge('R2', SimulatedClock(0.05), NullSink());"
         "sys.exit(0 if (before, 'networkx' in sys.modules) == (False, True) else 1)"
     )

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import KnowledgeError
-from rocs_bt.geometry import Pose2, wrap_angle
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.knowledge import FREE, OCCUPIED, UNKNOWN, OccupancyGrid, View
 
 NONE = np.empty((0, 2))

@@ -7,10 +7,12 @@ import threading
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, KnowledgeError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, Quantity
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import (
     SCHEMA,
     Attribute,
@@ -23,8 +25,6 @@ from rocs_bt.knowledge import (
     find,
 )
 from rocs_bt.knowledge.history import State
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, Quantity
 
 
 @pytest.fixture

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, KnowledgeError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
 from rocs_bt.expression import FUNCTIONS
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, KnowledgeGraph, QueryContext, Readable, compile_query
 from rocs_bt.knowledge.history import State
 from rocs_bt.knowledge.query import read_parameters

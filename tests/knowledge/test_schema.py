@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import POSE, SCHEMA, Attribute, Kind, KnowledgeGraph, Live, Relation, Schema
-from rocs_bt.units import LENGTH, SPEED
 
 
 def graph_of(schema: Schema) -> KnowledgeGraph:

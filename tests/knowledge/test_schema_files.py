@@ -10,10 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, KnowledgeError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import (
     POSE,
     SCHEMA,
@@ -25,7 +26,6 @@ from rocs_bt.knowledge import (
     load_schema,
     schema_text,
 )
-from rocs_bt.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
 
 CHARGER = """
 format = "schema/1"

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerFault
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA
 from rocs_bt.knowledge.share import Ageing, Counts, Entry, MessageQueue, Scope, inbox, replica, sharing
 from rocs_bt.knowledge.share.replica import STAMP_LIMIT

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.knowledge.share.keys import Keys, make_keys
 from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork, check_address
 

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, note, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import KnowledgeError
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2
 
 from . import share_world as world
 

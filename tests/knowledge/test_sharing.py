@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
 from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
 from rocs_bt.knowledge.share import Ageing, Impairments, MessageQueue, Scope

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH
 from rocs_bt.knowledge import SignalTable
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH
 
 inf, nan = math.inf, math.nan
 

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import KnowledgeError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph, Readable
 from rocs_bt.knowledge.spatial_index import SpatialIndex
 

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import KnowledgeError
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.strategy import KEPT, Use, expected, similarity

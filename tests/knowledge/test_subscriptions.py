@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import KnowledgeChanged, ListSink, SubscriberDetached
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 
 HERE = Pose2(0.0, 0.0)

@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, KnowledgeGraph
-from rocs_bt.signal import Signal
 
 WRITES = 1000
 # So large that numpy lets other threads run while it copies, and that they do.

@@ -8,14 +8,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.clock import Rate, SimulatedClock
+from rocs_bt.base.clock import Rate, SimulatedClock
+from rocs_bt.base.errors import DeviceError, InputError, WiringError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
 from rocs_bt.control.locomotion import AxisLimits, Response
 from rocs_bt.control.locomotion_kinds import make_locomotion, twist_body
-from rocs_bt.device import Reading, Sensor
-from rocs_bt.errors import DeviceError, InputError, WiringError
 from rocs_bt.event import ListSink, SensorFailed, SensorRead, SignalsWritten
 from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.knowledge.share.messenger import ReceivedMessage, packed
 from rocs_bt.monitor import (
@@ -29,7 +30,6 @@ from rocs_bt.monitor import (
     RangeMonitor,
     WheelMonitor,
 )
-from rocs_bt.signal import Signal
 
 PERIOD = 0.05
 

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.clock import Rate, SimulatedClock
+from rocs_bt.base.clock import Rate, SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.control.locomotion import AxisLimits, Response
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.device import Reading, Sensor
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2, Twist2
+from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor, MotionMonitor, RangeMonitor, ScanMonitor, WheelMonitor
 from rocs_bt.monitor.course import course_range

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.clock import Rate, SimulatedClock
-from rocs_bt.device import Reading, Sensor
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import Rate, SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor, ScanMonitor
 

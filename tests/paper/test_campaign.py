@@ -9,8 +9,8 @@ import pytest
 
 from benchmarks.paper.campaign import Job, play, play_all
 from rocs_bt import run
+from rocs_bt.base.errors import BlockError, InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import BlockError, InputError
 
 
 @pytest.fixture

@@ -12,6 +12,8 @@ import pytest
 
 from benchmarks.paper.reuse import _pairs
 from benchmarks.paper.settings import OMITTED, UNITS, settings
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.toml_table import Table
 from rocs_bt.catalog import (
     ActorSpec,
     AgentSpec,
@@ -25,8 +27,6 @@ from rocs_bt.catalog import (
     ShareSpec,
 )
 from rocs_bt.catalog.values import ParameterTable
-from rocs_bt.document import Table
-from rocs_bt.geometry import Pose2
 
 HERE = Pose2(1.0, -2.0, 0.5)
 SPECS = (

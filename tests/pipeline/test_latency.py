@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import AtomicAction, Progress, Reason
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.event import ListSink
-from rocs_bt.pipeline import Pipeline, Priority, TicketState
+from rocs_bt.interfaces.action import AtomicAction, Progress, Reason
+from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
 
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 PERIOD = 0.05

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import AtomicAction, Failure, Progress, Reason
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import PipelineError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import PipelineError
 from rocs_bt.event import ListSink, TicketChanged
-from rocs_bt.pipeline import Pipeline, Priority, TicketState
+from rocs_bt.interfaces.action import AtomicAction, Failure, Progress, Reason
+from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
 
 NORMAL, HIGH = Priority.NORMAL, Priority.HIGH
 

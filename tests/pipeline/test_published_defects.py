@@ -8,13 +8,13 @@ from dataclasses import dataclass
 
 import pytest
 
-from rocs_bt.action import AtomicAction, MacroAction, Progress
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.device import Actuator
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.event import ListSink, TicketChanged
 from rocs_bt.execute import Execute, RobotBody
+from rocs_bt.interfaces.action import AtomicAction, MacroAction, Progress
+from rocs_bt.interfaces.device import Actuator
+from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Pipeline, Priority, TicketState
 
 from ..gates import wide_gate
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from rocs_bt.errors import Fault
+from rocs_bt.base.errors import Fault
 from rocs_bt.event import NullSink
-from rocs_bt.pipeline import Pipeline
+from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.plan import CheckOptions, Mission, checked_plan
 
 

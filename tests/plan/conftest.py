@@ -7,9 +7,9 @@ import math
 
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.geometry import Pose2
-from rocs_bt.pipeline import Priority
+from rocs_bt.interfaces.pipeline import Priority
 from rocs_bt.plan import Mission, TreePlan, mission_nodes, xml_mission
 from rocs_bt.trees.xml import load_xml
 

@@ -2,8 +2,8 @@
 
 from types import SimpleNamespace
 
-from rocs_bt.errors import DeviceError, Fault, InputError, unknown
-from rocs_bt.ros_link import GoalState, RosField
+from rocs_bt.base.errors import DeviceError, Fault, InputError, unknown
+from rocs_bt.interfaces.ros_link import GoalState, RosField
 
 from .nav2_msgs import NAV2_MSGS
 

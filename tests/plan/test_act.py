@@ -6,12 +6,12 @@ import pytest
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
-from rocs_bt.action import Reason
 from rocs_bt.actions import Flinch, SetWheelSpeed
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Replanned, TicketChanged
-from rocs_bt.geometry import Pose2
-from rocs_bt.pipeline import TicketState
+from rocs_bt.interfaces.action import Reason
+from rocs_bt.interfaces.pipeline import TicketState
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ import py_trees
 import pytest
 from py_trees.common import Status
 
-from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.trees.btlog import BtLog
 from rocs_bt.trees.nodes import BUILTIN, Input, Leaf
 from rocs_bt.trees.xml import load_xml

@@ -7,12 +7,12 @@ import networkx as nx
 import numpy as np
 import pytest
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.elastic_band import DistanceField
 from rocs_bt.control.footprint import Footprint
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.plan import NoRoute
 

@@ -8,12 +8,12 @@ import pytest
 from py_trees.behaviour import Behaviour
 from py_trees.composites import Selector, Sequence
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.units import SPEED, Metres, PositiveMetresPerSecond
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import Mission, mission_arguments, mission_parameters
-from rocs_bt.units import SPEED, Metres, PositiveMetresPerSecond
 
 from .checking import check_mission
 

@@ -2,8 +2,8 @@
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.plan import TreePlan
 from rocs_bt.trees.status import SUCCESS
 

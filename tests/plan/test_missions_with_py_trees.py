@@ -7,9 +7,9 @@ import pytest
 from py_trees.behaviours import Running, Success
 from py_trees.common import Status
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NodeTicked, TicketChanged
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import action_nodes
 from rocs_bt.trees.nodes import BUILTIN, Instant, Registry, Tree
 

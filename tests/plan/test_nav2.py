@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import NAV2, OWN
 from rocs_bt.plan.nav2.motion import PATH_END, TrackingFeedback, track
 from rocs_bt.plan.nav2.path import length

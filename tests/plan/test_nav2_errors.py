@@ -6,9 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from rocs_bt.action import ActionFailed, Failure, Reason
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.action import ActionFailed, Failure, Reason
 from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.plan import TreePlan, mission_parameters, xml_mission
 from rocs_bt.plan.nav2 import NAV2

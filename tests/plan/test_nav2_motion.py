@@ -5,10 +5,10 @@ import math
 import pytest
 
 from rocs_bt.actions import SetTwist
-from rocs_bt.errors import InputError
-from rocs_bt.pipeline import Priority
+from rocs_bt.base.errors import InputError
+from rocs_bt.interfaces.pipeline import Priority
+from rocs_bt.interfaces.ros_link import GoalState, Received
 from rocs_bt.plan import xml_mission
-from rocs_bt.ros_link import GoalState, Received
 from rocs_bt.trees.nodes import RUNNING, SUCCESS
 
 from .checking import check_mission

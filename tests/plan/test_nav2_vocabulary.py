@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.dialect import DIALECTS, DISTRIBUTIONS
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.dialect import DIALECTS, DISTRIBUTIONS
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import OccupancyGrid
 from rocs_bt.plan import xml_mission
 from rocs_bt.plan.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes

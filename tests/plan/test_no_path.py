@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import scipy.ndimage
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, OccupancyGrid
 from rocs_bt.plan import MapRoutePlanner, NoRoute, Observation, Task
 

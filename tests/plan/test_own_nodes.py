@@ -3,11 +3,11 @@
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import Said
 from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import TreePlan, mission_nodes
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 from rocs_bt.trees.xml import load_xml

@@ -6,10 +6,10 @@ import py_trees
 import pytest
 from py_trees.common import Status
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NodeTicked, SubtreeSwapped, TicketChanged
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import Act
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.error import TreeError

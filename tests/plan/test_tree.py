@@ -6,10 +6,10 @@ from py_trees.behaviours import Running
 from py_trees.common import ParallelPolicy, Status
 from py_trees.composites import Parallel, Selector, Sequence
 
-from rocs_bt.channel import Publisher
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import Change, NodeTicked
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.channel import Publisher
 from rocs_bt.plan import Plan
 from rocs_bt.plan.plan import RUNNING
 

@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.control.locomotion import Response
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Movers, OccupancyGrid
 from rocs_bt.plan import Observation, Vehicle
 

@@ -4,9 +4,9 @@ import pytest
 from py_trees.behaviours import Running
 from py_trees.decorators import Retry
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NodeTicked
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan.nav2 import OWN
 from rocs_bt.plan.ros2 import NAV2_SERVERS, ROS_NODES
 from rocs_bt.trees.nodes import BUILTIN, Instant, Node

@@ -4,12 +4,12 @@ import py_trees
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.units import SPEED, PositiveMetresPerSecond
 from rocs_bt.catalog import Catalog, PlannerSpec, content_hash
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.errors import InputError
 from rocs_bt.plan import mission_arguments, mission_parameters, xml_mission
-from rocs_bt.units import SPEED, PositiveMetresPerSecond
 
 from ..pages import data_of
 

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.actions import action_table
+from rocs_bt.base.units import SPEED
 from rocs_bt.plan import mission_nodes
 from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, InOut, Input, Leaf, Node, Output, SubTree
 from rocs_bt.trees.status import SUCCESS
 from rocs_bt.trees.xml import load_xml, palette, read_document, write_tree
-from rocs_bt.units import SPEED
 
 from .. import needs
 

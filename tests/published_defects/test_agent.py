@@ -13,21 +13,21 @@ import numpy as np
 import pytest
 
 import rocs_bt
-from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.actions import action_table
 from rocs_bt.agent import ThreadedRunner
+from rocs_bt.base.clock import SimulatedClock, WallClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock, WallClock
 from rocs_bt.event import ActuatorCommanded, AtomicStarted, BodyMoved, ListSink, RuleChanged
 from rocs_bt.expression import Environment, compile_expression
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.reactive import RuleModel, load_rules
 from rocs_bt.record import Recording
 from rocs_bt.running.simulated_stage import simulated_agents
-from rocs_bt.signal import Signal
 from rocs_bt.simulation import OUTCOMES, build_world
-from rocs_bt.units import LENGTH, SPEED
 
 CATALOG = Catalog()
 RANGES = {"front": 6, "rear": 6, "left_gap": 4, "right_gap": 4}

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from rocs_bt.action import AtomicAction, Progress
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE, MetresPerSecond, PositiveSeconds, Radians
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import analyse_fit, examine_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TURN_RATE, MetresPerSecond, PositiveSeconds, Radians
 
 INF = float("inf")
 ENVIRONMENT = Environment.packed(

@@ -10,14 +10,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rocs_bt.action import AtomicAction, Progress
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED, MetresPerSecond
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import RuleSet, load_rules
 from rocs_bt.reactive.rule_table import RuleTable, lower_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
 
 from .reference_backend import ReferenceBackend
 

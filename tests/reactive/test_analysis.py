@@ -6,9 +6,9 @@ import pytest
 
 from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
 from rocs_bt.agent.build import thresholds
+from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check.stub_agent import stub_agent
-from rocs_bt.errors import Fault, InputError
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import check_rules, load_rules
 from rocs_bt.reactive.analysis import analyse_fit, analyse_rules, examine_rules, prover

@@ -13,6 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.expression import Environment, compile_expression, parse
 from rocs_bt.reactive import OnInvalid, Rule
 from rocs_bt.reactive.analysis import analyse_rules
@@ -21,8 +23,6 @@ from rocs_bt.reactive.analysis.prover import Prover
 from rocs_bt.reactive.analysis.sample import Samples
 from rocs_bt.reactive.analysis.simplex import Span, solution
 from rocs_bt.reactive.analysis.translate import conjunction, negation
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 from ..expression.trace import Trace
 from .oracle import Oracle, z3

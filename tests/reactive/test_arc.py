@@ -8,12 +8,12 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import AtomicAction, Failure, Progress, Reason
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.units import PositiveRadiansPerSecond, Radians
 from rocs_bt.event import ListSink, RuleChanged
-from rocs_bt.pipeline import Pipeline, Priority, TicketState
+from rocs_bt.interfaces.action import AtomicAction, Failure, Progress, Reason
+from rocs_bt.interfaces.pipeline import Pipeline, Priority, TicketState
 from rocs_bt.reactive import ReactiveModel, Reflex, ReflexArc
-from rocs_bt.units import PositiveRadiansPerSecond, Radians
 
 X = np.zeros(1)
 LEVELS = {"a": 1, "b": 1, "c": 2, "d": 3}

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.python_content import load_module
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.expression import Environment
-from rocs_bt.python_content import load_module
 from rocs_bt.reactive import Override, RuleModel, check_rules, load_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 GROUPS = ("front", "left_gap", "right_gap", "rear")
 ENVIRONMENT = Environment.packed(

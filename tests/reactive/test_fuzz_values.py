@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.cli.main import call
-from rocs_bt.errors import Fault, InputError
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
 

@@ -5,10 +5,10 @@ import re
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TIME, TURN_RATE
 from rocs_bt.expression import Environment
 from rocs_bt.reactive.analysis import examine_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, TIME, TURN_RATE
 
 SIGNALS = Environment.packed(
     [

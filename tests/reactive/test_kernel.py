@@ -8,7 +8,7 @@ import threading
 import numpy as np
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.expression import compile_expression
 from rocs_bt.expression.program import Op
 from rocs_bt.reactive import Rule, choose_backend, lower_rules

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from rocs_bt.document import read_toml
+from rocs_bt.base.toml_table import read_toml
 from rocs_bt.expression import compiler
 from rocs_bt.reactive import RuleModel, arguments, load_rules
 

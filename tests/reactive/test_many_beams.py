@@ -5,11 +5,11 @@ from collections import Counter
 
 import pytest
 
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 from rocs_bt.expression import Environment, parse
 from rocs_bt.reactive.analysis.prover import Prover
 from rocs_bt.reactive.analysis.translate import conjunction, negation
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TURN_RATE
 
 from ..expression.trace import Trace
 from .oracle import Oracle

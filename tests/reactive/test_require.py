@@ -8,13 +8,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt.actions import ACTIONS
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import OPTIONAL_SIGNALS, Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import RuleModel, add_test_files, choose_backend, load_rules, required_signals, run_tests
 from rocs_bt.reactive.analysis import examine_rules
-from rocs_bt.signal import OPTIONAL_SIGNALS, Signal
-from rocs_bt.units import LENGTH, SPEED
 
 from .. import needs
 

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from rocs_bt.action import AtomicAction, Progress
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, MetresPerSecond
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import Override, RuleModel, check_rules, included_files, load_rules, run_tests
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, MetresPerSecond
 
 ENVIRONMENT = Environment.packed(
     [Signal("front", 3, (LENGTH,)), Signal("speed", 1, (SPEED,)), Signal("pose", 3, (LENGTH, LENGTH, ANGLE))]

@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import AtomicAction, Progress
 from rocs_bt.actions import ACTIONS as SHIPPED_ACTIONS
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED, MetresPerSecond, Radians, Seconds
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import check_rules, load_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, MetresPerSecond, Radians, Seconds
 
 ENVIRONMENT = Environment.packed(
     [

@@ -9,7 +9,7 @@ import time
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.expression import MAX_DEPTH, MAX_LENGTH, MAX_SIZE
 from rocs_bt.expression.parser import MAX_WINDOW
 from rocs_bt.reactive import load_rules

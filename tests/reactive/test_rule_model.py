@@ -9,12 +9,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.action import AtomicAction, Progress
-from rocs_bt.document import read_toml
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED, MetresPerSecond
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import OnInvalid, RuleModel, choose_backend, load_rules, lower_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, MetresPerSecond
 
 from .reference_backend import ReferenceBackend
 

@@ -10,14 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rocs_bt.action import AtomicAction, Progress
-from rocs_bt.document import read_toml
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.expression import Environment
+from rocs_bt.interfaces.action import AtomicAction, Progress
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import analyse_rules
 from rocs_bt.reactive.rule_table import lower_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 from .reference_backend import ReferenceBackend
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from rocs_bt.actions import ACTIONS
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import LENGTH, SPEED, TIME, Quantity
 from rocs_bt.control.body_values import BODY_VALUES
-from rocs_bt.document import read_toml
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import Override, check_rules, load_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED, TIME, Quantity
 
 SIGNALS = Environment.packed([Signal("front", 3, (LENGTH,)), Signal("speed", 1, (SPEED,))])
 RULE = '\n[rule.A]\nwhen = "min(front) < near"\npriority = 1\naction = { name = "Stop" }\n'

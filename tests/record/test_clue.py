@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved, RuleChanged, SensorFailed, SignalsWritten, TicketChanged, pack
-from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
 from rocs_bt.record.clue import limit_text
 from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH
 from rocs_bt.expression import Environment, evaluate, parse
 from rocs_bt.expression.source import source
 from rocs_bt.reactive import RuleModel
@@ -17,8 +19,6 @@ from rocs_bt.record.condition import Condition
 from rocs_bt.record.states import RuleState
 from rocs_bt.record.tracks import Tracks
 from rocs_bt.running.header import guard_info
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH
 
 from ..reactive.random_rules import ENVIRONMENT, SIZE, random_case
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.expression import TRUTH, Kind, Node, compile_node, parse
 from rocs_bt.record.condition import Condition, parts_of
 

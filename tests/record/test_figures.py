@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 
-from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.base.errors import InputError, RecordingError
+from rocs_bt.base.geometry import Pose2, wrap_angle
 from rocs_bt.event import ActuatorCommanded, AgentStopped, AtomicStarted, BodyMoved, pack
-from rocs_bt.geometry import Pose2, wrap_angle
 from rocs_bt.record.figures.figure import OTHER, ROUTES
 from rocs_bt.record.figures.plot import FIGURES, write_figures
 from rocs_bt.record.figures.rules import Compared, RuleTrace, draw_rules

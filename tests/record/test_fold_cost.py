@@ -5,6 +5,7 @@ import sys
 
 import pytest
 
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import (
     BodyMoved,
     KnowledgeChanged,
@@ -16,7 +17,6 @@ from rocs_bt.event import (
     TicketChanged,
     pack,
 )
-from rocs_bt.geometry import Pose2
 from rocs_bt.record.clue import Clues
 from rocs_bt.record.header import AgentInfo, BodyInfo, GuardInfo, Outline, RunHeader, SensorInfo, SignalInfo
 from rocs_bt.record.tracks import Tracks

@@ -7,10 +7,10 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, RecordingError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, RecordingError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import BodyMoved, NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal, State, log_of
 from rocs_bt.record.knowledge import draw, recorded_log

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-from rocs_bt.errors import RecordingError
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.event import ActuatorCommanded, SensorRead, SignalsWritten, pack
 from rocs_bt.record.header import AgentInfo, RunHeader, SignalInfo
 from rocs_bt.record.recorder import Recorder

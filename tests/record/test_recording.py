@@ -21,7 +21,7 @@ from mcap.reader import make_reader
 from mcap.writer import CompressionType
 
 import rocs_bt.event as ev
-from rocs_bt.errors import RecordingError
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.event import Event, ListSink, SensorRead, TicketChanged, pack
 from rocs_bt.record import codec
 from rocs_bt.record.recorder import Recorder

@@ -7,8 +7,10 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.agent import Agent
+from rocs_bt.base.errors import RecordingError
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import (
     AgentStopped,
     BodyMoved,
@@ -21,8 +23,6 @@ from rocs_bt.event import (
 from rocs_bt.record import AgentInfo, Recording, RunHeader, SignalInfo, environment_of, samples
 from rocs_bt.record.samples import Newest, modes, stopped
 from rocs_bt.record.tracks import Tracks
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED
 
 SIGNALS = (
     SignalInfo.of(Signal("front", 2, (LENGTH,), (0.0, math.inf), max_age=0.15)),

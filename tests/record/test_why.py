@@ -2,7 +2,7 @@
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.event import KnowledgeChanged, ListSink, NodeTicked, RuleChanged, SignalsWritten, pack
 from rocs_bt.record.recorder import Recorder
 from rocs_bt.record.recording import Recording

@@ -4,16 +4,16 @@ import math
 
 import pytest
 
-from rocs_bt.clock import Rate, SimulatedClock
+from rocs_bt.base.clock import Rate, SimulatedClock
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import ANGLE, LENGTH, SPEED, TURN_RATE
 from rocs_bt.control.locomotion import Response
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.device import Reading, Sensor
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.device import Reading, Sensor
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.monitor import MonitoredSensor
-from rocs_bt.signal import Signal
-from rocs_bt.units import ANGLE, LENGTH, SPEED, TURN_RATE
 
 from .summit_xl import surround_monitor
 

@@ -1,7 +1,7 @@
 """Modules of the SUMMIT-XL's folder, loaded as the catalog loads them."""
 
+from rocs_bt.base.python_content import load_module
 from rocs_bt.catalog import Catalog
-from rocs_bt.python_content import load_module
 
 FOLDER = Catalog().find("robot", "summit_xl").path.parent
 

@@ -55,7 +55,7 @@ from math import inf
 
 from py_trees.composites import Sequence
 from rocs_bt.plan import Mission
-from rocs_bt.units import Metres, PositiveMetresPerSecond, PositiveSeconds
+from rocs_bt.base.units import Metres, PositiveMetresPerSecond, PositiveSeconds
 
 
 def build(

@@ -5,13 +5,13 @@ from dataclasses import replace
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
 from rocs_bt.control.locomotion_kinds import differential_drive
 from rocs_bt.drivers.mock import MockRobot, MockWorld, make_sensor
-from rocs_bt.errors import InputError
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import xml_mission
 
 DRIVE = differential_drive(wheel_separation=0.3, max_wheel_speed=1.0, max_wheel_acceleration=1.0)

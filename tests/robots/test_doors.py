@@ -8,13 +8,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rocs_bt.arguments import class_parameters, read_arguments
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
+from rocs_bt.base.parameter import class_parameters, read_arguments
 from rocs_bt.catalog import Catalog
-from rocs_bt.channel import AnalyzeSubscriber, Publisher
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
+from rocs_bt.interfaces.channel import AnalyzeSubscriber, Publisher
 from rocs_bt.knowledge import Knowledge
 
 CATALOG = Catalog()

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 
 from .summit_xl import free_ground
 

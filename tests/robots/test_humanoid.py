@@ -12,10 +12,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
+from rocs_bt.base.python_content import load_module
 from rocs_bt.check import check_content
 from rocs_bt.drivers.mujoco import RobotInstance, compose_world
-from rocs_bt.geometry import Pose2, Twist2, wrap_angle
-from rocs_bt.python_content import load_module
 from rocs_bt.simulation.fall import FallWatch
 from tests.robots.walker import CATALOG, STEP, Walker
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.agent import robot_locomotion
+from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Twist3
 from rocs_bt.simulation import build_world
 
 SCENARIO = """format = "scenario/2"

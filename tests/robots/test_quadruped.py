@@ -9,8 +9,8 @@ from pathlib import Path
 import mujoco
 import pytest
 
+from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.drivers.mujoco import RobotInstance, compose_world
-from rocs_bt.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.simulation.fall import FallWatch
 from tests.robots.walker import CATALOG, STEP, Walker
 

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from rocs_bt.agent import robot_locomotion
+from rocs_bt.base.geometry import Pose2, Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
-from rocs_bt.geometry import Pose2, Twist2, wrap_angle
 
 ROBOTS = ["robotino", "rosbot_xl"]
 TWISTS = [

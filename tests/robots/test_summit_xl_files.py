@@ -7,10 +7,10 @@ import shutil
 import pytest
 
 from rocs_bt import Recording, replay, run
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.check.stub_agent import stub_agent
-from rocs_bt.errors import InputError, RecordingError
 
 from .summit_xl import FOLDER, surround_monitor
 

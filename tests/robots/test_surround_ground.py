@@ -4,8 +4,8 @@ import math
 
 import pytest
 
+from rocs_bt.base.geometry import Pose2, Twist2, along_arc
 from rocs_bt.control.arcs import BENDS
-from rocs_bt.geometry import Pose2, Twist2, along_arc
 
 
 def test_what_a_reflex_drives_over_was_seen_lately(surround):

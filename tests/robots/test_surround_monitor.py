@@ -4,8 +4,8 @@ import math
 
 import pytest
 
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 
 from .summit_xl import encounter, surround_monitor
 

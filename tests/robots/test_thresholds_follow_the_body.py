@@ -10,13 +10,13 @@ import pytest
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent.build import thresholds
+from rocs_bt.base.geometry import Twist2
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
 from rocs_bt.catalog import Catalog, is_reference, robot_locomotion
 from rocs_bt.control.body_values import BODY_VALUES
 from rocs_bt.expression import Environment
-from rocs_bt.geometry import Twist2
 from rocs_bt.reactive import RuleModel, load_rules
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, NONE, SPEED, TIME, TURN_RATE
 
 from ..docs.thresholds import PAGE, page, wheeled
 

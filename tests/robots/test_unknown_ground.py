@@ -5,8 +5,8 @@ import dataclasses
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.geometry import Pose2
 
 CATALOG = Catalog()
 ROBOTS = {entry.name: CATALOG.load_robot(entry.name) for entry in CATALOG.list("robot")}

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 
 from rocs_bt.agent import robot_locomotion
+from rocs_bt.base.geometry import Twist2, wrap_angle
 from rocs_bt.catalog import Catalog, RobotSpec
 from rocs_bt.drivers.mujoco import MujocoWorld, RobotInstance, compose_world, make_actuator
-from rocs_bt.geometry import Twist2, wrap_angle
 
 CATALOG = Catalog()
 STEP = 0.005  # [s]

@@ -12,13 +12,13 @@ from pathlib import Path
 from typing import Any
 
 from rocs_bt.actions import ACTIONS
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
 from rocs_bt.drivers.ros2.link import NodeLink
 from rocs_bt.drivers.ros2.node import RosNode
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.event import ListSink
+from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Pipeline
 from rocs_bt.plan import Mission, TreePlan, xml_mission
 
 from .robot_process import BOOTSTRAPPED, ros_python

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.drivers.ros2 import node
 from rocs_bt.drivers.ros2.command_watch import CommandWatch
 from rocs_bt.drivers.ros2.message_types import MessageTypes

@@ -14,11 +14,11 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import ListSink, RunResult, drive
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.errors import DeviceError
 from rocs_bt.event import MotionHeld, MotionReleased, OtherPublisherFound
 from rocs_bt.running import StopSignals
 

@@ -8,7 +8,7 @@ import re
 import pytest
 
 from rocs_bt import ListSink, drive
-from rocs_bt.errors import DeviceError
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.event import BlockFailed, ContentRaised, RuleChanged, SensorFailed, SignalsWritten
 
 from .exp1 import OPTIONS, start_of, write_project

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from rocs_bt.base.clock import Clock, WallClock
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.check import check_content
-from rocs_bt.clock import Clock, WallClock
 from rocs_bt.drivers.ros2.dry_link import DryLink
 from rocs_bt.drivers.ros2.known_types import KnownTypes
 from rocs_bt.drivers.ros2.link import NodeLink
@@ -18,12 +19,11 @@ from rocs_bt.drivers.ros2.plain import PlainMessage
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.transport import Endpoint
-from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.event import NullSink
+from rocs_bt.interfaces.pipeline import Pipeline
+from rocs_bt.interfaces.ros_link import RosField
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.pipeline import Pipeline
 from rocs_bt.plan import Mission, TreePlan, xml_mission
-from rocs_bt.ros_link import RosField
 
 from .network import Network
 

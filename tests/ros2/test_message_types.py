@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from mcap_ros2._dynamic import generate_dynamic
 
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.drivers.ros2.message_types import DISTROS, MessageTypes
-from rocs_bt.errors import DeviceError, InputError
 
 TYPES = MessageTypes()
 

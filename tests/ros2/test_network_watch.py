@@ -2,10 +2,10 @@
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.transport import Endpoint
-from rocs_bt.errors import InputError
 from rocs_bt.simulation.network_watch import LOOK_AGAIN, NetworkWatch
 
 from .test_sim_robot import AGENT, SCENARIO, Wire

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from rocs_bt.base.clock import Clock
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.cli.drive_output import show_sensors
-from rocs_bt.clock import Clock
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
 from rocs_bt.drivers.ros2.actuator_node import ActuatorNode
@@ -23,7 +24,6 @@ from rocs_bt.drivers.ros2.qos import QoS, mismatch
 from rocs_bt.drivers.ros2.sensor_node import SensorNode
 from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.drivers.ros2.transport import Endpoint
-from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.running.preflight import PreflightSensor, SensorState
 
 from ..waiting import until

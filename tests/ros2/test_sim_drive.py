@@ -8,9 +8,9 @@ import time
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.ros2.sim_clock import SimTimeClock
-from rocs_bt.errors import InputError
 from rocs_bt.running.hardware_devices import hardware_clock
 
 PATIENCE = 120.0  # [s]

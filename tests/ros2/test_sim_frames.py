@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from rocs_bt.agent import robot_locomotion
+from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
-from rocs_bt.device import Reading
 from rocs_bt.drivers.mujoco.sensors import Gyro, Orientation, Position, WheelSpeed
-from rocs_bt.geometry import Pose3
+from rocs_bt.interfaces.device import Reading
 from rocs_bt.simulation.robot_publishers import FrameOptions
 from rocs_bt.simulation.wheel_odometry import WheelOdometry
 

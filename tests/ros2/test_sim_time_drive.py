@@ -10,11 +10,11 @@ import py_trees
 import pytest
 
 from rocs_bt import ListSink, drive
+from rocs_bt.base.errors import DeviceError
 from rocs_bt.drivers.ros2 import messages, node
 from rocs_bt.drivers.ros2.message_types import MessageTypes
 from rocs_bt.drivers.ros2.qos import QoS
 from rocs_bt.drivers.ros2.transport import Endpoint
-from rocs_bt.errors import DeviceError
 from rocs_bt.event import MotionHeld
 from rocs_bt.running import clock_watch, hardware_devices
 

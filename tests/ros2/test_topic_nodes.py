@@ -2,7 +2,7 @@
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 
 from .topic_cases import CASES
 

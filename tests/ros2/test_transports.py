@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.drivers.ros2.connect import open_transport
 from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.errors import InputError
 
 from .transport_contract import TransportContract
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 
 import pytest
 
+from rocs_bt.base.errors import BlockError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec, ScenarioSpec
-from rocs_bt.errors import BlockError
 from rocs_bt.event import EventSink, ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.running import Episode, Result, SimulatedStage
 from rocs_bt.simulation import SimulatedWorld, build_world
 

@@ -13,11 +13,11 @@ from itertools import pairwise
 import pytest
 
 import rocs_bt
+from rocs_bt.base.clock import WallClock
+from rocs_bt.base.errors import BlockError, InputError, RateError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
-from rocs_bt.clock import WallClock
-from rocs_bt.errors import BlockError, InputError, RateError
 from rocs_bt.event import BodyMoved, CommandExpired, ContactBegan, GoalEntered, ListSink, NullSink, OutcomeDecided
-from rocs_bt.geometry import Pose2
 from rocs_bt.running import Episode, SimulatedStage
 from rocs_bt.simulation import FreePose, PhysicsThread, build_world, free_goal_poses, stream
 from rocs_bt.simulation.placement import jittered

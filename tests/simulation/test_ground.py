@@ -9,12 +9,12 @@ import mujoco
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, GroundSpec
 from rocs_bt.check import check_scenario
 from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.simulation import build_world
 
 from .yard import BOOM, SCENARIO, driven

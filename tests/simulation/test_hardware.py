@@ -10,11 +10,11 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import drive, run
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content
 from rocs_bt.cli.main import call
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import DeviceError, InputError
 from rocs_bt.event import (
     AgentStopped,
     Event,
@@ -40,7 +40,7 @@ import math
 import threading
 import time
 from rocs_bt import Actuator, Reading, Sensor
-from rocs_bt.errors import DeviceError
+from rocs_bt.base.errors import DeviceError
 
 PLAN = {plan!r}
 SEEN = []

@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Twist3
 from rocs_bt.catalog import Catalog, content_hash, robot_locomotion
 from rocs_bt.check import Findings, check_content
 from rocs_bt.cli.main import call
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Twist3
 from rocs_bt.simulation.identified_file import identified_path, model_hash, read_identified
 from rocs_bt.simulation.identify import Identified, identify
 

@@ -8,8 +8,8 @@ import pytest
 from py_trees.behaviour import Behaviour
 
 from rocs_bt import run
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, NodeTicked, SubtreeSwapped, TicketChanged
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recording

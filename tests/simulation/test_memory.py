@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import RecordingError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import RecordingError
 from rocs_bt.event import KnowledgeChanged, NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, State, write_state
 from rocs_bt.record import Recording

@@ -8,9 +8,9 @@ import mujoco
 import pytest
 
 import rocs_bt
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_scenario
-from rocs_bt.errors import InputError
 from rocs_bt.event import BodyMoved, ListSink
 from rocs_bt.record import Recording
 from rocs_bt.simulation import build_world

@@ -8,10 +8,10 @@ from dataclasses import replace
 import pytest
 
 from rocs_bt.agent import robot_locomotion
+from rocs_bt.base.geometry import Pose2, Twist2
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.mujoco import PoseSensor
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2, Twist2
 from rocs_bt.simulation import build_world
 
 WORLD = '<mujoco><worldbody><geom name="floor" type="plane" size="20 20 0.1"/></worldbody></mujoco>'

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.errors import BlockError
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.errors import BlockError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.simulation import OUTCOMES, Goal, Judge
 
 GOAL = Goal("dock", Pose2(1.0, 0.0), 0.1)

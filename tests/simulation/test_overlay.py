@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
 from rocs_bt.event import ListSink, MapChanged, SensorRead
 from rocs_bt.record import Recording
 from rocs_bt.record.why import explain

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 import rocs_bt
+from rocs_bt.base.errors import BlockError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import PushSpec
-from rocs_bt.errors import BlockError
 from rocs_bt.event import ListSink, RobotPushed
-from rocs_bt.geometry import Pose2
 from rocs_bt.record import Recording
 
 from .yard import driven

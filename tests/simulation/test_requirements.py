@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import AgentStopped, BodyMoved, ListSink, RequirementViolated, SignalsWritten, pack
 from rocs_bt.record import AgentInfo, Recording, RequirementInfo, SignalInfo
 from rocs_bt.running import RequirementWatch, check_recorded
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 SIGNALS = tuple(SignalInfo.of(Signal(n, 1, (d,), max_age=0.15)) for n, d in (("front", LENGTH), ("speed", SPEED)))
 R1 = AgentInfo(name="R1", robot="rover", mission="m", signals=SIGNALS)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from rocs_bt.base.signal import Signal
+from rocs_bt.base.units import LENGTH, SPEED
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import RuleChanged
 from rocs_bt.reactive import RuleModel
@@ -15,8 +17,6 @@ from rocs_bt.running.rule_replay import (
     sweep_threshold,
     threshold_dimension,
 )
-from rocs_bt.signal import Signal
-from rocs_bt.units import LENGTH, SPEED
 
 R1 = AgentInfo(
     name="R1",

@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from rocs_bt import run
+from rocs_bt.base.units import parse_quantity
 from rocs_bt.catalog import Catalog
 from rocs_bt.record import Recording
-from rocs_bt.units import parse_quantity
 
 RULES = Path(__file__).resolve().parents[2] / "rules"
 

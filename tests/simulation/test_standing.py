@@ -9,9 +9,9 @@ import pytest
 
 from rocs_bt import AgentResult, run
 from rocs_bt.actions import Flinch
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import BodyMoved
-from rocs_bt.geometry import Pose2
 from rocs_bt.record.recording import Recording
 
 WALL = 2.475  # [m] the east wall's face, in scenarios/worlds/arena.xml

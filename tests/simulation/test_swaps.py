@@ -8,10 +8,10 @@ import pytest
 
 from rocs_bt import run
 from rocs_bt.agent import Agent
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError, RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError, RecordingError
 from rocs_bt.event import ListSink, SubtreeSwapped, SwapRefused, TicketChanged
 from rocs_bt.record import Recording, SubtreeSwap, explain
 from rocs_bt.running import RunOptions, read_swap, replay

@@ -8,11 +8,11 @@ import mujoco
 import numpy as np
 import pytest
 
+from rocs_bt.base.errors import InputError, UnknownName
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, ScenarioSpec
 from rocs_bt.drivers.mujoco import MujocoWorld
-from rocs_bt.errors import InputError, UnknownName
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.running import RunOptions
 from rocs_bt.simulation import build_world
 from rocs_bt.simulation.video import Video, as_drawn

@@ -38,7 +38,7 @@ MODEL = """<mujoco model="drone">
 DRIVER = """
 from rocs_bt import Monitor, Signal
 from rocs_bt.drivers.mujoco import Mount, MujocoActuator, MujocoSensor
-from rocs_bt.units import LENGTH, SPEED, TURN_RATE
+from rocs_bt.base.units import LENGTH, SPEED, TURN_RATE
 
 
 class Thrust(MujocoActuator):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rocs_bt.geometry import Pose2
+from rocs_bt.base.geometry import Pose2
 
 WEST = Pose2(-0.8, 0.0)
 BOOM = """<mujoco><worldbody><geom name="floor" type="plane" size="9 9 0.1"/>

@@ -11,11 +11,11 @@ from concurrent.futures import ThreadPoolExecutor
 
 import pytest
 
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
 from rocs_bt.editing import parse
 from rocs_bt.editing.worker import Worker
-from rocs_bt.errors import InputError
 from rocs_bt.studio.authoring import Authoring, edit_routes
 from rocs_bt.studio.server import Server
 

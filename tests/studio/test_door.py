@@ -13,7 +13,7 @@ import urllib.request
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.event import OutcomeDecided
 from rocs_bt.record.folder_lock import FolderLock
 from rocs_bt.record.recorder import Recorder

@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rocs_bt import run
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.event import (
     KnowledgeChanged,
     NodeTicked,

@@ -9,7 +9,7 @@ import textwrap
 import pytest
 
 import rocs_bt
-from rocs_bt.errors import Fault
+from rocs_bt.base.errors import Fault
 from rocs_bt.event import BlackboardChanged, KnowledgeChanged, NodeTicked, OutcomeDecided, RuleChanged, TreeNode
 from rocs_bt.record.diverge import first_differences
 from rocs_bt.record.header import AgentInfo, BodyInfo, RunHeader

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from rocs_bt.base.errors import UnknownName
 from rocs_bt.compare import Comparison
-from rocs_bt.errors import UnknownName
 from rocs_bt.testing.claims import Claims, Inconclusive
 
 spec = importlib.util.spec_from_file_location("records", Path(__file__).parents[1] / "compare" / "records.py")

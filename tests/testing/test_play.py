@@ -3,9 +3,9 @@
 import py_trees
 import pytest
 
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.errors import InputError
-from rocs_bt.geometry import Pose2
 from rocs_bt.plan import mission_parameters
 from rocs_bt.testing.missions import ScriptedOutcomes, play
 from rocs_bt.trees.error import TreeError

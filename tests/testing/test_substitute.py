@@ -4,9 +4,9 @@ import json
 
 import pytest
 
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
 from rocs_bt.testing.missions import Breaks, Flaky, Raises, ScriptedOutcomes, inject, play, read_rules, substitute
 from rocs_bt.trees.error import TreeError
 from rocs_bt.trees.nodes import Tree, descendants

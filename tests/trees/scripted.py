@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.trees.nodes import BUILTIN, Leaf, Tree
 from rocs_bt.trees.status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, outcome_name
 

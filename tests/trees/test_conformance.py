@@ -12,8 +12,8 @@ from xml.sax.saxutils import quoteattr
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.btlog import BtLog
 from rocs_bt.trees.nodes import BUILTIN, Instant, Leaf, Tree

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.nodes import BUILTIN, Tree
 from rocs_bt.trees.status import outcome_name
 from rocs_bt.trees.xml import load_xml

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.nodes import BUILTIN, InOut, Input, Instant, Leaf, Output, Tree
 from rocs_bt.trees.status import SUCCESS, outcome_name
 from rocs_bt.trees.xml import read_document, verify

@@ -11,7 +11,7 @@ from py_trees.behaviours import Dummy, Failure, Success
 from py_trees.common import Status
 from py_trees.composites import Sequence as StockSequence
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.nodes import BUILTIN, CONDITIONS, Instant, Leaf, Tree
 from rocs_bt.trees.status import IDLE, SUCCESS
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.script import ScriptError, compile_condition, compile_script, parse_script
 from rocs_bt.trees.script.arithmetic import (

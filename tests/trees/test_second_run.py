@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
 from rocs_bt.trees.nodes import BUILTIN, Leaf, Node, Tree
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name
 

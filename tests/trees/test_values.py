@@ -12,13 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from py_trees.common import Status
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.units import LENGTH
 from rocs_bt.trees.board import Board
 from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Output, Tree
 from rocs_bt.trees.status import FAILURE, SUCCESS, outcome_name
 from rocs_bt.trees.value import STATUS_NAMES, converted, numeric
 from rocs_bt.trees.xml import load_xml
-from rocs_bt.units import LENGTH
 
 from .. import needs
 

@@ -8,8 +8,8 @@ import sys
 import pytest
 from py_trees.common import Status
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import Fault, InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import Fault, InputError
 from rocs_bt.trees.examine import blocking_faults, examine
 from rocs_bt.trees.nodes import BUILTIN, Input, Leaf, Output, Tree
 from rocs_bt.trees.script import compiler

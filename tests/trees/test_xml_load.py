@@ -7,8 +7,8 @@ from itertools import product
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import InputError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.nodes import BUILTIN, Input, Instant, Leaf, Output, Tree
 from rocs_bt.trees.script import form
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS, outcome_name

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 from rocs_bt.trees.xml import load_xml, read_document
 from rocs_bt.trees.xml import scan as scanner
 from rocs_bt.trees.xml.element import Source
@@ -225,7 +225,7 @@ def mutate(draw):
 
 def survive(seed):
     """Load, and tick what loads; anything but a fault that a person can read is a defect."""
-    from rocs_bt.clock import SimulatedClock
+    from rocs_bt.base.clock import SimulatedClock
     from rocs_bt.trees.examine import examine
     from rocs_bt.trees.nodes import Tree as Bound
     from rocs_bt.trees.xml import write_tree

@@ -4,9 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from rocs_bt import Twist2
+from rocs_bt import PositiveMetres, PositiveMetresPerSecond, Twist2
 from rocs_bt.plan import Observation, Task
-from rocs_bt.units import PositiveMetres, PositiveMetresPerSecond
 
 
 @dataclass(kw_only=True)

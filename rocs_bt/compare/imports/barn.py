@@ -12,9 +12,9 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from ...errors import Fault, InputError
-from ...files import read_bytes, read_text
-from ...geometry import Pose2
+from ...base.errors import Fault, InputError
+from ...base.files import read_bytes, read_text
+from ...base.geometry import Pose2
 from ..family import AgentSetup, Scene, goal_scenario, quantity
 from ..ground import Ground
 from ..obstacle import Block, Point, Post, length_of

@@ -14,9 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from ...errors import Fault, InputError
-from ...files import read_text
-from ...geometry import Pose2
+from ...base.errors import Fault, InputError
+from ...base.files import read_text
+from ...base.geometry import Pose2
 from ..family import AgentSetup, Scene, goal_scenario, quantity
 from ..floor_grid import FloorGrid, GridPath
 from ..ground import Ground

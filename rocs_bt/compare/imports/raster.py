@@ -14,8 +14,8 @@ from pathlib import Path
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import Fault, InputError
-from ...files import read_bytes, read_text
+from ...base.errors import Fault, InputError
+from ...base.files import read_bytes, read_text
 from ..floor_grid import FloorGrid
 
 MOST_CELLS = 25_000_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ...words import counted
+from ...base.words import counted
 from ..cold import Loss, Walk
 from ..comparison import Comparison
 from ..metric import metric

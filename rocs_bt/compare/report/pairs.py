@@ -5,7 +5,7 @@ from __future__ import annotations
 import textwrap
 from collections.abc import Sequence
 
-from ...words import counted
+from ...base.words import counted
 from ..metric import SHARES
 from ..verdict import Verdict, favourable
 from .tables import matrix

@@ -12,11 +12,11 @@ from urllib.parse import quote
 
 import msgspec
 
-from ...errors import RecordingError
-from ...files import write_whole
+from ...base.errors import RecordingError
+from ...base.files import write_whole
+from ...base.words import counted
 from ...record import RunHeader
 from ...record.figures.figure import make_canvas, render_canvas
-from ...words import counted
 from ..cold import Loss, Walk
 from ..comparison import Comparison, Disagreement
 from ..key import computing

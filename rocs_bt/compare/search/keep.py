@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from ...errors import Fault, InputError
-from ...files import is_file, write_whole
+from ...base.errors import Fault, InputError
+from ...base.files import is_file, write_whole
 from ..replay import episode_command
 from .draft import Draft
 from .player import SEED

@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from itertools import islice
 from typing import TypeAlias
 
+from ...base.errors import InputError
 from ...catalog import Catalog, PlannerSpec
-from ...errors import InputError
 from ..record import EpisodeRecord
 from ..run_sweep import SweepOptions, episodes_of, play_episodes
 from ..store import Store

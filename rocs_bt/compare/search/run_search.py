@@ -11,9 +11,9 @@ from itertools import chain
 
 import numpy as np
 
+from ...base.errors import Fault, InputError
 from ...catalog import CachingCatalog, Catalog, PlannerSpec
 from ...control.footprint import Footprint
-from ...errors import Fault, InputError
 from ..check_planners import check_planners
 from ..record import OUTCOMES, EpisodeRecord
 from ..run_sweep import WALL_LIMIT, cores, local_pool

@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from ...action import Parameter
-from ...errors import Fault, InputError, unknown
-from ...units import convert
+from ...base.errors import Fault, InputError, unknown
+from ...base.parameter import Parameter
+from ...base.units import convert
 from ..family import Family, Scene, family_parameters, scene_of
 from ..replay import parse_value
 

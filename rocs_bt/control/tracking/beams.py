@@ -10,8 +10,8 @@ from functools import cached_property
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import InputError
-from ...geometry import Pose2
+from ...base.errors import InputError
+from ...base.geometry import Pose2
 from ..locomotion import Array
 
 BEHIND = 0.15

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import InputError
+from ...base.errors import InputError
 from ..locomotion import Array
 from .beams import Scan
 from .past_scans import PastScans

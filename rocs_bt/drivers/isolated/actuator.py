@@ -12,10 +12,10 @@ import threading
 import time
 from collections.abc import Sequence
 
-from ...clock import WallClock
-from ...current_folder import child_environment
-from ...device import Actuator
-from ...errors import ActuatorError, DeviceError, Fault, InputError
+from ...base.clock import WallClock
+from ...base.current_folder import child_environment
+from ...base.errors import ActuatorError, DeviceError, Fault, InputError
+from ...interfaces.device import Actuator
 from ..host import Host
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start
 from .maker import ActuatorMaker

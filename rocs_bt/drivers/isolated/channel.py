@@ -11,7 +11,7 @@ import threading
 from dataclasses import dataclass
 from typing import Any
 
-from ...errors import Fault
+from ...base.errors import Fault
 from .maker import ActuatorMaker
 
 _LENGTH = struct.Struct("!I")

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-from ...device import Actuator
-from ...errors import DeviceError
-from ...python_content import load_class, running_class
+from ...base.errors import DeviceError
+from ...base.python_content import load_class, running_class
+from ...interfaces.device import Actuator
 from ..host import Host
 
 

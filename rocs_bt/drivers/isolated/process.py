@@ -11,10 +11,10 @@ import sys
 import threading
 import time
 
-from ...clock import WallClock
-from ...device import Actuator
-from ...errors import DeviceError, InputError
-from ...raised import describe, raised_at
+from ...base.clock import WallClock
+from ...base.errors import DeviceError, InputError
+from ...base.raised import describe, raised_at
+from ...interfaces.device import Actuator
 from ..host import Host
 from ..last_neutral import repeat_neutral
 from .channel import Channel, Close, Command, Done, Failed, Neutral, Ready, Start

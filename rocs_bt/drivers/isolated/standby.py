@@ -6,8 +6,8 @@ import threading
 from collections.abc import Callable
 from contextlib import suppress
 
-from ...device import Actuator
-from ...raised import describe
+from ...base.raised import describe
+from ...interfaces.device import Actuator
 from ..last_neutral import repeat_neutral
 
 SOON = 0.5

@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ...device import Actuator
-from ...errors import DeviceError
+from ...base.errors import DeviceError
+from ...interfaces.device import Actuator
 from ..parameters import VelocityParameters, driver_class, read_parameters
 from .mount import Mount
 from .world import MujocoWorld

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from ...record.header import Outline, Point
 
 FLOOR = "floor"

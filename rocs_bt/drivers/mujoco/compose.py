@@ -10,9 +10,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ...clock import Clock, SimulatedClock
-from ...errors import Fault, InputError, UnknownName, located_at, unknown
-from ...files import is_file
+from ...base.clock import Clock, SimulatedClock
+from ...base.errors import Fault, InputError, UnknownName, located_at, unknown
+from ...base.files import is_file
 from ..body_variant import AS_MODELLED, BodyVariant
 from ..parameters import driver_class
 from .mjcf import examine_model

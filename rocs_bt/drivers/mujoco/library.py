@@ -6,7 +6,7 @@ them to the file MUJOCO_LOG.TXT in the current folder.
 
 import logging
 
-from ...current_folder import environment, safe_path
+from ...base.current_folder import environment, safe_path
 
 with environment(safe_path()):  # MuJoCo imports glfw, which starts an interpreter to test its library
     import mujoco

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...device import Reading
-from ...errors import InputError, unknown
+from ...base.errors import InputError, unknown
+from ...interfaces.device import Reading
 from ...record.header import Fan
 from ..parameters import LidarParameters, read_parameters
 from .mount import Mount

@@ -12,9 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from xml.parsers import expat
 
-from ...confine import confined
-from ...errors import Fault, InputError
-from ...files import is_file, read_bytes, read_text
+from ...base.errors import Fault, InputError
+from ...base.files import confined, is_file, read_bytes, read_text
 
 MOST_ELEMENTS = 20_000
 """Maximum number of elements of a model, including all copies."""

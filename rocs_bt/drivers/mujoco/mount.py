@@ -10,7 +10,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2, Pose3, Twist2, Twist3
+from ...base.geometry import Pose2, Pose3, Twist2, Twist3
 from .body import Controls, Motors
 
 

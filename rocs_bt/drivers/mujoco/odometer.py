@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...base.geometry import Pose2, Twist2, along_arc, wrap_angle
 from ...control.locomotion import Array, Locomotion
-from ...geometry import Pose2, Twist2, along_arc, wrap_angle
 
 if TYPE_CHECKING:
     from .world import MujocoWorld

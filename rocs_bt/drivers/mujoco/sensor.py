@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
-from ...device import Reading, Sensor
+from ...interfaces.device import Reading, Sensor
 from ..common import Delivery
 from .mount import Mount
 

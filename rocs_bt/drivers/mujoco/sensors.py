@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import InputError, unknown
-from ...geometry import Pose2, wrap_angle
+from ...base.errors import InputError, unknown
+from ...base.geometry import Pose2, wrap_angle
 from ...knowledge.share import MessageQueue, packed
 from ...record.header import Beam
 from ..common import BatteryModel, GyroModel, PoseError, RobotSensorModel, TwistModel

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...clock import Clock
-from ...errors import UnknownName, unknown
-from ...geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
+from ...base.clock import Clock
+from ...base.errors import UnknownName, unknown
+from ...base.geometry import Pose2, Pose3, Twist2, Twist3, pose2, wrap_angle
 from .body import Controls, FreeBody, MocapBody, Motors, RobotBody, bounds, find_bodies, find_objects
 from .nearness import Among, ClearanceQuery, Near
 from .sight import LineOfSight

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from .body import GROUND, box_points, collides
 
 Array = npt.NDArray[np.float64]

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...clock import Clock, SimulatedClock
-from ...errors import BlockError, DeviceError, Fault, InputError
-from ...geometry import Pose2
-from ...safety import SafetyGate
+from ...base.clock import Clock, SimulatedClock
+from ...base.errors import BlockError, DeviceError, Fault, InputError
+from ...base.geometry import Pose2
+from ...interfaces.safety import SafetyGate
 from .body import Controls, FreeBody, Motors, RobotBody
 from .ground import carrying_geoms
 from .state import WorldState

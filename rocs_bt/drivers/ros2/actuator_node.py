@@ -8,9 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...base.errors import DeviceError
 from ...control.locomotion import Locomotion
-from ...device import Actuator
-from ...errors import DeviceError
+from ...interfaces.device import Actuator
 from ..host import Host
 from ..last_neutral import repeat_neutral
 from .node import RosNode

@@ -8,8 +8,8 @@ from collections import deque
 from collections.abc import Collection
 from typing import NoReturn
 
-from ...clock import Clock
-from ...errors import DeviceError, Fault, InputError, RecordingError
+from ...base.clock import Clock
+from ...base.errors import DeviceError, Fault, InputError, RecordingError
 from .bag_file import Bag, BagMessage
 from .message_types import MessageTypes
 from .qos import QoS

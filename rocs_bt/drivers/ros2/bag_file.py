@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...errors import Fault, InputError, RecordingError, RocsError
-from ...files import check_regular, is_file
+from ...base.errors import Fault, InputError, RecordingError, RocsError
+from ...base.files import check_regular, is_file
 from .message_types import DISTROS, MessageTypes, import_rosbags
 
 FILES = (".mcap", ".db3", ".bag")

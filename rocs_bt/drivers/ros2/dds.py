@@ -9,7 +9,7 @@ import threading
 import time
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from ...errors import DeviceError, Fault, InputError
+from ...base.errors import DeviceError, Fault, InputError
 from .message_types import INSTALL, MessageTypes
 from .qos import QoS
 from .settings import Ros2Settings

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NoReturn
 
-from ...errors import DeviceError
-from ...ros_link import (
+from ...base.errors import DeviceError
+from ...interfaces.ros_link import (
     AcceptedGoal,
     RosActionClient,
     RosActionServer,

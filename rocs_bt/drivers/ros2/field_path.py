@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from ...errors import DeviceError, Fault, InputError, unknown
+from ...base.errors import DeviceError, Fault, InputError, unknown
 from .message_types import MessageTypes
 
 _STEP = re.compile(r"([A-Za-z_][A-Za-z0-9_]*)((?:\[\d+\])*)\Z")

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from ...errors import DeviceError, Fault, InputError
-from ...geometry import Pose3
+from ...base.errors import DeviceError, Fault, InputError
+from ...base.geometry import Pose3
 from .field_path import FieldPath
 from .message_types import MessageTypes
 from .parameters import DIAGNOSTICS, JOINTS, NUMBER, RANGE, SCAN, STRING, Ros2SensorParameters

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...errors import DeviceError
+from ...base.errors import DeviceError
 from .forms import pose3
 
 Quaternion = tuple[float, float, float, float]

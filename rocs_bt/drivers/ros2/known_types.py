@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from functools import cache
 from typing import Any
 
-from ...errors import InputError, unknown
-from ...ros_link import RosField
+from ...base.errors import InputError, unknown
+from ...interfaces.ros_link import RosField
 from .message_types import MessageTypes
 from .plain import rosbags_fields, rosidl_fields
 from .settings import Ros2Settings

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ...errors import DeviceError, Fault, InputError
-from ...ros_link import (
+from ...base.errors import DeviceError, Fault, InputError
+from ...interfaces.ros_link import (
     Received,
     RosActionClient,
     RosActionServer,

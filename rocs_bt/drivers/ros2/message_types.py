@@ -6,7 +6,7 @@ import importlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...errors import DeviceError, Fault, InputError, unknown
+from ...base.errors import DeviceError, Fault, InputError, unknown
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...geometry import Pose3, Twist3
+from ...base.geometry import Pose3, Twist3
 
 if TYPE_CHECKING:
     import numpy as np

@@ -10,8 +10,8 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from typing import Any
 
-from ...clock import Clock
-from ...errors import DeviceError
+from ...base.clock import Clock
+from ...base.errors import DeviceError
 from .connect import open_transport
 from .matching import OwnEndpoint
 from .qos import QoS

@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ...errors import Fault, InputError, unknown
-from ...units import Metres, Radians
+from ...base.errors import Fault, InputError, unknown
+from ...base.units import Metres, Radians
 from .field_path import FieldPath
 from .qos import QoS
 from .settings import name_faults

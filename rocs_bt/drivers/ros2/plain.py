@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from ...errors import Fault, InputError
-from ...ros_link import FieldPath, RosField
+from ...base.errors import Fault, InputError
+from ...interfaces.ros_link import FieldPath, RosField
 from .rclpy_transport import message_class
 
 _PRIMITIVES = {"boolean": "bool", "float": "float32", "double": "float64", "octet": "byte"}

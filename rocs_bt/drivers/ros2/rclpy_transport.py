@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from ...errors import DeviceError, Fault, InputError
+from ...base.errors import DeviceError, Fault, InputError
 from .message_types import MessageTypes
 from .qos import QoS
 from .settings import Ros2Settings

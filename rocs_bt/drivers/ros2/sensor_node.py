@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import Any, Protocol
 
-from ...device import Reading, Sensor
-from ...errors import DeviceError
-from ...geometry import Pose3
+from ...base.errors import DeviceError
+from ...base.geometry import Pose3
+from ...interfaces.device import Reading, Sensor
 from .forms import POSE_TAKES, make_take, message_size
 from .frames import Frames
 from .matching import OwnEndpoint

@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...errors import interrupts
-from ...ros_link import GoalState
+from ...base.errors import interrupts
+from ...interfaces.ros_link import GoalState
 from .plain import PlainMessage, filled
 from .rclpy_transport import message_class
 from .servers import action_mismatch, action_servers, service_mismatch
@@ -375,7 +375,7 @@ class TriggerServer:
 
 
 class AcceptedGoal:
-    """Goal that this robot serves; see `rocs_bt.ros_link.AcceptedGoal`.
+    """Goal that this robot serves; see `rocs_bt.interfaces.ros_link.AcceptedGoal`.
 
     Its clients see the state `accepted` until it ends: for `executing`, rclpy wants a callback that lasts until
     then.

@@ -7,8 +7,8 @@ import re
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from ...errors import Fault, InputError, unknown
-from ...files import is_file, read_text
+from ...base.errors import Fault, InputError, unknown
+from ...base.files import is_file, read_text
 
 TRANSPORTS = ("auto", "rclpy", "dds")
 NETWORKS = ("loopback", "lan")

@@ -7,8 +7,8 @@ import threading
 import time
 from collections.abc import Callable
 
-from ...clock import WallClock
-from ...errors import DeviceError
+from ...base.clock import WallClock
+from ...base.errors import DeviceError
 from .qos import QoS
 from .transport import Reader, Transport
 

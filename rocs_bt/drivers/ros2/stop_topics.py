@@ -6,7 +6,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 
-from ...errors import DeviceError
+from ...base.errors import DeviceError
 from ..host import Host
 from .node import RosNode
 from .qos import QoS

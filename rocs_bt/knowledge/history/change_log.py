@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from ...errors import KnowledgeError
+from ...base.errors import KnowledgeError
 from ...event import KnowledgeChanged
 from ..schema import SCHEMA, Schema
 from .state import State

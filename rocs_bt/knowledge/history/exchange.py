@@ -13,8 +13,8 @@ from typing import Any, NoReturn
 
 import msgspec
 
-from ...errors import Fault, InputError
-from ...nesting import check_nesting
+from ...base.errors import Fault, InputError
+from ...base.nesting import check_nesting
 from ..schema import SCHEMA, Schema
 from .importer import EdgeEntry, Importer, NodeEntry
 from .state import State

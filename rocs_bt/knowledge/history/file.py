@@ -18,9 +18,9 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-from ...errors import RecordingError
+from ...base.errors import RecordingError
+from ...base.files import check_regular, is_file
 from ...event import KnowledgeChanged
-from ...files import check_regular, is_file
 from ..schema import Schema
 from .change_log import Stretch
 from .state import State

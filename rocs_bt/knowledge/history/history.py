@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
-from ...errors import InputError, KnowledgeError, RecordingError, unknown
+from ...base.errors import InputError, KnowledgeError, RecordingError, unknown
 from ..schema import SCHEMA, Schema
 from .change_log import ChangeLog
 from .file import open_to_read, read_runs, read_stretches, reading

@@ -8,8 +8,8 @@ from typing import Annotated, Any
 
 import msgspec
 
-from ...clock import SimulatedClock
-from ...errors import Fault, InputError, KnowledgeError
+from ...base.clock import SimulatedClock
+from ...base.errors import Fault, InputError, KnowledgeError
 from ...event import NullSink, Value
 from ..declaration import checked
 from ..graph import KnowledgeGraph

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TypeAlias
 
-from ...errors import RecordingError
+from ...base.errors import RecordingError
 from ...event import KnowledgeChanged
 from ..graph import KnowledgeGraph
 from .file import append, begin_stretch, compact, next_run, open_to_write

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from ...errors import Fault, KnowledgeError
+from ...base.errors import Fault, KnowledgeError
 from ..graph import KnowledgeGraph
 from ..schema import Schema
 from .importer import EdgeEntry, Importer, NodeEntry

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from ...errors import KnowledgeError
+from ...base.errors import KnowledgeError
 from ...event import KnowledgeChanged, Value
 from ..attribute import Attribute
 from ..declaration import Kind, Relation

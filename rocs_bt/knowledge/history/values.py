@@ -6,9 +6,9 @@ import json
 import math
 from typing import Any
 
+from ...base.geometry import Pose2
+from ...base.nesting import LIMIT, check_nesting
 from ...event import Value
-from ...geometry import Pose2
-from ...nesting import LIMIT, check_nesting
 from ..attribute import Attribute
 
 _INT64 = 1 << 63

@@ -14,11 +14,11 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from ...errors import Fault, InputError, UnitError
+from ...base.errors import Fault, InputError, UnitError
+from ...base.units import NONE, TIME, parse_quantity
 from ...expression import FUNCTIONS, Misuse, Node, compile_plain, evaluate, parse
 from ...expression.environment import SignalLayout
 from ...expression.python_code import define
-from ...units import NONE, TIME, parse_quantity
 from ..schema import SCHEMA, Schema
 from .names import Names
 from .parameter import HELPERS, Parameter

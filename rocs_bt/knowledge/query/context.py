@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from ..readable import NoPast, Past, Readable
 
 

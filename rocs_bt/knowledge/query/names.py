@@ -10,11 +10,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from ...errors import did_you_mean
+from ...base.errors import did_you_mean
+from ...base.geometry import Pose2
+from ...base.units import ANGLE, LENGTH, NONE, TIME, Dimension
 from ...expression import Misuse
 from ...expression.environment import SignalLayout
-from ...geometry import Pose2
-from ...units import ANGLE, LENGTH, NONE, TIME, Dimension
 from ..attribute import Attribute, Live
 from ..schema import Schema
 from .parameter import Parameter

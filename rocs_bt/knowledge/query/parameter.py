@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, TypeAlias
 
-from ...errors import KnowledgeError
-from ...geometry import Pose2, wrap_angle
-from ...units import NONE, Dimension, Quantity
+from ...base.errors import KnowledgeError
+from ...base.geometry import Pose2, wrap_angle
+from ...base.units import NONE, Dimension, Quantity
 
 Point: TypeAlias = tuple[float, float]
 Path: TypeAlias = tuple[Point, ...]

@@ -14,7 +14,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from ...errors import Fault, InputError, did_you_mean
+from ...base.errors import Fault, InputError, did_you_mean
 from ...expression import FUNCTIONS, blank_texts
 from ..declaration import Relation
 from ..schema import Schema

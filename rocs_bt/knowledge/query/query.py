@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 
 import msgspec
 
-from ...errors import KnowledgeError
+from ...base.errors import KnowledgeError
 from ..readable import Readable
 from ..schema import Schema
 from .context import Execution, QueryContext

@@ -10,9 +10,9 @@ import ast
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from ...errors import did_you_mean
+from ...base.errors import did_you_mean
+from ...base.units import ANGLE, LENGTH, TIME
 from ...expression import FUNCTIONS, TRUTH, Environment, Kind, Misuse, Node
-from ...units import ANGLE, LENGTH, TIME
 from .names import Meaning, Names
 
 FORMS = {

@@ -23,10 +23,10 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
 
-from ...document import Table, read_toml
-from ...errors import Fault, InputError, KnowledgeError, UnitError
-from ...geometry import Pose2
-from ...units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
+from ...base.errors import Fault, InputError, KnowledgeError, UnitError
+from ...base.geometry import Pose2
+from ...base.toml_table import Table, read_toml
+from ...base.units import ANGLE, LENGTH, NONE, Dimension, convert, parse_unit
 from ..attribute import Attribute, Live
 from ..declaration import Kind, Relation
 from .schema import Schema, faults_of, joined_kind, joined_relation

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
-from ...errors import KnowledgeError, did_you_mean
+from ...base.errors import KnowledgeError, did_you_mean
 from ..attribute import Attribute
 from ..declaration import Kind, Relation, lookup
 

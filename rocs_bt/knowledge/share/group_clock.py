@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from ...clock import Clock
+from ...base.clock import Clock
 from ...event import EventSink, PeerFault
 from .presence import Presence
 from .replica import STAMP_LIMIT

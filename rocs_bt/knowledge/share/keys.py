@@ -15,8 +15,8 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import Fault, InputError
-from ...files import is_file, read_bytes, write_whole
+from ...base.errors import Fault, InputError
+from ...base.files import is_file, read_bytes, write_whole
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.asymmetric.ec import EllipticCurvePrivateKey

@@ -10,7 +10,7 @@ from typing import Protocol, runtime_checkable
 
 import msgspec
 
-from ...errors import InputError
+from ...base.errors import InputError
 from .scope import agent_of
 from .wire import TextAck, TextMessage
 

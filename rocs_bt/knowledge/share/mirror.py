@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ...errors import KnowledgeError
+from ...base.errors import KnowledgeError
+from ...base.geometry import Pose2, Twist2, along_arc
 from ...event import KnowledgeChanged
-from ...geometry import Pose2, Twist2, along_arc
 from ..knowledge import Knowledge
 from .inbox import Counts
 from .replica import Entry, Key, Plain, Replica

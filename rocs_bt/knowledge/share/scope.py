@@ -7,8 +7,8 @@ import math
 from collections.abc import Collection
 from typing import Any
 
-from ...errors import InputError, KnowledgeError, unknown
-from ...geometry import Pose2
+from ...base.errors import InputError, KnowledgeError, unknown
+from ...base.geometry import Pose2
 from ..attribute import Attribute, Live
 from ..declaration import NAME_LIMIT, is_name
 from ..schema import Schema

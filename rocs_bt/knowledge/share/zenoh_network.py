@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from .keys import Keys
 from .network import Link
 from .wire import FRAME_LIMIT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from ...dialect import NEWEST
+from ...base.dialect import NEWEST
 from ...trees.nodes import BUILTIN, Registry, nodes_of
 from . import conditions, costs, decorators, goals, motion, paths, planning, route
 from .distributions import CHANGED
@@ -24,7 +24,7 @@ def nav2_nodes(distribution: str = NEWEST) -> Registry:
     """Nodes as in Nav2 of a distribution of ROS 2.
 
     Args:
-        distribution: One of `rocs_bt.dialect.DISTRIBUTIONS`.
+        distribution: One of `DISTRIBUTIONS`.
     """
     changed = {node.tag: node for node in CHANGED[distribution]}
     return Registry([changed.get(tag, node) for tag, node in NAV2.items()])

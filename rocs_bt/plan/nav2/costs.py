@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from ...knowledge import FREE, OCCUPIED, UNKNOWN
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..context import mission_of

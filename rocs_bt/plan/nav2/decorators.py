@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ...errors import Fault, InputError
-from ...geometry import Pose2
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Outcome, Output
 from ...trees.nodes.family import Decorator
 from ...trees.value import from_string

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
-from ...dialect import NEWEST
+from ...base.dialect import NEWEST
 from ...trees.nodes import Input, Node
 from ...trees.nodes.control.navigation import RoundRobin
 from .costs import INSCRIBED, LETHAL, IsPathValid

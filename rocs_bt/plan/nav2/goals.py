@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..context import mission_of
 from .costs import OccupancyTest

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, ClassVar
 
-from ...action import Action, Failure, Reason, make_action
-from ...errors import Fault, InputError
-from ...geometry import Pose2, wrap_angle
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2, wrap_angle
+from ...interfaces.action import Action, Failure, Reason, make_action
 from ...knowledge import segment_distance
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Leaf, Outcome, Output
 from ..action_node import ActionNode

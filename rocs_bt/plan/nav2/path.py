@@ -11,8 +11,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import accumulate, pairwise
 from typing import Any, Final
 
-from ...errors import Fault, InputError
-from ...geometry import Pose2, wrap_angle
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2, wrap_angle
 from ...trees.nodes import Input
 from ..route import Point
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ...geometry import Pose2
+from ...base.geometry import Pose2
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ...trees.nodes.node import LazyAttribute
 from ..context import mission_of

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any, ClassVar
 
-from ...action import Failure, Reason
-from ...errors import Fault, InputError
-from ...geometry import Pose2
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2
+from ...interfaces.action import Failure, Reason
 from ...trees.nodes import FAILURE, SUCCESS, Input, Instant, Outcome, Output
 from ..context import mission_of
 from ..route import NoRoute, Point, RoutePlanner

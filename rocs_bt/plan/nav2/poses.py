@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...errors import Fault, InputError
-from ...geometry import Pose2
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2
 from ...trees.nodes import Input
 from ...trees.value import from_string
 from .path import pose_in

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any, ClassVar
 
-from ...action import Failure, Reason
-from ...geometry import Pose2
+from ...base.geometry import Pose2
+from ...interfaces.action import Failure, Reason
 from ...knowledge import Roadmap
 from ...trees.nodes import FAILURE, RUNNING, SUCCESS, Input, Instant, Outcome, Output
 from ..context import mission_of

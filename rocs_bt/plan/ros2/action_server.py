@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...action import Failure
-from ...errors import InputError
-from ...ros_link import AcceptedGoal, GoalState, RosLink
-from ...ros_link import RosActionServer as Server
+from ...base.errors import InputError
+from ...interfaces.action import Failure
+from ...interfaces.ros_link import AcceptedGoal, GoalState, RosLink
+from ...interfaces.ros_link import RosActionServer as Server
 from ...trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Decorator, Input, Outcome, halt
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import UsesRos, interface_type, parse_name

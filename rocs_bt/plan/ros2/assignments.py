@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple, NoReturn
 
-from ...errors import Fault, InputError
-from ...ros_link import FieldPath
+from ...base.errors import Fault, InputError
+from ...interfaces.ros_link import FieldPath
 from ...trees.nodes import Input, KeyUse
 from ...trees.script import ScriptError
 from .fields import parse_path

@@ -7,9 +7,9 @@ import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ...errors import Fault, InputError, unknown
-from ...ros_link import FieldPath, RosField, RosTypes, index_path
-from ...units import NONE, TIME, parse_quantity
+from ...base.errors import Fault, InputError, unknown
+from ...base.units import NONE, TIME, parse_quantity
+from ...interfaces.ros_link import FieldPath, RosField, RosTypes, index_path
 
 _INTEGER = re.compile(r"(u?)int(8|16|32|64)")
 _FLOATS = ("float32", "float64")

@@ -6,9 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
 
-from ...errors import Fault, InputError
-from ...geometry import Pose2
-from ...ros_link import RosField, RosMessage, RosTypes
+from ...base.errors import Fault, InputError
+from ...base.geometry import Pose2
+from ...interfaces.ros_link import RosField, RosMessage, RosTypes
 from ...trees.nodes import Direction, Input
 from ..nav2.lenient import Lenient
 from ..nav2.path import poses_in

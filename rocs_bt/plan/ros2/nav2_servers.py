@@ -10,10 +10,10 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any, ClassVar, Final
 
-from ...action import Failure
-from ...errors import Fault, InputError, unknown
-from ...pipeline import Priority, Ticket, TicketState
-from ...ros_link import RosActionClient, RosField, RosGoal, RosLink, RosSubscription, RosTypes
+from ...base.errors import Fault, InputError, unknown
+from ...interfaces.action import Failure
+from ...interfaces.pipeline import Priority, Ticket, TicketState
+from ...interfaces.ros_link import RosActionClient, RosField, RosGoal, RosLink, RosSubscription, RosTypes
 from ...trees.nodes import RUNNING, SUCCESS, Input, Node, Outcome, Output
 from ..action_node import ActionNode
 from ..nav2 import NAV2

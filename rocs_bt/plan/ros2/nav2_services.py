@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, ClassVar, Final
 
-from ...ros_link import RosField, RosMessage, RosTypes
+from ...interfaces.ros_link import RosField, RosMessage, RosTypes
 from ...trees.nodes import FAILURE, SUCCESS, Input, Node, Outcome
 from ..nav2 import NAV2
 from ..nav2.costs import NO_INFORMATION

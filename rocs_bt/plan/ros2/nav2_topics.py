@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, ClassVar, Final
 
-from ...errors import DeviceError, InputError
-from ...ros_link import NO_LINK, RosLink
+from ...base.errors import DeviceError, InputError
+from ...interfaces.ros_link import NO_LINK, RosLink
 from ...trees.nodes import FAILURE, SUCCESS, Input, Node, Outcome
 from ...trees.nodes.control.navigation import PauseResumeController as Pausing
 from ..context import MissionContext, mission_of

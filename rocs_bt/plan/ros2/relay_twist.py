@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from ...action import AtomicAction, Body, Failure, Progress
-from ...geometry import Twist3
-from ...ros_link import Received, RosSubscription
+from ...base.geometry import Twist3
+from ...interfaces.action import AtomicAction, Body, Failure, Progress
+from ...interfaces.ros_link import Received, RosSubscription
 
 MAX_AGE = 0.5
 """Maximum age of a twist [s]; the body rests without a newer one, as with ros2_control."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from ...action import Failure, Reason
-from ...errors import DeviceError, InputError
-from ...ros_link import RosCall, RosLink, RosMessage, RosServiceClient
+from ...base.errors import DeviceError, InputError
+from ...base.units import TIME
+from ...interfaces.action import Failure, Reason
+from ...interfaces.ros_link import RosCall, RosLink, RosMessage, RosServiceClient
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
-from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import UsesRos, interface_type, mismatched, parse_name
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from ...action import Failure, Reason
-from ...errors import DeviceError, InputError, unknown
-from ...ros_link import QOS, RosLink, RosPublisher, RosSubscription
+from ...base.errors import DeviceError, InputError, unknown
+from ...base.units import TIME
+from ...interfaces.action import Failure, Reason
+from ...interfaces.ros_link import QOS, RosLink, RosPublisher, RosSubscription
 from ...trees.nodes import RUNNING, SUCCESS, Input, Leaf, Outcome
-from ...units import TIME
 from .assignments import FieldInputs, FieldOutputs
 from .uses_ros import FOREVER, UsesRos, interface_type, mismatched, parse_name
 

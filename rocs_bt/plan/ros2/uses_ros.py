@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
-from ...action import Failure, Reason
-from ...errors import DeviceError, Fault, InputError
-from ...ros_link import (
+from ...base.errors import DeviceError, Fault, InputError
+from ...interfaces.action import Failure, Reason
+from ...interfaces.ros_link import (
     NO_LINK,
     FieldPath,
     RosLink,

@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ...errors import Fault
+from ...base.errors import Fault
+from ...base.units import NONE, Dimension, Quantity
 from ...expression import Environment, Node
-from ...units import NONE, Dimension, Quantity
 from ..rule import Rule
 from .prover import Prover, by_index
 from .sample import Array

@@ -8,12 +8,13 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...action import Action, Parameter, parameters_of
-from ...errors import interrupts
+from ...base.errors import interrupts
+from ...base.parameter import Parameter
+from ...base.raised import describe
+from ...base.units import NONE, TIME
 from ...expression import TRUTH, Expression, Kind, Node
 from ...expression.node import TEMPORAL_OPS
-from ...raised import describe
-from ...units import NONE, TIME
+from ...interfaces.action import Action, parameters_of
 from ..rule import OnInvalid, Rule
 from .case import Case, nodes_with_columns, short
 from .sample import Array

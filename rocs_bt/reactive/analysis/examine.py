@@ -6,10 +6,10 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...action import Action
-from ...document import Table
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
+from ...base.toml_table import Table
 from ...expression import Environment
+from ...interfaces.action import Action
 from ..arguments import words
 from ..include import Document, read_documents
 from ..rule import Rule

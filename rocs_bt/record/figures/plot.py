@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...errors import Fault, InputError, RecordingError
-from ...files import write_whole
+from ...base.errors import Fault, InputError, RecordingError
+from ...base.files import write_whole
 from ..history import History
 from ..recording import Recording
 from ..track import Span

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import RecordingError
-from ...files import write_whole
+from ...base.errors import RecordingError
+from ...base.files import write_whole
 from .figure import INK, MUTED, OTHER, PLACE, ROUTES, WORST, make_canvas, render_canvas
 
 if TYPE_CHECKING:

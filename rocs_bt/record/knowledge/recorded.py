@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 
-from ...errors import InputError, RecordingError, unknown
+from ...base.errors import InputError, RecordingError, unknown
+from ...base.geometry import Pose2
+from ...base.signal import Signal
 from ...event import KnowledgeChanged
 from ...expression import Environment
-from ...geometry import Pose2
 from ...knowledge import SCHEMA, QueryContext, Schema
 from ...knowledge.history import ChangeLog, State, Stretch
-from ...signal import Signal
 from ..recording import Recording
 from ..samples import TOPICS, environment_of, samples
 from ..tracks import Tracks

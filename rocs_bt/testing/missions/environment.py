@@ -6,18 +6,18 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
-from ...action import Action
 from ...actions import action_table
-from ...clock import SimulatedClock
-from ...errors import InputError
+from ...base.clock import SimulatedClock
+from ...base.errors import InputError
+from ...base.geometry import Pose2
+from ...base.signal import Signal
+from ...base.units import ANGLE, LENGTH, NONE, SPEED, TURN_RATE, Dimension, parse_quantity
 from ...event import ListSink
 from ...expression import Environment, compile_expression
-from ...geometry import Pose2
+from ...interfaces.action import Action
+from ...interfaces.pipeline import Pipeline
 from ...knowledge import Knowledge
-from ...pipeline import Pipeline
 from ...plan import Content, Mission
-from ...signal import Signal
-from ...units import ANGLE, LENGTH, NONE, SPEED, TURN_RATE, Dimension, parse_quantity
 
 Known: TypeAlias = "Mapping[str, Any] | Callable[[Knowledge], None]"
 """Initial knowledge: nodes by name, or a function that writes them.

@@ -6,7 +6,7 @@ import random
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ...trees.error import TreeError
 from ...trees.nodes import FAILURE, RUNNING, SKIPPED, Decorator, Input, Outcome
 from ...trees.status import outcome_named

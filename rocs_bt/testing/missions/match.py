@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from ...errors import Fault, InputError, did_you_mean
+from ...base.errors import Fault, InputError, did_you_mean
 from ...plan import Act, ActionNode
 from ...trees.nodes import Node, Tree
 

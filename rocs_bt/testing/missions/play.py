@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ...base.errors import Fault, InputError
 from ...catalog import TREES, Catalog
-from ...errors import Fault, InputError
 from ...event import Said
 from ...plan import Act, Mission, mission_actions, mission_arguments, mission_nodes, shipped_nodes, xml_mission
 from ...trees.nodes import RUNNING, Decorator, Node, Tree

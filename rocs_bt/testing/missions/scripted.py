@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, Final
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from ...trees.nodes import FAILURE, RUNNING, SKIPPED, SUCCESS, Leaf, Node, Outcome, Runtime
 
 if TYPE_CHECKING:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ...trees.nodes import FAILURE, Leaf, Outcome
 
 

@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from ...errors import Fault, InputError, unknown
-from ...files import read_text
-from ...nesting import check_nesting
+from ...base.errors import Fault, InputError, unknown
+from ...base.files import read_text
+from ...base.nesting import check_nesting
 from ...trees.nodes import BUILTIN, Node, Registry
 from .match import Filters, identity, replace, wild
 from .scripted import Scripted, ScriptedOutcomes

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from ...errors import Fault, InputError, unknown
+from ...base.errors import Fault, InputError, unknown
 from ...knowledge import Knowledge
 from ...trees.board import Board
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..board import Board
 from ..examine import Flow, Use, flow_of
 from ..nodes import Direction, Node, SubTree, Tree, pointed

@@ -6,7 +6,7 @@ import ast
 from collections.abc import Iterator
 from pathlib import Path
 
-from ...errors import Fault
+from ...base.errors import Fault
 
 METHODS = ("initialise", "update", "terminate", "tick_once", "halted")
 """Names of the methods that a tick calls."""

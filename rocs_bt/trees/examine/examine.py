@@ -8,7 +8,7 @@ from typing import Any
 from py_trees import composites
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from ..board import Board
 from ..nodes import BUILTIN, Node, SubTree, Tree
 from ..nodes.tree import fault_at

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ...errors import Fault, InputError, did_you_mean
+from ...base.errors import Fault, InputError, did_you_mean
 from ..board import Board
 from ..nodes import Direction, Node, Port, SubTree, Tree, pointed
 from ..nodes.tree import fault_at

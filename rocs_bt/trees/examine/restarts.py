@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..nodes import CONDITIONS, Instant, Node, Tree
 from ..nodes.tree import fault_at
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from ..board import Board
 from ..nodes import Direction, Node, Port, SubTree, Tree
 from ..nodes.tree import fault_at

@@ -7,7 +7,7 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..board import Board, Entry
 from ..error import TreeError
 from ..script import Script as Parsed

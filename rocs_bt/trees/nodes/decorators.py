@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from py_trees.common import Status
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from ..script import compile_condition, parse_script, script_reading
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ..value import converted

@@ -11,7 +11,7 @@ from py_trees.common import Status
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator as StockDecorator
 
-from ...errors import Fault, interrupts
+from ...base.errors import Fault, interrupts
 from ..error import TreeError
 from ..status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from .node import Node

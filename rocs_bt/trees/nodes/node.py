@@ -13,7 +13,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import BlackBoxLevel, Status
 from py_trees.logging import Logger
 
-from ...errors import Fault, InputError, unknown
+from ...base.errors import Fault, InputError, unknown
 from ..board import Board
 from ..error import TreeError
 from ..script import Script, ScriptError, parse_script

@@ -7,8 +7,8 @@ from collections.abc import Callable, Iterable
 from enum import Enum
 from typing import Any, Final, Generic, NamedTuple, Protocol, TypeVar, overload
 
-from ...errors import Fault, InputError
-from ...units import Dimension, convert
+from ...base.errors import Fault, InputError
+from ...base.units import Dimension, convert
 from ..board import Board
 from ..error import TreeError
 from ..script import Script, parse_script

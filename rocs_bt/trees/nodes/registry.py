@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault, InputError, unknown
+from ...base.errors import Fault, InputError, unknown
 from . import actions, decorators
 from .control import branch, navigation, ordered, parallel
 from .node import Node

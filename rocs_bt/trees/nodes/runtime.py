@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from ...clock import Clock
-from ...errors import Fault
+from ...base.clock import Clock
+from ...base.errors import Fault
 from ..error import TreeError
 from ..status import Outcome
 

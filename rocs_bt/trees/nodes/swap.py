@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.composites import Composite
 from py_trees.decorators import Decorator
 
-from ...errors import Fault, unknown
+from ...base.errors import Fault, unknown
 from ..board import Board
 from ..error import TreeError
 from .subtree import SubTree

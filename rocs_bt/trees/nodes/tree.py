@@ -13,8 +13,8 @@ from typing import Any
 
 from py_trees.behaviour import Behaviour
 
-from ...clock import Clock
-from ...errors import Fault
+from ...base.clock import Clock
+from ...base.errors import Fault
 from ..board import Board
 from ..error import TreeError
 from ..status import RUNNING, Outcome

@@ -11,7 +11,7 @@ import operator
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..board import Board, Entry
 from .arithmetic import (
     BINARY,

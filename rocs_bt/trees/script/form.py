@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from ...errors import InputError
+from ...base.errors import InputError
 from .parser import (
     MAX_DIGITS,
     MAX_LENGTH,

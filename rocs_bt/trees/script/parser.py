@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..error import TreeError
 
 

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from ...confine import confined
-from ...errors import Fault, InputError, did_you_mean, unknown
-from ...files import is_file, read_text
+from ...base.errors import Fault, InputError, did_you_mean, unknown
+from ...base.files import confined, is_file, read_text
 from .element import Element, Source, below
 from .model import Model, read_models
 from .scan import MAX_TEXT, scan

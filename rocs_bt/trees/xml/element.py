@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...errors import Fault
-from ...raised import CodeLocation
+from ...base.errors import Fault
+from ...base.raised import CodeLocation
 
 NAME = r"[A-Za-z_\u0080-\U0010ffff][\w.\-:\u00b7]*"
 """Regular expression of an XML name."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from py_trees.behaviour import Behaviour
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from ..error import TreeWarning
 from ..nodes import BUILTIN, Node, children_faults, pointer
 from ..nodes.port import ExactKey

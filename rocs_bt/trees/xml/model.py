@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from ...errors import Fault, InputError, did_you_mean
-from ...units import NONE, parse_quantity, parse_unit
+from ...base.errors import Fault, InputError, did_you_mean
+from ...base.units import NONE, parse_quantity, parse_unit
 from ..nodes import Direction, Node
 from .element import EXPLICIT, Element
 

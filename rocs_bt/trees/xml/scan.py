@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 
-from ...errors import Fault, InputError
+from ...base.errors import Fault, InputError
 from .element import ATTRIBUTE, NAME, Element, Source, unescape
 
 MAX_TEXT = 16_000_000

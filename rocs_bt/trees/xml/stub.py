@@ -8,8 +8,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
 
-from ...errors import Fault, InputError
-from ...units import NONE
+from ...base.errors import Fault, InputError
+from ...base.units import NONE
 from ..nodes import BUILTIN, CONDITIONS, Direction, InOut, Input, Leaf, Node, Output, Port
 from ..script import ScriptError, parse_script
 from ..status import SUCCESS, Outcome

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from ...errors import Fault, InputError, NameHint, did_you_mean, unknown
+from ...base.errors import Fault, InputError, NameHint, did_you_mean, unknown
 from ..nodes import CONDITIONS, Node, children_faults
 from ..script import ScriptError, parse_script
 from ..value import from_string

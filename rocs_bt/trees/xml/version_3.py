@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from ...errors import Fault
+from ...base.errors import Fault
 from ..nodes import Direction, Node, pointer
 from .element import EXPLICIT, Element, below
 from .model import Model

@@ -11,7 +11,7 @@ from py_trees import behaviours, composites, decorators
 from py_trees.behaviour import Behaviour
 from py_trees.common import Status
 
-from ...units import NONE, Dimension
+from ...base.units import NONE, Dimension
 from ..nodes import BUILTIN, CONDITIONS, REQUIRED, Node, Port, SubTree
 from ..nodes.port import ExactKey
 from ..status import outcome_name

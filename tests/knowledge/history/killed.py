@@ -8,7 +8,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-from rocs_bt.clock import WallClock
+from rocs_bt.base.clock import WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import Journal

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock, WallClock
-from rocs_bt.errors import KnowledgeError, RecordingError
+from rocs_bt.base.clock import SimulatedClock, WallClock
+from rocs_bt.base.errors import KnowledgeError, RecordingError
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import Knowledge, KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal, JournalPast
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rocs_bt.clock import SimulatedClock
-from rocs_bt.errors import RecordingError
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.errors import RecordingError
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import KnowledgeGraph
 from rocs_bt.knowledge.history import History, Journal, State

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rocs_bt.errors import KnowledgeError
+from rocs_bt.base.errors import KnowledgeError
 from rocs_bt.event import KnowledgeChanged
 from rocs_bt.knowledge.history import History, Journal, State, to_json_text
 

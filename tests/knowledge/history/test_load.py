@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from pathlib import Path
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import ListSink, NullSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, Knowledge, KnowledgeGraph, Schema
 from rocs_bt.knowledge.history import History, Journal, State, load_into, persistent_part
 

@@ -8,9 +8,9 @@ from typing import Any
 
 from hypothesis import strategies as st
 
-from rocs_bt.clock import SimulatedClock
+from rocs_bt.base.clock import SimulatedClock
+from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import KnowledgeChanged, ListSink
-from rocs_bt.geometry import Pose2
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind, KnowledgeGraph, Readable, Relation
 
 ALL = {

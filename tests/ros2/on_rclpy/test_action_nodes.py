@@ -14,7 +14,7 @@ from rclpy.qos import qos_profile_sensor_data
 from std_srvs.srv import Trigger
 from test_msgs.action import Fibonacci, NestedMessage
 
-from rocs_bt.errors import InputError
+from rocs_bt.base.errors import InputError
 
 from ..nodes_at_work import Servers
 

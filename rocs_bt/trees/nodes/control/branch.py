@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from py_trees.behaviour import Behaviour
 
-from ....errors import Fault, InputError
+from ....base.errors import Fault, InputError
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome
 from ...value import Enums, from_string, to_string

@@ -10,7 +10,7 @@ from py_trees.behaviour import Behaviour
 from py_trees.common import ParallelPolicy
 from py_trees.composites import Parallel as StockParallel
 
-from ....errors import Fault
+from ....base.errors import Fault
 from ...board import Board
 from ...error import TreeError
 from ...status import FAILURE, IDLE, RUNNING, SKIPPED, SUCCESS, Outcome

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.base.units import PositiveMetresPerSecond
 
 
 @dataclass(kw_only=True)

@@ -7,8 +7,8 @@ the robot builds from its scans, and plans again as the map grows.
 import py_trees
 from py_trees.behaviour import Behaviour
 
+from rocs_bt import PositiveMetresPerSecond, Seconds
 from rocs_bt.plan import Mission
-from rocs_bt.units import PositiveMetresPerSecond, Seconds
 
 
 def build(

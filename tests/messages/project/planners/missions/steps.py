@@ -1,7 +1,7 @@
 """Drive to a place and wait."""
 
 from rocs_bt import Mission
-from rocs_bt.units import PositiveMetresPerSecond
+from rocs_bt.base.units import PositiveMetresPerSecond
 
 
 def build(mission: Mission, *, first: str, cruise: PositiveMetresPerSecond = 0.4):

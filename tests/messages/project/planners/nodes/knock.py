@@ -1,7 +1,7 @@
 """A node."""
 
+from rocs_bt.base.units import TIME
 from rocs_bt.trees.nodes import SUCCESS, Input, Instant, Output
-from rocs_bt.units import TIME
 
 
 class Knock(Instant):

@@ -1,8 +1,8 @@
 """Parts of the rover."""
 
 from rocs_bt import Analyze, Monitor, Signal
+from rocs_bt.base.units import LENGTH, Metres, PositiveMetres
 from rocs_bt.drivers.mujoco import Mount, MujocoSensor
-from rocs_bt.units import LENGTH, Metres, PositiveMetres
 
 
 class Thermometer(MujocoSensor):

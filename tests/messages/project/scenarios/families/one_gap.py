@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 from rocs_bt import Pose2
+from rocs_bt.base.units import PositiveMetres
 from rocs_bt.compare import Block, Family, Ground, Scene, goal_scenario
-from rocs_bt.units import PositiveMetres
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,10 +13,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from .clock import Clock
-from .device import Actuator
-from .errors import ActuatorError, DeviceError, InputError, interrupts
-from .event import (
+from ..base.clock import Clock
+from ..base.errors import ActuatorError, DeviceError, InputError, interrupts
+from ..base.raised import describe, raised_at
+from ..event import (
     CommandExpired,
     CommandLimited,
     EventSink,
@@ -25,7 +25,7 @@ from .event import (
     MotionReleased,
     NullSink,
 )
-from .raised import describe, raised_at
+from .device import Actuator
 
 _ROUNDING = 1e-9  # relative to the range; smaller differences are rounding errors, which emit no event
 

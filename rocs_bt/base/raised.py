@@ -15,7 +15,6 @@ from types import FrameType
 from typing import Any
 
 from .errors import ActuatorError, RocsError
-from .event import ContentRaised
 
 CONTENT_PREFIX = "rocs_bt_content_"
 """Prefix of the names of content modules, as loaded by `python_content`."""
@@ -69,32 +68,6 @@ class Raised:
         if isinstance(error, RecordedException):
             return error.raised
         return cls(kind, content, describe(error), raised_at(error, *owners))
-
-    @classmethod
-    def recorded(cls, event: ContentRaised) -> Raised:
-        """Create the description of an exception from the event that reports it."""
-        location = CodeLocation(Path(event.file), event.line) if event.file else None
-        return cls(event.kind, event.content, event.detail, location)
-
-    def event(self, t: float, agent: str, effect: str) -> ContentRaised:
-        """Create the event that reports the exception.
-
-        Args:
-            t: Time [s].
-            agent: Name of the agent.
-            effect: Reaction of the agent.
-        """
-        file, line = ("", 0) if self.location is None else (self.location.file.name, self.location.line)
-        return ContentRaised(
-            t=t,
-            agent=agent,
-            kind=self.kind,
-            content=self.content,
-            detail=self.detail,
-            file=file,
-            line=line,
-            effect=effect,
-        )
 
     def __str__(self) -> str:
         where = "" if self.location is None else f" ({self.location})"
@@ -222,7 +195,7 @@ def _is_content(module: str, file: str) -> bool:
 def _installed() -> tuple[str, ...]:
     """Folders of the engine, Python's library and installed packages, each with a trailing separator."""
     names = ("stdlib", "platstdlib", "purelib", "platlib")
-    here = Path(__file__).parent
+    here = Path(__file__).parents[1]
     folders = [
         str(here),
         str(here.resolve()),

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .files import is_file, read_text
 
-_PROJECT = Path(__file__).resolve().parents[1] / "pyproject.toml"  # of a checkout, which may not be installed
+_PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checkout, which may not be installed
 
 
 def registered(group: str) -> dict[str, EntryPoint]:

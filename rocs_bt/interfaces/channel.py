@@ -13,8 +13,8 @@ from typing import Generic, TypeVar
 
 import msgspec
 
-from .errors import Fault, WiringError
-from .event import Change
+from ..base.errors import Fault, WiringError
+from ..event import Change
 
 T = TypeVar("T")
 

@@ -23,20 +23,20 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
-from .clock import Clock
+from ..base.clock import Clock
+from ..base.errors import Fault, InputError, interrupts, unknown
+from ..base.parameter import Parameter
+from ..base.raised import Raised
+from ..event import Event, Value
 from .device import Actuator
-from .errors import Fault, InputError, interrupts, unknown
-from .event import Event, Value
-from .parameter import Parameter as Parameter
-from .raised import Raised
 
 if TYPE_CHECKING:  # types of Body only: at run time this module imports no higher layer
-    from .control.follower import Follower
-    from .control.locomotion import Locomotion
-    from .control.trail import Trail
-    from .geometry import Twist2, Twist3
-    from .knowledge import Knowledge
-    from .knowledge.share import Messenger
+    from ..base.geometry import Twist2, Twist3
+    from ..control.follower import Follower
+    from ..control.locomotion import Locomotion
+    from ..control.trail import Trail
+    from ..knowledge import Knowledge
+    from ..knowledge.share import Messenger
 
 
 class Progress(Enum):

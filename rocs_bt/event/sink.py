@@ -9,7 +9,7 @@ from typing import Protocol
 
 import msgspec
 
-from .errors import RecordingError
+from ..base.errors import RecordingError
 
 Value = float | int | str | bool | None | list[float]
 

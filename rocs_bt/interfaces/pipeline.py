@@ -17,10 +17,10 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
+from ..base.clock import Clock
+from ..base.errors import InputError, PipelineError
+from ..event import EventSink, TicketChanged
 from .action import Action, Failure
-from .clock import Clock
-from .errors import InputError, PipelineError
-from .event import EventSink, TicketChanged
 
 _SLACK = 1e-9  # [s] tolerance for rounding in sums of periods
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,45 +13,6 @@ from .toml_text import Key, as_toml, comment_starts, key_parts, parse_toml, valu
 _COMMENT_COLUMN = 34
 _SPACE = " \t"
 _MARK = re.compile(r"[ \t]*([]=])[ \t]*")  # after the last part of a key: the end of a header, or an assignment
-
-
-class Edit(NamedTuple):
-    """Replacement of a span of a text.
-
-    Attributes:
-        start: Index of the first replaced character.
-        end: Index after the last one.
-        new: Text in its place.
-    """
-
-    start: int
-    end: int
-    new: str
-
-
-def edited(text: str, edits: Sequence[Edit]) -> str:
-    """Replace spans of a text; a comment at the end of a line keeps its column where there is room.
-
-    Args:
-        text: Valid TOML text.
-        edits: Replacements, in the order of the text.
-    """
-    pieces, at, starts = list[str](), 0, comment_starts(text)
-    grown = 0  # growth of the line so far
-    for i, edit in enumerate(edits):
-        pieces += [text[at : edit.start], edit.new]
-        at, grown = edit.end, grown + len(edit.new) - (edit.end - edit.start)
-        line_end = _line_end(text, at)
-        following = edits[i + 1].start if i + 1 < len(edits) else len(text)
-        if following < line_end:
-            continue
-        if comment := next((start for start in starts if at <= start < line_end), 0):
-            body = text[at:comment].rstrip(" ")
-            spaces = comment - at - len(body)
-            pieces.append(body + " " * max(spaces - grown, min(spaces, 2)))
-            at = comment
-        grown = 0
-    return "".join([*pieces, text[at:]])
 
 
 def with_values(text: str, values: Mapping[Key, str], file: Path, comment: str) -> str:
@@ -68,11 +29,21 @@ def with_values(text: str, values: Mapping[Key, str], file: Path, comment: str) 
     """
     for key, value in values.items():
         expected = _with(parse_toml(text, file)[0], key, value)
-        text = edited(text, [_edit(text, key, value, comment)])
+        text = _replaced(text, *_edit(text, key, value, comment))
         if expected is None or _parsed(text, file) != expected:
             name, assignment = ".".join(map(str, key[:-1])), _assignment(key[-1:], value)
             raise InputError(Fault(f"cannot write {assignment} into [{name}].", file, hint="Write it by hand."))
     return text
+
+
+def _replaced(text: str, start: int, end: int, new: str) -> str:
+    """The text with `new` in place of a span; a comment at the end of the line keeps its column where there is room."""
+    rest, line_end = text[end:], _line_end(text, end)
+    if comment := next((at for at in comment_starts(text) if end <= at < line_end), 0):
+        body = text[end:comment].rstrip(" ")
+        spaces = comment - end - len(body)
+        rest = body + " " * max(spaces - len(new) + (end - start), min(spaces, 2)) + text[comment:]
+    return text[:start] + new + rest
 
 
 def _parsed(text: str, file: Path) -> dict[str, Any] | None:
@@ -108,12 +79,12 @@ class _Assignment(NamedTuple):
     end: int
 
 
-def _edit(text: str, key: Key, value: str, comment: str) -> Edit:
-    """Edit that sets one value."""
+def _edit(text: str, key: Key, value: str, comment: str) -> tuple[int, int, str]:
+    """Edit that sets one value: the span to replace, and the text in its place."""
     headers, assignments = _items(text)
     quoted = _assignment(("x",), value).partition(" = ")[2]
     if own := next((a for a in assignments if a.key == key), None):
-        return Edit(own.start, own.end, quoted)
+        return own.start, own.end, quoted
     newline = "\r\n" if "\r\n" in text else "\n"
     for n in range(len(key) - 1, 0, -1):
         table, rest = key[:n], key[n:]
@@ -121,7 +92,7 @@ def _edit(text: str, key: Key, value: str, comment: str) -> Edit:
         if inline is not None:
             inside = text[inline.start + 1 : inline.end - 1].rstrip(_SPACE)
             at = inline.start + 1 + len(inside)
-            return Edit(at, inline.end - 1, f"{',' if inside.strip() else ''} {_assignment(rest, value)} ")
+            return at, inline.end - 1, f"{',' if inside.strip() else ''} {_assignment(rest, value)} "
         inside_table = [a for a in assignments if a.table == table]
         dotted = [a for a in assignments if a.key[:n] == table and len(a.table) < n]
         if table in headers:
@@ -132,11 +103,11 @@ def _edit(text: str, key: Key, value: str, comment: str) -> Edit:
             continue
         at = _line_end(text, last)
         at -= text.endswith("\r", 0, at)
-        return Edit(at, at, newline + _line(rest, value, comment))
+        return at, at, newline + _line(rest, value, comment)
     header = ".".join(_assignment((name,), "").partition(" = ")[0] for name in key[:-1])
     before = "" if text.endswith("\n") or not text else newline
     lines = f"{newline}[{header}]{newline}{_line(key[-1:], value, comment)}{newline}"
-    return Edit(len(text), len(text), before + lines)
+    return len(text), len(text), before + lines
 
 
 def _items(text: str) -> tuple[dict[Key, int], list[_Assignment]]:

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 _one_at_a_time = threading.RLock()
-_OWN = str(Path(__file__).resolve().parents[1])
+_OWN = str(Path(__file__).resolve().parents[2])
 """Folder of the package: the current folder too, if a checkout is run in place."""
 
 

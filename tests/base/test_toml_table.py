@@ -7,9 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rocs_bt.document import read_toml
-from rocs_bt.errors import InputError
-from rocs_bt.units import ANGLE, FREQUENCY, LENGTH
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.toml_table import read_toml
+from rocs_bt.base.units import ANGLE, FREQUENCY, LENGTH
 
 FILE = Path("robot.toml")
 

@@ -1,0 +1,1 @@
+"""Small things below all rooms: errors, units, geometry, clocks, files, TOML with positions, Python content."""
