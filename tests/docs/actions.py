@@ -12,9 +12,10 @@ from rocs_bt.interfaces.action import Action, parameters_of
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "actions.md"
 HEAD = """# Look up an action
 
-The actions that missions (`mission.act`, or a node of that name in XML) and rules (`[rule.NAME.action]`) can name.
-Quantities in files need a unit: `cruise = "0.5 m/s"`. A value outside of the range is refused when the file is read or
-the mission is built; if an expression gives such a value while the robot runs, the action fails with CANNOT.
+With this page you choose the action of a mission, `<GoTo goal="dock"/>` or `mission.act("GoTo", goal="dock")`, or of a
+rule (`[rule.NAME.action]`). Quantities in files need a unit: `cruise = "0.5 m/s"`. A value outside of the range is
+refused when the file is read or the mission is built. If an expression gives such a value while the robot runs, the
+action fails with CANNOT.
 
 `python tests/docs/actions.py` writes this page from the actions' declarations and docstrings.
 """

@@ -7,8 +7,10 @@ import textwrap
 import tomllib
 from pathlib import Path
 
+import click
 import pytest
 
+from rocs_bt.cli.main import group
 from rocs_bt.event import BodyMoved
 from rocs_bt.plan import Mission
 from rocs_bt.plan.context import MissionContext
@@ -109,3 +111,19 @@ def test_every_python_block_of_every_page_is_python():
     for page in [ROOT / "README.md", *DOCS.glob("*.md")]:
         for block in re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.DOTALL):
             ast.parse(textwrap.dedent(block))
+
+
+def test_every_command_and_option_of_the_pages_exists():
+    context, used = click.Context(group), 0
+    for page in [*DOCS.glob("*.md"), ROOT / "README.md", *ROOT.glob("*/README.md")]:
+        for line in re.findall(r"(?:^|`)(?:\$ | {4})?rocs-bt ([a-z][^`\n]*)", page.read_text("utf-8"), re.MULTILINE):
+            words = line.split(" #")[0].split()
+            command = group
+            while isinstance(command, click.Group) and words and words[0] != "battery":  # of an example
+                command = command.get_command(context, words.pop(0))
+                assert command is not None, f"{page.name}: rocs-bt {line}"
+            known = {option for p in command.params for option in (*p.opts, *p.secondary_opts)} | {"--help"}
+            options = {w.strip("[]").rstrip(",.").partition("=")[0] for w in words if w.startswith("--")}
+            assert options <= known, f"{page.name}: rocs-bt {line}"
+            used += len(options)
+    assert used > 150
