@@ -15,8 +15,20 @@ MAX_TEXT = 120
 """Maximum length of a recorded value [characters]; longer ones are cut."""
 
 _MUTABLE = frozenset((list, dict, set, deque))  # values that nodes change in place, such as a queue
-_SHORT = reprlib.Repr()
-_SHORT.maxstring = _SHORT.maxother = MAX_TEXT
+
+
+class _Short(reprlib.Repr):
+    """Texts of lists and objects, with short numbers: 16 digits of a route say nothing to people."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.maxstring = self.maxother = MAX_TEXT
+
+    def repr_float(self, x: float, level: int) -> str:
+        return f"{x:.6g}"
+
+
+_SHORT = _Short()
 
 
 class BoardChanges:

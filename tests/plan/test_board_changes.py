@@ -98,3 +98,7 @@ def test_the_value_of_each_port_is_found_in_the_recording(mind):
                 found.add((node.type, port, shown))
         mind.rig.run()
     assert {("SetBlackboard", "value", "8"), ("SetBlackboard", "value", "1;2"), ("SubTree", "x", "1")} <= found
+
+
+def test_numbers_of_a_route_are_short():
+    assert short_text([(1.0270961555239795, 3.0)]) == "[(1.0271, 3)]"
