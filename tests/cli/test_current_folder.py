@@ -55,7 +55,7 @@ studio --help
 """
 RUN_ALL = """
 import os, sys
-from rocs_bt import python_content
+from rocs_bt.base import python_content
 def load_module(path, load=python_content.load_module):
     loaded.append(path)
     return load(path)
