@@ -12,7 +12,6 @@ import numpy as np
 from ..base.errors import InputError
 from ..base.geometry import Pose2
 from ..base.units import LENGTH, NOT_NEGATIVE, Metres, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds
-from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.path import Path
 from ..control.space_time import SIDES, Manners
@@ -203,9 +202,7 @@ class _Room:
 
     def __init__(self, body: Body) -> None:
         self._body = body
-        known = body.knowledge.graph.attributes(body.knowledge.agent)
-        length, width = known.get("length"), known.get("width")
-        self._footprint = Footprint(length, width) if length and width else None
+        self._footprint = body.knowledge.robot.hull
         self._icr_offset = body.locomotion.icr_offset
         self._grid = body.knowledge.world.occupancy
         self._revision, self._updated = -1, -np.inf

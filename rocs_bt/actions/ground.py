@@ -89,7 +89,7 @@ def known_room(body: Body, sign: int, bend: float, reach: float) -> float:
     scanner = _scanner(body)
     if not _has_rooms(body) and scanner is None and GROUP[sign] in signals and GROUP[sign] not in robot.blind:
         return float(np.nan_to_num(signals.read(GROUP[sign], body.clock.now()).min() - GAP, nan=0.0, posinf=math.inf))
-    pose, hull = robot.pose(body.clock.now()), _footprint(body)
+    pose, hull = robot.pose(body.clock.now()), robot.hull
     if room >= reach or hull is None or math.isnan(pose.x + pose.yaw):
         return room
     steps = np.arange(1.0, math.ceil(reach / STEP) + 1.0) * STEP
@@ -111,18 +111,12 @@ def _has_rooms(body: Body) -> bool:
 
 
 def _scanner(body: Body) -> Scanner | None:
-    if SCAN not in body.knowledge.signals or _footprint(body) is None:
+    if SCAN not in body.knowledge.signals or body.knowledge.robot.hull is None:
         return None
     try:
         return body.knowledge.robot.scanner(SCAN)
     except InputError:
         return None
-
-
-def _footprint(body: Body) -> Footprint | None:
-    robot = body.knowledge.graph.attributes(body.knowledge.agent)
-    length, width = robot.get("length"), robot.get("width")
-    return Footprint(length, width) if length and width else None
 
 
 def _new_ground(hull: Footprint, sign: int, steps: Array) -> Array:

@@ -13,7 +13,6 @@ from ..base.errors import Fault, InputError
 from ..base.geometry import Pose2
 from ..base.signal import Signal
 from ..base.units import TIME, Metres, Seconds
-from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..event import Change, MapChanged
 from ..interfaces.channel import Signals, Stamped
@@ -90,10 +89,9 @@ class LocalMap(Analyze):
         if bad := [name for name, value in sizes.items() if not 0.0 < value < math.inf]:
             found = ", ".join(f"{sizes[name]:g}" for name in bad)
             raise InputError(Fault(f"{', '.join(bad)} of '{self.name}' must be finite and above 0, found {found}."))
-        body = self.knowledge.graph.attributes(self.knowledge.agent)
-        if not (body.get("length") and body.get("width")):
+        if (hull := self.knowledge.robot.hull) is None:
             raise InputError(Fault(f"'{self.name}' needs the robot's length and width in its [body] table."))
-        self._footprint, self._max_age = Footprint(body["length"], body["width"]), max_age
+        self._footprint, self._max_age = hull, max_age
         self._scanner, self._max_range = self.knowledge.robot.scanner(SCAN), max_range
         self._grid = self.knowledge.world.occupancy = OccupancyGrid(cell_size, map_size)
         self._recorded, self._record_at, self._occupied = 0, -math.inf, set[tuple[int, int]]()

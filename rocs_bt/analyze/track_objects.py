@@ -114,9 +114,7 @@ class TrackObjects(Analyze):
         wide = math.radians(15.0) if mounts else 0.5 * abs(looks[-1][2] - looks[0][2]) / max(len(looks) - 1, 1)
         self._beams = Beams(looks, half_angle if half_angle is not None else wide, max_range, noise, sweep)
         self._tracker = Tracker(TrackerSettings(acceleration, speed_noise, min_speed, half_life, memory))
-        body = self.knowledge.graph.attributes(self.knowledge.agent)
-        length, width = body.get("length"), body.get("width")
-        self._hull = Footprint(length, width) if length and width else None
+        self._hull = self.knowledge.robot.hull
         self._poses, self._motion = PoseHistory(), MotionBelief()
         self._seen, self._broken = -math.inf, False  # [s] time of the newest scan, and whether a beam of it is NaN
         self._written: dict[int, _Written] = {}
@@ -183,11 +181,11 @@ class TrackObjects(Analyze):
         motion = self._motion.update(t, chosen.ids, chosen.mean)
         tracked = Movers(
             t=t,
-            ids=chosen.ids.copy(),
-            mean=chosen.mean.copy(),
-            covariance=chosen.covariance.copy(),
-            radius=chosen.radius.copy(),
-            seen=chosen.seen.copy(),
+            ids=chosen.ids,
+            mean=chosen.mean,
+            covariance=chosen.covariance,
+            radius=chosen.radius,
+            seen=chosen.seen,
             moves=chosen.fast(self._tracker.settings.min_speed),
             **motion._asdict(),
         )

@@ -114,10 +114,6 @@ class Prediction:
         ahead, gaps = self._along(hull, pose, twist, horizon)
         return first_contact(ahead, gaps, gaps[0]), float(gaps.min())
 
-    def collision_time(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float = math.inf) -> float:
-        """Time to the first contact with a mover [s]; see `contact`."""
-        return self.contact(hull, pose, twist, horizon)[0]
-
     def _along(self, hull: Footprint, pose: Pose2, twist: Twist2, horizon: float) -> tuple[Array, Array]:
         """Times ahead, shape (n,) [s], and gaps at these times, shape (n, m) [m]."""
         until = min(horizon, float(self.times[-1] - self.times[0]))

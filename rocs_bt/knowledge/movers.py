@@ -18,7 +18,7 @@ MAX_MARGIN = 0.4
 
 @dataclass(frozen=True, eq=False)
 class Movers:
-    """Estimates of n movers at one time; whoever tracks them replaces the whole value, and its arrays are read-only.
+    """Estimates of n movers at one time; whoever tracks them replaces the whole value, with read-only copies of arrays.
 
     A mover is an object that has been seen to move; it may be standing at present.
 
@@ -51,7 +51,9 @@ class Movers:
     def __post_init__(self) -> None:
         for field in fields(self):
             if isinstance(array := getattr(self, field.name), np.ndarray):
-                array.flags.writeable = False
+                copy = array.copy()
+                copy.flags.writeable = False
+                object.__setattr__(self, field.name, copy)
 
     def __len__(self) -> int:
         return len(self.ids)

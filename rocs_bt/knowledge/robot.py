@@ -12,6 +12,7 @@ import numpy as np
 
 from ..base.errors import Fault, InputError, KnowledgeError
 from ..base.geometry import Pose2, Twist2, pose2
+from ..control.footprint import Footprint
 from .base import KnowledgeBase
 from .model import Model
 from .signals import Array
@@ -117,6 +118,13 @@ class RobotModel(Model):
     def axes(self) -> tuple[str, ...]:
         """Axes of the twist that can be commanded, of `vx`, `vy`, `vz` and `wz`; empty without a locomotion."""
         return () if self._locomotion is None else self._locomotion.axes
+
+    @property
+    def hull(self) -> Footprint | None:
+        """Outline of the robot from the length and width of its [body] table; None if it declares none."""
+        known = self.graph.attributes(self.name)
+        length, width = known.get("length"), known.get("width")
+        return Footprint(length, width) if length and width else None
 
     def inverse(self, twist: Twist2) -> Array:
         """Values of the motion command that produce a twist, shape (m,); wheel linear speeds [m/s] on wheels."""

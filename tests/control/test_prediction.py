@@ -98,8 +98,8 @@ def test_a_collision_comes_when_the_driven_outline_reaches_a_disc(seed):
             before = gaps
         if (gaps < np.where(before > 0.0, 0.0, before - 0.008)).any():
             expected = min(expected, float(t))
-    assert prediction.contact(HULL, pose, twist, horizon)[1] == pytest.approx(least, abs=0.12)
-    found = prediction.collision_time(HULL, pose, twist, horizon)
+    found, nearest = prediction.contact(HULL, pose, twist, horizon)
+    assert nearest == pytest.approx(least, abs=0.12)
     if math.isinf(expected):
         assert math.isinf(found)
     elif least < -0.12:  # else a touch between two steps may be missed
@@ -109,14 +109,13 @@ def test_a_collision_comes_when_the_driven_outline_reaches_a_disc(seed):
 def test_with_nobody_there_nothing_collides():
     nobody = Movers.of(0.0, np.empty((0, 4))).predict([0.0, 1.0])
     assert nobody.gaps(HULL, np.zeros((3, 3)), np.zeros(3)).shape == (3, 0)
-    assert nobody.collision_time(HULL, Pose2(0.0, 0.0), Twist2(1.0)) == math.inf
     assert nobody.contact(HULL, Pose2(0.0, 0.0), Twist2(1.0)) == (math.inf, math.inf)
 
 
 def test_a_robot_may_leave_what_touches_it_but_not_push_it():
     touching = Movers.of(0.0, np.array([[0.49, 0.0, 0.0, 0.0]])).predict([0.0, 1.0])
-    assert touching.collision_time(HULL, Pose2(0.0, 0.0), Twist2(-0.5)) == math.inf
-    assert touching.collision_time(HULL, Pose2(0.0, 0.0), Twist2(0.5)) <= 0.05
+    assert touching.contact(HULL, Pose2(0.0, 0.0), Twist2(-0.5))[0] == math.inf
+    assert touching.contact(HULL, Pose2(0.0, 0.0), Twist2(0.5))[0] <= 0.05
 
 
 def test_rows_below_a_weight_can_be_left_out():
