@@ -3,7 +3,7 @@
 from .beams import Beams, Scan
 from .motion_belief import MotionBelief
 from .segments import Segments, segments_of
-from .tracker import Tracker, TrackerSettings, TrackerUpdate, Tracks
+from .tracker import Tracker, TrackerSettings, Tracks
 
 __all__ = [
     "Beams",
@@ -12,7 +12,6 @@ __all__ = [
     "Segments",
     "Tracker",
     "TrackerSettings",
-    "TrackerUpdate",
     "Tracks",
     "segments_of",
 ]

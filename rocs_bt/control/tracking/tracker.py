@@ -11,7 +11,6 @@ Modern Tracking Systems, 1999, 6.4).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 
 import numpy as np
@@ -154,21 +153,6 @@ class Tracks:
         return t - self.moved <= AT_REST
 
 
-@dataclass(frozen=True, eq=False)
-class TrackerUpdate:
-    """Result of one scan.
-
-    Attributes:
-        appeared: Numbers of newly confirmed tracks.
-        vanished: Numbers of deleted tracks that had been confirmed.
-        assigned: Indices of the tracks of the segments, -1 for none, shape (s,).
-    """
-
-    appeared: Sequence[int]
-    vanished: Sequence[int]
-    assigned: Numbers
-
-
 class Tracker:
     """Multi-object tracker.
 
@@ -186,7 +170,7 @@ class Tracker:
         self._count = 0
         self._t = math.nan
 
-    def update(self, t: float, segments: Segments) -> TrackerUpdate:
+    def update(self, t: float, segments: Segments) -> None:
         """Update the tracks with one scan.
 
         Args:
@@ -212,9 +196,7 @@ class Tracker:
         fresh[columns] = False
         fresh &= ~_inside(centres, tracks)
         self._start(t, centres[fresh], covariances[fresh], radius[fresh])
-        assigned = np.full(len(segments), -1)
-        assigned[columns], assigned[fresh] = rows, np.arange(len(tracks), len(self.tracks))
-        return self._settled(t, assigned)
+        self._settle(t)
 
     def _predict(self, t: float) -> None:
         dt, tracks = t - self._t, self.tracks
@@ -296,18 +278,14 @@ class Tracker:
         self._count += n
         self.tracks = self.tracks.joined(new)
 
-    def _settled(self, t: float, assigned: Numbers) -> TrackerUpdate:
+    def _settle(self, t: float) -> None:
         """Delete and confirm tracks."""
         tracks = self.tracks
         unseen = t - tracks.seen
         gone = (tracks.existence < FORGOTTEN) | (~tracks.confirmed & (unseen > TENTATIVE))
         gone |= tracks.movers(t) & (unseen > self.settings.memory)
-        vanished = tracks.ids[gone & tracks.confirmed].tolist()
-        index = np.append(np.where(gone, -1, np.cumsum(~gone) - 1), -1)
         tracks = self.tracks = tracks.taken(~gone)
-        new = ~tracks.confirmed & (tracks.existence >= CONFIRMED)
-        tracks.confirmed = tracks.confirmed | new
-        return TrackerUpdate(tracks.ids[new].tolist(), vanished, index[assigned])
+        tracks.confirmed = tracks.confirmed | (tracks.existence >= CONFIRMED)
 
 
 def _inside(points: Array, tracks: Tracks) -> Flags:
