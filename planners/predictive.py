@@ -19,7 +19,8 @@ class DynamicWindow:
     would stop before each wall on the straight line to the goal.
 
     Among movers, the score is a sum of times, because a normalised clearance counts walls as much as people: the times
-    until contacts with movers and with walls, with their weights, less the time still needed to the lookahead point.
+    until contacts with movers and with walls, with their weights, less the time still needed to the lookahead point,
+    and the speed as a part of `cruise` with its weight [s].
 
     Attributes:
         cruise: Maximum speed.
@@ -59,7 +60,7 @@ class DynamicWindow:
         self._routes.moving = not self.movers
 
     def act(self, observation: Observation) -> list[float] | None:
-        """Select the best arc; without a free one, turn on the spot."""
+        """Select the best arc; without a free one, turn on the spot, or among movers keep the largest gap."""
         robot = self._robot
         if robot.arrived(observation):
             return None
@@ -75,6 +76,8 @@ class DynamicWindow:
         braking = np.abs(v) / (0.7 * robot.locomotion.acceleration_limit) + self.period
         nearest = np.where(steps <= braking[:, None] + 0.2, gaps, inf).min(axis=1)
         free = nearest > self.margin
+        if self.movers and not free.any():  # such as after a push towards a wall
+            free = nearest >= nearest.max() - 0.01
         if not free.any():
             return robot.move(0.0, 0.8 if aim[1] >= 0.0 else -0.8)
         walls = _until_contact(gaps, steps, self.margin)
@@ -84,7 +87,7 @@ class DynamicWindow:
             # Without an arc on which the robot can stop in time, it delays the contact as long as it can.
             free = safe if safe.any() else free & (expected >= expected[free].max() - 0.05)
             left = np.hypot(aim[0] - poses[:, -1, 0], aim[1] - poses[:, -1, 1]) / self.cruise
-            score = self.contact * expected + self.clearance * walls - left
+            score = self.contact * expected + self.clearance * walls + self.speed * v / self.cruise - left
         else:
             score = (
                 self.heading * _normal(facing(aim, poses[:, 3]), free)
