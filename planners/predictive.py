@@ -84,10 +84,11 @@ class DynamicWindow:
         if self.movers:
             earliest, expected = robot.contact_times(observation, poses, steps, self.comfort)
             safe = free & (earliest > braking)
-            # Without an arc on which the robot can stop in time, it delays the contact as long as it can.
-            free = safe if safe.any() else free & (expected >= expected[free].max() - 0.05)
-            left = np.hypot(aim[0] - poses[:, -1, 0], aim[1] - poses[:, -1, 1]) / self.cruise
-            score = self.contact * expected + self.clearance * walls + self.speed * v / self.cruise - left
+            if safe.any():
+                free, left = safe, np.hypot(aim[0] - poses[:, -1, 0], aim[1] - poses[:, -1, 1]) / self.cruise
+                score = self.contact * expected + self.clearance * walls + self.speed * v / self.cruise - left
+            else:  # it cannot stop before a contact: a late one, and no driving into it
+                score = expected - 0.2 * np.abs(v) / self.cruise
         else:
             score = (
                 self.heading * _normal(facing(aim, poses[:, 3]), free)
@@ -127,7 +128,7 @@ class Mppi:
         planner: Route planner: name of a file in planners/routes.
         look: Lookahead distance on the path.
         movers: Whether trajectories are compared with the predicted movers in space and time.
-        contact: Cost of an immediate contact with a mover [s]; a later one costs less.
+        contact: Cost of an immediate contact with a mover [s]; a later one costs less, one at full speed twice as much.
         comfort: Gap to a mover that counts as contact.
         back: Maximum speed in reverse.
     """
@@ -192,7 +193,8 @@ class Mppi:
         if self.movers:
             times = self.step * np.arange(1, count + 1)[every]
             _, until = robot.contact_times(observation, poses, times, self.comfort)
-            cost += self.contact * (1.0 - until / self.horizon)
+            early, driven = 1.0 - until / self.horizon, np.abs(tried[:, :, 0]).mean(axis=1) / self.cruise
+            cost += self.contact * early * (1.0 + early * driven)  # driving into somebody is worse than being met
         return cost
 
 

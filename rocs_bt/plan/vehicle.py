@@ -172,12 +172,16 @@ class Vehicle:
             prediction = replace(prediction, weight=w).above(0.5)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         there = poses @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
-        now = prediction.gaps(self.footprint, np.array([pose]), prediction.times[:1])[0] - CLOSING
+        now = prediction.gaps(self.footprint, np.array([pose]), prediction.times[:1])
         first = np.full((len(poses), len(prediction)), ahead[-1])
-        for k in range(len(ahead))[::-1]:
+        before = np.broadcast_to(now, first.shape)
+        for k, step in enumerate(np.diff(ahead, prepend=0.0)):
             gaps = prediction.gaps(self.footprint, there[:, k], prediction.times[k + 1 : k + 2])
-            least = np.minimum(margin + np.minimum(prediction.margin[:, k + 1], MARGIN), now)
-            first[gaps < least] = ahead[k]
+            least = np.minimum(margin + np.minimum(prediction.margin[:, k + 1], MARGIN), now - CLOSING)
+            # Interpolated, so that of motions into what is near already the slower one is the better one.
+            part = np.clip((gaps - least) / np.minimum(gaps - before, -1e-9), 0.0, 1.0)
+            first = np.where(gaps < least, np.minimum(first, ahead[k] - step * part), first)
+            before = gaps
         shares = (prediction.owner[:, None] == np.unique(prediction.owner)) * prediction.weight[:, None]
         expected = first @ (shares / shares.sum(axis=0))
         return first.min(axis=1), expected.min(axis=1)
