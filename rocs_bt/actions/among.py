@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..base.geometry import Pose2
-from ..control.footprint import Footprint
 from ..control.locomotion import Array
 from ..control.reference import TURN_RATE, TimedReference
 from ..control.space_time import PARTS, Limits, Manners, SpaceTime, TimedPlan
@@ -53,9 +52,7 @@ class Among:
 
     def __init__(self, body: Body, drive: PathDrive, cruise: float, manners: Manners) -> None:
         self._body, self._drive = body, drive
-        known = body.knowledge.graph.attributes(body.knowledge.agent)
-        length, width = known.get("length"), known.get("width")
-        self._hull = Footprint(length, width) if length and width else None
+        self._hull = body.knowledge.robot.hull
         self._search: SpaceTime | None = None
         if self._hull is not None:
             limits = body.locomotion
@@ -77,11 +74,6 @@ class Among:
         self._renewed = self._planned = -math.inf
         self._reference: TimedReference | None = None
         self._route: Sequence[Sequence[float]] = ()
-
-    @property
-    def active(self) -> bool:
-        """Whether something moved near the robot in this period."""
-        return self._field is not None
 
     def near(self, pose: Pose2) -> bool:
         """Whether something moves near the robot, so that `step` drives it."""

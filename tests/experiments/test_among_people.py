@@ -80,7 +80,7 @@ def street(folder: Path, seed: int) -> list[Event]:
 
 @pytest.mark.parametrize("seed", [4, 8, 9, *(pytest.param(seed, marks=pytest.mark.soak) for seed in range(10, 40))])
 def test_a_robot_that_is_driven_towards_people_stops_before_it_drives_into_one(tmp_path: Path, seed: int) -> None:
-    """Until the rule first releases the robot: then the mission may drive it on at a person beside it."""
+    """Until the rule first releases the robot: a mission that drives on may be surprised by people that turn."""
     events = street(tmp_path, seed)
     phases = [(e.t, e.phase) for e in events if isinstance(e, RuleChanged) and e.rule.endswith("Yield")]
     assert "fired" in [phase for _, phase in phases]
