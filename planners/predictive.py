@@ -194,7 +194,7 @@ class Mppi:
             times = self.step * np.arange(1, count + 1)[every]
             _, until = robot.contact_times(observation, poses, times, self.comfort)
             early, driven = 1.0 - until / self.horizon, np.abs(tried[:, :, 0]).mean(axis=1) / self.cruise
-            cost += self.contact * early * (1.0 + early * driven)  # driving into somebody is worse than being met
+            cost += self.contact * early * (1.0 + early * driven)  # driving into a person is worse than being met
         return cost
 
 

@@ -1,4 +1,4 @@
-"""Planners with predicted movers: what they do when somebody comes toward them on an open floor."""
+"""Planners with predicted movers: what they do when a person comes toward them on an open floor."""
 
 from __future__ import annotations
 
@@ -66,6 +66,6 @@ def test_on_a_free_floor_they_drive_on(name):
 
 @pytest.mark.parametrize("name", PEERS)
 @pytest.mark.parametrize("gap", [0.15, 0.4, 0.8])
-def test_nobody_drives_on_into_what_comes_however_near_it_is(name, gap):
+def test_none_drives_on_into_what_comes_however_near_it_is(name, gap):
     # The nearest one is within every margin, so that all motions end in a contact: the latest one is the best.
     assert speed(name, gap, calls=8) < 0.25
