@@ -113,6 +113,7 @@ def play_scenario(
     from .._run import checked_run
     from ..check import mission_notes
     from ..running import RunOptions, StopSignals
+    from ..running.header import run_command
 
     if given["watch_rules"]:
         given["sinks"] = [*given.get("sinks", ()), _Replacements()]
@@ -135,7 +136,11 @@ def play_scenario(
                     progress(t)
                 shown(t)
 
-            result = run.conduct(out=folder, live=live, progress=show, signals=signals)
+            later = {}
+            if planner:
+                swaps = run.header.swaps
+                later["command"] = run_command(scenario, run.options, swaps, on_hardware=on_hardware, planner=planner)
+            result = run.conduct(out=folder, live=live, progress=show, signals=signals, **later)
         _print(result, folder, as_json)
         if live is not None and signals.received is None:
             with suppress(KeyboardInterrupt):  # also before `wait` is entered

@@ -118,7 +118,9 @@ def box_body(name: str, robot: RobotSpec) -> BodyInfo:
     return BodyInfo(name=name, hull=((x, y), (-x, y), (-x, -y), (x, -y)) if math.isfinite(x + y) else ())
 
 
-def run_command(scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap], *, on_hardware: bool) -> str:
+def run_command(
+    scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap], *, on_hardware: bool, planner: str = ""
+) -> str:
     """Command line that repeats a run.
 
     Args:
@@ -126,8 +128,10 @@ def run_command(scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap]
         options: Options of the run.
         swaps: Replacements of subtrees of missions, with the names of the catalog.
         on_hardware: Whether the run is on hardware.
+        planner: Planner that controls the agent under test; empty for the scenario's own.
     """
-    parts = ["rocs-bt", "drive" if on_hardware else "run", scenario, "--seed", str(options.seed)]
+    parts = ["rocs-bt", "drive" if on_hardware else "run", scenario]
+    parts += [*(["--planner", planner] if planner else []), "--seed", str(options.seed)]
     parts += [] if on_hardware or options.mode == "lockstep" else ["--mode", options.mode]
     parts += [] if options.duration is None else ["--for", f"{options.duration:g}"]
     parts += [part for swap in swaps for part in ("--swap", str(swap))]

@@ -79,7 +79,7 @@ def test_all_results_are_told_apart_and_the_commands_work(project, shipped, monk
     assert re.search(r"no planner .*'none_such'.*brisk, careful", told)
     assert re.search(r"2 failed, 1 inconclusive, 1 error|2 failed, 1 error, 1 inconclusive", told)
 
-    command = re.search(r"rocs-bt (episode brisk first --seed \d+)", told)[1]
+    command = re.search(r"rocs-bt (run first --planner brisk --seed \d+)", told)[1]
     monkeypatch.chdir(project)
     assert call(shlex.split(command)) == 0
     assert "R1 success" in capsys.readouterr().out
