@@ -2,6 +2,7 @@
 
 import itertools
 import math
+import re
 import signal
 import time
 from contextlib import closing
@@ -114,7 +115,7 @@ def test_a_robot_is_driven_and_stops_without_commands(simulator):
         assert 0.25 < passed < 3.0  # the time-out, and braking; a command may be older than the odometry
         assert math.hypot(client.pose().x - start.x, client.pose().y - start.y) > 0.05
     assert process.end() == 143
-    assert "stopped 1 time without one" in process.text
+    assert re.search(r"stopped [1-9]\d* times? without one", process.text)  # late commands on a loaded machine: more
     assert "R2: no command any more, stopped" in process.errors
 
 

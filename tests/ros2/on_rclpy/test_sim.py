@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import time
 from xml.etree import ElementTree as xml
 
@@ -97,7 +98,7 @@ def test_a_plain_node_follows_its_clock_and_drives_it(simulator, ros, transport,
     assert driver.newest["range/sonar3"].header.frame_id == "sonar3"
     driver.node.destroy_node()
     assert process.end() == 143
-    assert "stopped 1 time without one" in process.text
+    assert re.search(r"stopped [1-9]\d* times? without one", process.text)  # late commands on a loaded machine: more
 
 
 @pytest.mark.parametrize("transport", ["rclpy", "dds"])
