@@ -58,6 +58,11 @@ DRIVEN, BY_SPEED, STRUCK = 50.0, 25.0, 25.0
 STAYING = 0.06
 """Speed below which a robot stays [m/s]."""
 
+SLIP = 0.1
+"""Distance of the centre about which a skid-steered robot turns from the middle of its hull [m]: while it turns, its
+flanks move sideways.
+"""
+
 CLOSE = 3.0
 """Cost per second within the personal space at zero gap and a speed of about 0.9 m/s."""
 
@@ -334,7 +339,8 @@ class SpaceTime:
         if len(row):
             hit, mover, share = hit.copy(), company.mover[near][row], company.weight[near][row]
             to = there[:, part, row, 0] - poses[:2, part, state]
-            nearer = self._nearer(to, poses[2:, part, state], speed[part, state], turn[part, state])
+            turning = turn[part, state]
+            nearer = self._nearer(to, poses[2:, part, state], speed[part, state], turning) + SLIP * np.abs(turning)
             # Towards the other the robot drives into it, also backwards; else the other strikes the robot.
             price = np.where(nearer < STAYING, STRUCK, DRIVEN + BY_SPEED * nearer)
             for j in range(len(cost)):

@@ -192,6 +192,13 @@ def test_to_drive_into_another_costs_more_than_to_be_struck() -> None:
     assert driven.cost - free.cost > struck.cost - rest.cost
 
 
+def test_it_does_not_turn_while_another_strikes_its_flank() -> None:
+    plan = planned([(0.0, 0.7, 0.0, -1.0)], goal=(0.0, -4.0))
+    assert plan.contact == 1.0, "it cannot be avoided"
+    assert np.abs(plan.poses[plan.times < LAYER + 1e-9, 2]).max() == 0.0, "a turning flank would drive into the other"
+    assert np.abs(plan.poses[:, 2]).max() > 0.5, "later it turns to its goal"
+
+
 def test_two_that_meet_in_a_corridor_pass_each_other() -> None:
     walls = np.vstack([wall((-2.0, 1.0), (10.0, 1.0)), wall((-2.0, -1.0), (10.0, -1.0))])
     robots = [Robot((0.0, 0.0, 0.0), (8.0, 0.0), walls), Robot((8.0, 0.0, math.pi), (0.0, 0.0), walls)]
