@@ -8,6 +8,7 @@ import tomllib
 import numpy as np
 import pytest
 
+from docs.tables import wheeled
 from rocs_bt.actions import ACTIONS
 from rocs_bt.agent.build import thresholds
 from rocs_bt.base.geometry import Twist2
@@ -17,8 +18,6 @@ from rocs_bt.catalog import Catalog, is_reference, robot_locomotion
 from rocs_bt.control.body_values import BODY_VALUES
 from rocs_bt.expression import Environment
 from rocs_bt.reactive import RuleModel, load_rules
-
-from ..docs.thresholds import PAGE, page, wheeled
 
 CATALOG = Catalog()
 ROBOTS = wheeled()
@@ -46,10 +45,6 @@ def variant(name, length=1.0, width=1.0, **response):
 
 def test_the_robots_on_wheels_are_these():
     assert {"jackal", "pioneer_p3dx", "robotino", "rosbot_xl", "summit_xl", "turtlebot3_burger"} <= {*ROBOTS}
-
-
-def test_the_table_in_the_manual_is_that_of_the_robots():
-    assert page() == PAGE.read_text("utf-8"), "run: python -m tests.docs.thresholds"
 
 
 @pytest.mark.parametrize("name", ROBOTS)
