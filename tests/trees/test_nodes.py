@@ -109,10 +109,6 @@ class TestTraps:
         bench.built.halt()
         assert bench.log == ["A.start=S", "B.start=R", "B.halt"]
 
-    def test_a_composite_without_children_is_refused(self):
-        with pytest.raises(InputError, match=r"'go' \(Sequence\) needs at least 1 children, found 0"):
-            BUILTIN.make("Sequence", "go", [], {})
-
     def test_parallel_decides_after_each_child(self, bench):
         assert bench.of("Parallel", "S", "S", "S", success_count=1).tick() == "SUCCESS A.start=S"
         assert bench.of("Parallel", "F", "S", "S", failure_count=1).tick() == "FAILURE A.start=F"
@@ -171,22 +167,6 @@ class TestConditions:
         bench.tree(bench.leaf("A", "R", _failureIf="true", _onFailure="n += 1", _post="n += 1"), n=0)
         assert bench.tick() == "FAILURE"
         assert bench.built.board["n"] == 2
-
-    @pytest.mark.parametrize(
-        ("tag", "port"),
-        [("Script", "code"), ("ScriptCondition", "code"), ("Precondition", "if"), ("TestNode", "post_script")],
-    )
-    def test_a_script_in_a_port_is_parsed_when_the_node_is_made(self, tag, port):
-        ((name, fault),) = BUILTIN[tag].attribute_faults({port: "1 +"})
-        assert name == port
-        assert "a value is missing at the end" in str(fault)
-
-    def test_all_that_is_wrong_with_a_node_is_told_at_once(self):
-        attributes = {"_skipIf": "1 +", "num_cycles": "x y", "wrong": "1", "_editor": "kept"}
-        found = BUILTIN["Repeat"].attribute_faults(attributes)
-        assert [name for name, _ in found] == ["_skipIf", "num_cycles", "wrong"]
-        assert "Repeat has: num_cycles" in str(found[2][1])
-        assert [name for name, _ in BUILTIN["Repeat"].attribute_faults({})] == ["num_cycles"]
 
 
 class TestHalts:

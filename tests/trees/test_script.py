@@ -124,12 +124,6 @@ def test_what_assignments_leave_on_the_board(script, board):
         ("x := 'a'; x = 5", "'x' cannot become 5: it holds a value of type str"),
         ("x := 1; x = 'a'", "'a' is not a number"),
         ("x := 'a'; x += 1", "it holds no number"),
-        ("x := 2 && 1", "2 is neither true nor false"),
-        ("x := 2.5 & 3", "bitwise operators need whole numbers"),
-        ("x := 1 + 'a'", "1 and 'a' cannot be added"),
-        ("x := -'a'", "'-' takes a number, not 'a'"),
-        ("x := ~(0 / 0)", "nan does not fit into 64 bits"),
-        ("x := 1 .. 2", "1 and 2 cannot be joined"),
     ],
 )
 def test_a_script_that_cannot_go_on_says_why(script, message):
@@ -141,34 +135,20 @@ def test_a_script_that_cannot_go_on_says_why(script, message):
 @pytest.mark.parametrize(
     ("script", "at", "message"),
     [
-        ("x := 65.", 5, "'65.' is not a number"),
-        ("x := 3foo", 5, "'3f' is not a number"),
-        ("x := 'open", 5, "Close the string with the same quote"),
-        ("x := 1 +", 8, "a value is missing at the end"),
-        ("1 := x", 2, "only a name can be assigned to"),
-        ("x := y := 1", 7, "assignments cannot be chained"),
-        ("1 ? 2 : 3 ? 4 : 5", 10, "'?' cannot be chained"),
-        ("1 ? 2", 5, "a ':' is missing after '?'"),
-        ("(1", 2, "a ')' is missing"),
-        ("x := (1; 2)", 7, "a ')' is missing"),
-        ("x := #", 5, "unexpected character"),
-        ("x.y := 1", 1, "unexpected character"),
-        ("f(1)", None, ""),  # two statements: a name, and a number in parentheses
-        ("(" * 500, 41, "more than 40 nested levels"),
-        ("-" * 500 + "1", 40, "more than 40 nested levels"),
         ("1" + "+1" * 500, None, "more than 200 operators"),
         ("x := 1" + "0" * 5000, 5, "a number of more than 400 characters"),
         ("x" * 20_000, 0, "the maximum is 10000"),
     ],
 )
-def test_what_is_no_script_is_refused_with_its_place(script, at, message):
-    if not message:
-        assert len(parse_script(script).statements) == 2
-        return
+def test_what_is_too_large_is_refused_with_its_place(script, at, message):
     with pytest.raises(ScriptError) as caught:
         parse_script(script)
     assert message in str(caught.value)
     assert at is None or caught.value.column == at
+
+
+def test_two_statements_need_no_semicolon():
+    assert len(parse_script("f(1)").statements) == 2
 
 
 def test_what_a_script_asks_and_writes_is_known_without_running_it():

@@ -402,14 +402,6 @@ def test_the_defaults_of_a_subtree_are_those_of_the_cpp_engine(default, remap):
             assert ours == theirs, (given, script, keys)
 
 
-def test_a_default_that_means_another_key_than_it_seems_is_told():
-    model = '<SubTree ID="Sub1"><input_port name="goal" default="{=}"/></SubTree>'
-    found = read_document(document(sub(), SAY("goal"), model=model)).faults
-    assert [(f.warning, f.message, f.hint) for f in found] == [
-        (True, "as in BehaviorTree.CPP this default is the key '=', not the key 'goal'.", 'Write default="{goal}".')
-    ]
-
-
 @pytest.mark.parametrize("before", ["// a comment\n", "text <!-- c --> more", "<?xml version='1.0'?>\n# by hand\n"])
 def test_text_before_the_root_is_skipped_with_a_warning_as_in_the_cpp_engine(before):
     text = before + document("<AlwaysSuccess/>")
@@ -427,15 +419,8 @@ def test_other_things_around_the_root_are_refused_as_in_the_cpp_engine(text):
 @pytest.mark.parametrize(
     ("text", "warning"),
     [
-        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="A"><Work/></BehaviorTree></root>', "there is another tree 'A'"),
         ('<root><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "BTCPP_format is missing"),
         ('<root BTCPP_format="3"><BehaviorTree ID="A"><Say/></BehaviorTree></root>', "is of version 3"),
-        ('<root BTCPP_format="4"><BehaviorTree ID="a b"><Say/></BehaviorTree></root>', "contains ' '"),
-        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><Tree/></root>', "<Tree> is not expected"),
-        ('<root BTCPP_format="4" main_tree_to_execute="A"><BehaviorTree ID="A"><Say/></BehaviorTree><BehaviorTree ID="B"><Say/></BehaviorTree></root>', "'B' is not used"),
-        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say message="a&b"/></BehaviorTree></root>', "not well-formed"),
-        ('<root BTCPP_format="4"><BehaviorTree ID="A"><Say/></BehaviorTree><TreeNodesModel><Action ID="Say"><input_port name="x"/></Action></TreeNodesModel></root>', "the model is outdated"),
-        (document('<Sequence><SubTree ID="Sub1" name="a"/><SubTree ID="Sub1" name="a"/></Sequence>', "<Say/>"), "two SubTrees .* are named 'a'"),
     ],
 )  # fmt: skip  # a table
 def test_warnings_are_given_when_a_document_is_loaded(text, warning):
