@@ -29,10 +29,10 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog, PlaceSpec
 from rocs_bt.interfaces.device import Actuator, Reading, Sensor
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.share import Sharing
 from rocs_bt.plan import Mission
 from rocs_bt.record import Recorder, RunHeader
 from rocs_bt.running import SinkThread
+from rocs_bt.share import Sharing
 from rocs_bt.testing.mock_agent import MockDevices, mock_agent, mock_rates
 
 CROSSINGS = size(200, 2)

@@ -25,12 +25,12 @@ from row import Row, size
 from rocs_bt.base.clock import WallClock
 from rocs_bt.base.errors import DeviceError
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.ros2.actuator_node import ActuatorNode
-from rocs_bt.drivers.ros2.node import RosNode
-from rocs_bt.drivers.ros2.parameters import SCAN, TWIST, Ros2ActuatorParameters, Ros2SensorParameters
-from rocs_bt.drivers.ros2.sensor_node import SensorNode
-from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.interfaces.device import Reading
+from rocs_bt.ros2.devices.actuator_node import ActuatorNode
+from rocs_bt.ros2.devices.parameters import SCAN, TWIST, Ros2ActuatorParameters, Ros2SensorParameters
+from rocs_bt.ros2.devices.sensor_node import SensorNode
+from rocs_bt.ros2.network.node import RosNode
+from rocs_bt.ros2.settings import Ros2Settings
 
 CROSSINGS = size(200, 2)
 P50, P99 = 5.0, 20.0  # [ms]

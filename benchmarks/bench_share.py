@@ -22,7 +22,7 @@ from row import Row, size
 from rocs_bt.base.clock import SimulatedClock, WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.share import LocalNetwork, Replica, Scope, Sharing
+from rocs_bt.share import LocalNetwork, Replica, Scope, Sharing
 
 PEERS = size((2, 5, 20), (2,))
 WRITES = size(200, 3)  # writes of the latency test
@@ -218,7 +218,7 @@ def _query(worker: subprocess.Popen[str], word: str) -> object:
 
 def _run_peer(name: str, listen: str, *peers: str) -> None:
     """Peer process: reads one command per line and answers with one line of JSON."""
-    from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
+    from rocs_bt.share.zenoh_network import ZenohNetwork
 
     sys.setswitchinterval(0.0005)
     clock = WallClock()

@@ -25,9 +25,9 @@ from row import Row, size
 from rocs_bt import run as play
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.share import Entry, Scope, Sharing
-from rocs_bt.knowledge.share.wire import Delta, Request, TextMessage, encode
-from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
+from rocs_bt.share import Entry, Scope, Sharing
+from rocs_bt.share.wire import Delta, Request, TextMessage, encode
+from rocs_bt.share.zenoh_network import ZenohNetwork
 
 SEEDS = size((1, 2, 3), (1,))
 SECONDS = size(20.0, 0.5)  # simulated time

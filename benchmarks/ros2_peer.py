@@ -13,10 +13,10 @@ import time
 
 import numpy as np
 
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.parameters import SCAN, TWIST
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.devices.parameters import SCAN, TWIST
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 
 BEAMS, RATE = 720, 20.0
 SPAN = 2.0 * math.pi * (BEAMS - 1) / BEAMS

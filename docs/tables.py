@@ -20,9 +20,9 @@ from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import fitted_rules
 from rocs_bt.cli.main import group
-from rocs_bt.drivers.ros2.parameters import TAKES
 from rocs_bt.interfaces.action import Action, parameters_of
 from rocs_bt.plan import Observation, Task, Vehicle
+from rocs_bt.ros2.devices.parameters import TAKES
 
 ROOT = Path(__file__).resolve().parent.parent
 PLANNER_CLASSES = (Task, Observation, Pose2, Twist2, Vehicle)

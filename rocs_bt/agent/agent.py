@@ -19,8 +19,8 @@ from ..base.errors import ActuatorError, BlockError, InputError, interrupts
 from ..base.raised import describe, raised_at
 from ..event import AgentStopped, BlockFailed, SensorFailed, SwapRefused
 from ..knowledge import Knowledge
-from ..knowledge.share import Sharing
 from ..plan import TreePlan
+from ..share import Sharing
 from ..trees.nodes import Node
 from .exceptions import ContentExceptions
 from .parts import Blocks, Rates, RobotDevices, Runtime

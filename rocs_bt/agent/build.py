@@ -17,7 +17,6 @@ from ..catalog import ActuatorSpec, FactSpec, PlaceSpec, RobotSpec, robot_locomo
 from ..catalog import load_class as load_class_from_file
 from ..control.follower import Follower
 from ..control.locomotion import Locomotion
-from ..drivers.ros2.known_types import installed_types
 from ..event import EventSink, NullSink
 from ..execute import Execute, RobotBody
 from ..expression import Environment, compile_expression
@@ -26,9 +25,10 @@ from ..interfaces.device import Sensor
 from ..interfaces.pipeline import Pipeline
 from ..interfaces.safety import SafetyGate
 from ..knowledge import SCHEMA, Knowledge, RobotModel, Schema, StrategyModel, WorldModel
-from ..knowledge.share import Mailbox, Sharing
 from ..plan import CheckOptions, Mission, Plan, TreePlan, checked_plan
 from ..reactive import Override, ReactiveModel, ReflexArc, RuleModel
+from ..ros2.messages.known_types import installed_types
+from ..share import Mailbox, Sharing
 from .agent import Agent
 from .facts import add_facts, check_queries, read_attributes
 from .parts import Blocks, Rates, RobotDevices, Runtime

@@ -14,11 +14,11 @@ from ..event import EventSink
 from ..execute import Execute
 from ..interfaces.device import Sensor
 from ..interfaces.pipeline import Pipeline
-from ..interfaces.ros_link import RosLink
 from ..interfaces.safety import SafetyGate
 from ..monitor import Monitor
 from ..plan import Plan
 from ..reactive import ReflexArc
+from ..ros2.ros_link import RosLink
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from functools import partial
 
 from ..analyze import Analyze
 from ..base.clock import WallClock
-from ..knowledge.share import Sharing
 from ..monitor import Monitor
+from ..share import Sharing
 from .agent import Agent
 from .heartbeat import Heartbeat
 from .worker import FAST_SWITCHING, Step, Ticker, Worker

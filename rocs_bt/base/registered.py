@@ -1,25 +1,51 @@
-"""Objects that packages register in groups of entry points, such as `rocs_bt.commands`."""
+"""Objects that packages register in groups of entry points: commands, pages … of wings and of other packages."""
 
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Mapping
+from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from typing import Any, Final
 
+from .errors import Fault, InputError, unknown
 from .files import is_file, read_text
+
+GROUPS: Final[Mapping[str, str]] = {
+    "rocs_bt.commands": "command",
+    "rocs_bt.report": "page of a run",
+    "rocs_bt.services": "service beside runs",
+}
+"""What a name in each group is, for messages."""
 
 _PROJECT = Path(__file__).resolve().parents[2] / "pyproject.toml"  # of a checkout, which may not be installed
 
 
-def registered(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group by name: those of the installed packages, and those of the checkout of rocs_bt.
+@cache
+def registered(group: str) -> Mapping[str, EntryPoint]:
+    """Entry points of a group by name: those of the checkout of rocs_bt, before those of installed packages.
 
     Nothing is imported until an entry point is loaded.
-
-    Args:
-        group: Name of the group, such as `rocs_bt.report`.
     """
-    return {**_of_checkout(group), **{found.name: found for found in entry_points(group=group)}}
+    # The code beside the project file is what runs, also if an older state of it is installed.
+    installed = {found.name: found for found in entry_points(group=group)}
+    return dict(sorted({**installed, **_of_checkout(group)}.items()))
+
+
+def load(group: str, name: str) -> Any:
+    """Object that is registered under a name.
+
+    Raises:
+        InputError: Nothing has this name, or it cannot be loaded.
+    """
+    if (found := registered(group).get(name)) is None:
+        raise InputError(unknown(GROUPS[group], name, registered(group)))
+    try:
+        return found.load()
+    except Exception as error:  # a package of another author must not break what does not need it
+        hint = f"It is registered as {found.value}."
+        raise InputError(Fault(f"the {GROUPS[group]} '{name}' cannot be loaded: {error}.", hint=hint)) from error
 
 
 def _of_checkout(group: str) -> dict[str, EntryPoint]:

@@ -138,7 +138,7 @@ class MissionCatalog(Finder):
         """
         missions: set[str] = set()
         if mission.path.suffix in TREES:
-            from ..plan.nav2 import ROUTES
+            from ..nav2 import ROUTES
             from ..plan.xml_mission import dialect_in, shipped_nodes, tags_of, values_of
             from ..trees.xml import add_siblings, outer_trees, read_document
 

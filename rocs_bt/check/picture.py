@@ -13,9 +13,9 @@ from ..base.parameter import Parameter
 from ..base.units import NONE
 from ..catalog import TREES, Catalog, Entry
 from ..event import TreeNode
+from ..nav2 import ELSEWHERE
 from ..plan import TreePlan, mission_actions, mission_parameters
 from ..plan.mission_check import mission_faults
-from ..plan.nav2 import ELSEWHERE
 from ..plan.xml_mission import dialect_in, mission_nodes, recognised, shipped_nodes, tags_of
 from ..record.pages import page_maker
 from ..trees.draw import Picture, picture_of, svg, text

@@ -29,10 +29,10 @@ from ..event import pack
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..monitor import Monitor
 from ..plan import Plan
+from ..ros2.devices.check import not_isolated, ros2_faults
 from ..running import Run
 from ..simulation import Driver, hardware_driver, mujoco_driver
 from .identified import TOLERANCE, identified_faults
-from .ros2 import not_isolated, ros2_faults
 from .stub_agent import stub_agent
 
 

@@ -17,7 +17,7 @@ from ..plan.mission_texts import words_in
 from ..reactive import Rule
 from ..reactive.analysis import analyse_fit
 from ..running import Build, Run
-from ..running.share import share_faults
+from ..share.scenario import share_faults
 from ..simulation import on_hardware
 from ..trees.examine import blocking_faults
 from .feasible import check_feasible

@@ -117,8 +117,8 @@ def command(
     error or content raised an exception.
     """
     from ..compare import Comparison, Store, SweepOptions, sweep
-    from ..compare.cluster import dask_executor
     from ..compare.metric import DEFAULT_METRICS, metric
+    from ..search.cluster import dask_executor
 
     catalog = Catalog.here(code=not no_code)
     judged = metrics or DEFAULT_METRICS

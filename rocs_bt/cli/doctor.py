@@ -20,8 +20,8 @@ from ..base.errors import Fault, InputError, RocsError
 from ..base.units import Bounds
 from ..catalog import Catalog
 from ..reactive import kernel_missing
+from ..ros2.doctor.command import examine_ros2
 from .docs import find_manual
-from .doctor_ros2 import examine_ros2
 from .quantity import QuantityType
 from .terminal import echo, styled
 

@@ -35,7 +35,7 @@ def command(run: Path, out: Path, storage: str, start: str) -> None:
 
     A recording that was cut off or damaged is exported up to there. Several agents have a namespace each.
     """
-    from ..simulation.rosbag_export import export_rosbag, start_time
+    from ..ros2.bags.export import export_rosbag, start_time
 
     recording = open_recording(run)
     bag = export_rosbag(recording, out, storage=storage, start=start_time(start))

@@ -291,7 +291,7 @@ def keys(members: tuple[str, ...], out: Path) -> None:
     Copy each member's folder to its robot, and name it in the scenario: [share] keys = "keys/R2". The file
     authority.key signs further members; do not copy it to a robot. A group that has keys keeps them.
     """
-    from ..knowledge.share.keys import make_keys
+    from ..share.keys import make_keys
 
     for folder in make_keys(out, members, datetime.now(UTC)):
         echo(f"{folder}: keys of {folder.name}. Copy them to that robot only, over a trusted connection.")

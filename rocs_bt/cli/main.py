@@ -11,33 +11,29 @@ import io
 import signal
 import sys
 from collections.abc import Sequence
-from functools import cache
-from importlib.metadata import EntryPoint
-from keyword import iskeyword
 from typing import NoReturn
 
 import click
 
 from ..base.current_folder import keep_current_folder_off_path
-from ..base.errors import Fault, InputError, RecordingError, RocsError
-from ..base.registered import registered
+from ..base.errors import InputError, RecordingError, RocsError
+from ..base.registered import load, registered
 from ..base.version import __version__
 from .stop import end_by_signals
 from .terminal import discard_if_closed, echo, echo_traceback, guard_streams
 
-# Commands with their descriptions, so that `--help` loads no command.
+_GROUP = "rocs_bt.commands"
+
+# Commands of the core with their descriptions, so that `--help` loads no command.
 COMMANDS = {
     "run": "Run a scenario to its outcome and write a report.",
     "drive": "Run a scenario on its real robots, after a check of their sensors.",
-    "sim": "Simulate the robots of a scenario as ROS 2 robots.",
     "replay": "Re-run agents on recorded sensor data, explain a moment, or evaluate rules on a ROS bag.",
     "report": "Make the summary and report of a recording, also of an incomplete one.",
     "export": "Write a run as a ROS 2 bag, for rviz, PlotJuggler and Foxglove.",
     "plot": "Draw the figures of a run, or of two runs overlaid.",
     "compare": "Compare planners over many scenes and seeds, with statistical verdicts.",
-    "search": "Search for a scene in which a planner fails, and reduce it to a minimal one.",
     "scene": "Generate scenes of a family as scenarios, and report their difficulty.",
-    "import": "Convert maps of ROS, or your copy of BARN, to scenarios.",
     "list": "List all content: robots, missions, rules, scenarios ...",
     "show": "Draw a mission as text, SVG, HTML or XML; list a rule file, or the nodes for an editor.",
     "check": "Check content files; reports all faults at once.",
@@ -59,10 +55,9 @@ class _LazyGroup(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name in COMMANDS:
-            module = f"{cmd_name}_" if iskeyword(cmd_name) else cmd_name
-            command: click.Command = importlib.import_module(f"{__package__}.{module}").command
-        elif found := _added().get(cmd_name):
-            command = _loaded(found)
+            command: click.Command = importlib.import_module(f"{__package__}.{cmd_name}").command
+        elif cmd_name in _added():
+            command = load(_GROUP, cmd_name)
         else:
             return None
         command.name = cmd_name  # the manual takes its headings from it
@@ -70,35 +65,21 @@ class _LazyGroup(click.Group):
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
-            formatter.write_dl([*COMMANDS.items(), *((name, _description(found)) for name, found in _added().items())])
+            formatter.write_dl([*COMMANDS.items(), *((name, _description(name)) for name in _added())])
 
 
-@cache
-def _added() -> dict[str, EntryPoint]:
-    """Commands that wings and other packages register in `rocs_bt.commands`; a name of the core stays the core's."""
-    return {name: found for name, found in sorted(registered("rocs_bt.commands").items()) if name not in COMMANDS}
+def _added() -> list[str]:
+    """Commands that wings and other packages register; a name of the core stays the core's."""
+    return [name for name in registered(_GROUP) if name not in COMMANDS]
 
 
-def _description(found: EntryPoint) -> str:
+def _description(name: str) -> str:
     """First sentence about a registered command, or the reason why it cannot be loaded."""
     try:
-        return _loaded(found).get_short_help_str(limit=100)
+        command: click.Command = load(_GROUP, name)
     except InputError as error:
         return error.faults[0].message
-
-
-def _loaded(found: EntryPoint) -> click.Command:
-    """The registered command.
-
-    Raises:
-        InputError: It cannot be loaded.
-    """
-    try:
-        command: click.Command = found.load()
-    except Exception as error:  # a package of another author must not break the help of all commands
-        hint = f"It is registered as {found.value}."
-        raise InputError(Fault(f"the command cannot be loaded: {error}.", hint=hint)) from error
-    return command
+    return command.get_short_help_str(limit=100)
 
 
 @click.group(cls=_LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})

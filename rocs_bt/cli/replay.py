@@ -103,7 +103,7 @@ def _replay_bag(
     rate: float,
     no_code: bool,
 ) -> None:
-    from ..running.bag_replay import replay_bag
+    from ..ros2.bags.replay import replay_bag
     from .rules import replay_rules_on
 
     limit = math.inf if duration is None else duration

@@ -4,6 +4,7 @@ robot.toml names a driver; each backend has a class for this name, with the same
 `catalog` import this package; the blocks of an agent use only the interfaces `Sensor` and `Actuator`.
 """
 
+from ..ros2.settings import Ros2Settings
 from .parameters import (
     DRIVER_PARAMETERS,
     ROS2,
@@ -25,7 +26,6 @@ from .parameters import (
     driver_class,
     read_parameters,
 )
-from .ros2.settings import Ros2Settings
 
 __all__ = [
     "DRIVER_PARAMETERS",

@@ -22,7 +22,7 @@ from ..base.geometry import Pose2, along_arc
 from ..control.locomotion import Locomotion
 from ..interfaces.device import Actuator, Reading, Sensor
 from ..interfaces.safety import SafetyGate
-from ..knowledge.share import MessageQueue, packed
+from ..share import MessageQueue, packed
 from .common import BatteryModel, GyroModel, RobotSensorModel, TwistModel
 from .parameters import (
     DRIVER_PARAMETERS,

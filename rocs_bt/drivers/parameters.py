@@ -28,7 +28,7 @@ from ..base.units import (
     Seconds,
     Watts,
 )
-from .ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from ..ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 T = TypeVar("T")
 

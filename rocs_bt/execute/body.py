@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..control.follower import Follower
     from ..control.locomotion import Locomotion
     from ..knowledge import Knowledge
-    from ..knowledge.share import Messenger
+    from ..share import Messenger
 
 
 @dataclass

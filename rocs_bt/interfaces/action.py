@@ -36,7 +36,7 @@ if TYPE_CHECKING:  # types of Body only: at run time this module imports no high
     from ..control.locomotion import Locomotion
     from ..control.trail import Trail
     from ..knowledge import Knowledge
-    from ..knowledge.share import Messenger
+    from ..share import Messenger
 
 
 class Progress(Enum):

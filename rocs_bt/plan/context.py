@@ -16,8 +16,8 @@ from ..event import Event, EventSink
 from ..expression import TRUTH, Expression, reading
 from ..interfaces.action import Action
 from ..interfaces.pipeline import Pipeline
-from ..interfaces.ros_link import RosLink, RosTypes
 from ..knowledge import Knowledge
+from ..ros2.ros_link import RosLink, RosTypes
 from ..trees.board import Board
 from ..trees.error import TreeError
 from ..trees.nodes import Node

@@ -16,6 +16,7 @@ from ..base.errors import Fault, InputError, unknown
 from ..base.units import SPEED, TURN_RATE, Dimension
 from ..interfaces.action import parameters_of
 from ..knowledge import Knowledge
+from ..nav2.poses import PoseInput, PosesInput
 from ..trees.examine import Flow, examine, flow_of, initial_value
 from ..trees.nodes import Direction, Node, Port, SubTree, Tree, descendants
 from ..trees.nodes.tree import fault_at
@@ -23,7 +24,6 @@ from .act import Act
 from .action_node import ActionNode
 from .context import CheckOptions, MissionContext
 from .mission import Mission, named_place, unknown_goal
-from .nav2.poses import PoseInput, PosesInput
 from .parameters import mission_parameters
 from .plan import Plan
 from .tree import TreePlan, shape_faults

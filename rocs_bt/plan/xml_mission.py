@@ -26,14 +26,10 @@ from ..trees.xml.verify import verify
 from .action_node import action_nodes
 from .context import MissionContext
 from .goal_keys import main_keys
-from .nav2 import ELSEWHERE, GOAL_KEYS, ONLY_NAV2, STATUSES, nav2_nodes, pending
 from .parameters import mission_arguments, mission_parameters
-from .ros2 import NAV2_SERVERS, ROS_NODES
 
 Build = Callable[..., Any]
 Defined = Callable[[set[str]], Collection[str]]
-
-_OWN = BUILTIN.with_(ROS_NODES)
 
 _NAMED = "nav2_distribution"
 """Attribute of a `<Metadata>` element that names the distribution of ROS 2 for which a mission of Nav2 is written."""
@@ -63,6 +59,8 @@ def dialect_in(document: Document, declared: str = "", defined: Defined = lambda
     Raises:
         InputError: The document names an unknown distribution.
     """
+    from ..nav2 import ONLY_NAV2
+
     nav2 = set() if declared else tags_of(document) & ONLY_NAV2
     dialect = declared or ("nav2" if nav2 - set(defined(nav2)) else "rocs")
     for element in (e for model in document.models.values() for e in model.metadata()):
@@ -126,6 +124,8 @@ def xml_mission(
     Raises:
         InputError: The file cannot be read, or has several trees and names no main tree.
     """
+    from ..nav2 import GOAL_KEYS, STATUSES, pending
+
     document = read_document(file, within=within)
     add_siblings(document, beside)
     document.library = len(document.entries()) > 1 if main else False
@@ -208,6 +208,8 @@ def mission_tree(
     Raises:
         InputError: The tree has errors; the exception lists all of them.
     """
+    from ..nav2 import ELSEWHERE
+
     dialect = dialect_in(document, dialect, lambda names: {node.tag for node in nodes} & names)
     registry = mission_nodes(mission.actions, nodes, dialect).replaced(stubs)
     outside = {name: _outside(mission, build) for name in outer_trees(document) if (build := missions(name))}
@@ -240,8 +242,11 @@ def shipped_nodes(dialect: str = "") -> Registry:
 
 @cache
 def _shipped(family: str, distribution: str) -> Registry:
+    from ..nav2 import nav2_nodes
+    from ..ros2.nodes import NAV2_SERVERS, ROS_NODES
+
     if family not in ("nav2", "nav2_servers"):
-        return _OWN
+        return BUILTIN.with_(ROS_NODES)
     nodes = nav2_nodes(distribution)
     if family == "nav2_servers":
         called = {node.tag for node in NAV2_SERVERS}

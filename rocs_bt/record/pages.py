@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ..base.errors import Fault, InputError
-from ..base.registered import registered
+from ..base.registered import load
 from .recording import Recording
 from .summary import Summary
 
@@ -18,12 +17,9 @@ def page_maker(name: str) -> Any:
     and the tree of a mission.
 
     Raises:
-        InputError: Nothing is registered, because rocs_bt is not installed.
+        InputError: No package makes this page, or it cannot be loaded.
     """
-    if found := registered("rocs_bt.report").get(name):
-        return found.load()
-    hint = "Install rocs_bt, for example with `pip install -e .` in its checkout."
-    raise InputError(Fault(f"no package makes the page '{name}'.", hint=hint))
+    return load("rocs_bt.report", name)
 
 
 def write_report(recording: Recording, summary: Summary | None, path: Path, second: Recording | None = None) -> None:

@@ -15,9 +15,9 @@ from ..event import Event, EventSink, NullSink
 from ..interfaces.device import Sensor
 from ..plan import CheckOptions, Plan, mission_actions
 from ..plan.mission_texts import nodes_in
+from ..share.scenario import sharing_of
 from ..simulation.random_streams import stream
 from .options import Build
-from .share import sharing_of
 
 
 def load_controller(

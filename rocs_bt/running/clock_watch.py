@@ -9,8 +9,8 @@ from contextlib import suppress
 from ..base.clock import WallClock
 from ..base.errors import ActuatorError, DeviceError
 from ..catalog import RobotSpec
-from ..drivers.ros2.sim_clock import SimTimeClock
 from ..interfaces.safety import SafetyGate
+from ..ros2.network.sim_clock import SimTimeClock
 
 PATIENCE = 5.0
 """Wall time without a new time of the simulator until the notice [s]."""

@@ -13,20 +13,20 @@ from ..drivers import ROS2, read_parameters
 from ..drivers.emergency_stop import EmergencyStop
 from ..drivers.host import Host
 from ..drivers.isolated import IsolatedActuator
-from ..drivers.ros2.actuator_node import shared_node
-from ..drivers.ros2.command_watch import CommandWatch
-from ..drivers.ros2.connect import open_transport
-from ..drivers.ros2.dry_link import DryLink
-from ..drivers.ros2.link import NodeLink
-from ..drivers.ros2.node import RosNode
-from ..drivers.ros2.parameters import Ros2ActuatorParameters
-from ..drivers.ros2.settings import Ros2Settings
-from ..drivers.ros2.sim_clock import SimTimeClock
-from ..drivers.ros2.stop_topics import StopTopics
 from ..event import EventSink, OtherPublisherFound
 from ..interfaces.device import Actuator
-from ..interfaces.ros_link import RosLink
 from ..interfaces.safety import SafetyGate
+from ..ros2.devices.actuator_node import shared_node
+from ..ros2.devices.command_watch import CommandWatch
+from ..ros2.devices.parameters import Ros2ActuatorParameters
+from ..ros2.devices.stop_topics import StopTopics
+from ..ros2.network.connect import open_transport
+from ..ros2.network.node import RosNode
+from ..ros2.network.sim_clock import SimTimeClock
+from ..ros2.nodes.dry_link import DryLink
+from ..ros2.nodes.link import NodeLink
+from ..ros2.ros_link import RosLink
+from ..ros2.settings import Ros2Settings
 from ..simulation.devices import hardware_driver, make_hardware, make_isolated, make_sensor
 from .options import RunOptions
 from .preflight import PreflightTopic, preflight_topics

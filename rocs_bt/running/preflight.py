@@ -17,12 +17,12 @@ from ..base.raised import Raised
 from ..base.words import counted
 from ..catalog import RobotSpec, SensorSpec
 from ..drivers import ROS2, read_parameters
-from ..drivers.ros2.matching import FIXED, OwnEndpoint
-from ..drivers.ros2.node import NOTABLE_AHEAD, RosNode
-from ..drivers.ros2.parameters import Ros2ActuatorParameters
-from ..drivers.ros2.sensor_node import SensorNode
-from ..drivers.ros2.stop_topics import STOP_QOS, STOP_TYPE
 from ..interfaces.device import Sensor
+from ..ros2.devices.parameters import Ros2ActuatorParameters
+from ..ros2.devices.sensor_node import SensorNode
+from ..ros2.devices.stop_topics import STOP_QOS, STOP_TYPE
+from ..ros2.network.matching import FIXED, OwnEndpoint
+from ..ros2.network.node import NOTABLE_AHEAD, RosNode
 from .signal_sources import signal_monitors, signals_read
 
 OBSERVED = 0.5

@@ -23,10 +23,10 @@ from ..drivers import ROS2, Ros2Settings, read_parameters
 from ..drivers.host import Host
 from ..drivers.isolated import DeviceMaker, IsolatedActuator
 from ..drivers.mujoco import MujocoActuator, MujocoSensor
-from ..drivers.ros2.actuator_node import ActuatorNode, ActuatorNodeMaker, isolated_node, shared_node
-from ..drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
-from ..drivers.ros2.sensor_node import SensorNode
 from ..interfaces.device import Actuator, Sensor
+from ..ros2.devices.actuator_node import ActuatorNode, ActuatorNodeMaker, isolated_node, shared_node
+from ..ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from ..ros2.devices.sensor_node import SensorNode
 
 
 @dataclass(frozen=True)

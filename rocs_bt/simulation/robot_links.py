@@ -13,7 +13,7 @@ import numpy.typing as npt
 from ..base.geometry import Pose3
 from ..drivers.mujoco import DriverWorld
 from ..drivers.mujoco.body import collides, find_bodies
-from .ros_names import BASE
+from ..ros2.messages.names import BASE
 
 Matrix = npt.NDArray[np.float64]
 """Pose as a homogeneous matrix, shape (4, 4)."""

@@ -18,9 +18,9 @@ from ..base.errors import Fault, InputError
 from ..base.files import confined, is_file, read_bytes, unsaved, write_whole
 from ..catalog import TREES, Catalog, kind_of, make_entry
 from ..check import fitted_rules
-from ..editing import complete, define, describe, edit, faults, form, keys_in, parse, vocabulary
-from ..editing.worker import Superseded, Worker
 from ..reactive import run_tests, tested_file
+from .editing import complete, define, describe, edit, faults, form, keys_in, parse, vocabulary
+from .editing.worker import Superseded, Worker
 from .pack import Json
 from .requests import Answer, Handler, Request, Routes, as_json
 from .site import web_routes

@@ -42,8 +42,8 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
     has started, in order.
     """
     from ..catalog import Catalog, find_project
-    from ..editing.worker import Worker
     from ..record import Recording
+    from .editing.worker import Worker
     from .launch import Launcher
     from .project import project_routes
     from .runs import Runs

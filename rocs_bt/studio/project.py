@@ -8,8 +8,8 @@ import msgspec
 
 from ..base.errors import Fault, InputError
 from ..catalog import Catalog, copy_content
-from ..editing.worker import Worker
 from .authoring import edit_routes
+from .editing.worker import Worker
 from .launch import Launcher, Play, Start, stored_episodes
 from .pack import Json
 from .requests import Answer, Request, Routes, as_json

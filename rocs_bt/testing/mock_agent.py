@@ -16,7 +16,7 @@ from ..event import EventSink
 from ..interfaces.device import Sensor
 from ..interfaces.safety import SafetyGate
 from ..knowledge import Knowledge
-from ..knowledge.share import Sharing
+from ..share import Sharing
 
 
 @dataclass

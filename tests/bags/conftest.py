@@ -9,7 +9,7 @@ from rosbags.highlevel import AnyReader
 from rocs_bt import run as simulate
 from rocs_bt.cli.main import call
 from rocs_bt.record import Recording
-from rocs_bt.simulation.rosbag_export import export_rosbag
+from rocs_bt.ros2.bags.export import export_rosbag
 
 
 @pytest.fixture(scope="session")

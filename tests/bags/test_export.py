@@ -15,7 +15,7 @@ from rocs_bt.base.errors import RecordingError
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import ActuatorCommanded, BodyMoved, RuleChanged, SensorRead, SignalsWritten
 from rocs_bt.record import Recording
-from rocs_bt.simulation.rosbag_export import export_rosbag, start_time
+from rocs_bt.ros2.bags.export import export_rosbag, start_time
 
 from .conftest import read
 

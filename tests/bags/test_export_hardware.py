@@ -11,15 +11,16 @@ import pytest
 from rocs_bt import drive
 from rocs_bt.base.geometry import Pose3, Twist3
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.ros2 import messages, node
-from rocs_bt.drivers.ros2.forms import POSE_TAKES, make_take, pose3
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.parameters import TRANSFORMS, TWIST_STAMPED, Ros2SensorParameters
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.event import SensorRead
 from rocs_bt.record import Recording
 from rocs_bt.record.tables import signal_table
+from rocs_bt.ros2.devices.parameters import TRANSFORMS, TWIST_STAMPED, Ros2SensorParameters
+from rocs_bt.ros2.messages import fields as messages
+from rocs_bt.ros2.messages.forms import POSE_TAKES, make_take, pose3
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network import node
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint
 
 from ..ros2.network import Network
 from .conftest import read

@@ -6,7 +6,7 @@ import shutil
 import pytest
 
 from rocs_bt.base.errors import InputError, RecordingError
-from rocs_bt.drivers.ros2.bag_file import Bag
+from rocs_bt.ros2.bags.bag_file import Bag
 
 from .robots import ForeignBag, cart
 

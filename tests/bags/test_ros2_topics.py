@@ -6,8 +6,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.event import SensorRead, pack
-from rocs_bt.simulation.bag_messages import BagMessages
-from rocs_bt.simulation.recorded_ros2 import Ros2Topics
+from rocs_bt.ros2.bags.messages import BagMessages
+from rocs_bt.ros2.bags.ros2_sensors import Ros2Topics
 
 from .robots import cart
 

@@ -10,8 +10,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, check_scenario
-from rocs_bt.check.ros2 import ros2_faults
-from rocs_bt.drivers.ros2.parameters import TAKES
+from rocs_bt.ros2.devices.check import ros2_faults
+from rocs_bt.ros2.devices.parameters import TAKES
 
 from .. import needs
 

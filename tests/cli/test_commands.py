@@ -13,9 +13,9 @@ from pathlib import Path
 import click
 import pytest
 
-from rocs_bt.base.registered import registered
+from rocs_bt.base.errors import InputError
+from rocs_bt.base.registered import load, registered
 from rocs_bt.check import check as checking
-from rocs_bt.cli import main
 from rocs_bt.studio.report import write_report
 
 
@@ -200,30 +200,41 @@ def test_help_names_every_command(rocs_bt):
         assert f"  {command} " in told
 
 
-def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(monkeypatch, rocs_bt):
+def test_a_package_adds_a_command_and_one_that_does_not_load_says_why(installed, rocs_bt):
     table = {
         "hello": EntryPoint("hello", f"{__name__}:hello", "rocs_bt.commands"),
         "broken": EntryPoint("broken", "no_such_package:command", "rocs_bt.commands"),
         "run": EntryPoint("run", f"{__name__}:hello", "rocs_bt.commands"),  # the core keeps its names
     }
-    monkeypatch.setattr(main, "registered", lambda group: table if group == "rocs_bt.commands" else {})
-    main._added.cache_clear()
-    try:
-        help_ = rocs_bt("--help").out
-        assert "hello" in help_
-        assert "Greet." in help_
-        assert "cannot be loaded: No module named" in help_
-        assert "registered as no_such_package:command" in rocs_bt("broken").err
-        assert rocs_bt("hello").out == "hello\n"
-        assert "SCENARIO" in rocs_bt("run", "--help").out
-    finally:
-        main._added.cache_clear()
+    installed(lambda group: table.values() if group == "rocs_bt.commands" else ())
+    help_ = rocs_bt("--help").out
+    assert "hello" in help_
+    assert "Greet." in help_
+    assert "cannot be loaded: No module named" in help_
+    assert "registered as no_such_package:command" in rocs_bt("broken").err
+    assert rocs_bt("hello").out == "hello\n"
+    assert "SCENARIO" in rocs_bt("run", "--help").out
 
 
-def test_entry_points_of_a_checkout_are_found_without_an_installation(monkeypatch):
-    monkeypatch.setattr("rocs_bt.base.registered.entry_points", lambda group: ())
-    assert registered("rocs_bt.report")["report"].load() is write_report
+@pytest.mark.parametrize("before", [(), (EntryPoint("report", "no_such_package:x", "rocs_bt.report"),)])
+def test_entry_points_of_the_checkout_come_before_installed_ones_and_need_no_installation(installed, before):
+    installed(lambda group: before if group == "rocs_bt.report" else ())
+    assert load("rocs_bt.report", "report") is write_report
     assert registered("rocs_bt.nothing") == {}
+    with pytest.raises(InputError, match=r"'reprot'.*report"):
+        load("rocs_bt.report", "reprot")
+
+
+@pytest.fixture
+def installed(monkeypatch):
+    """Sets the entry points of installed packages by group."""
+
+    def install(of):
+        monkeypatch.setattr("rocs_bt.base.registered.entry_points", lambda group: of(group))
+        registered.cache_clear()
+
+    yield install
+    registered.cache_clear()
 
 
 @click.command()

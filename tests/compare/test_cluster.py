@@ -9,8 +9,8 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Store, SweepOptions, sweep
-from rocs_bt.compare.cluster import dask_executor
 from rocs_bt.compare.record import encode_record
+from rocs_bt.search.cluster import dask_executor
 
 from .. import needs
 from ..waiting import GUARD
@@ -35,7 +35,7 @@ def cluster():
 
 @pytest.fixture(autouse=True)
 def patience(monkeypatch):
-    monkeypatch.setattr("rocs_bt.compare.cluster._PATIENCE", GUARD)
+    monkeypatch.setattr("rocs_bt.search.cluster._PATIENCE", GUARD)
 
 
 def here(catalog, seeds):
@@ -80,7 +80,7 @@ def test_an_episode_that_hangs_on_a_cluster_ends_its_worker_and_is_a_record(clus
 
 
 def test_without_a_scheduler_it_is_said_where_none_answers(monkeypatch):
-    monkeypatch.setattr("rocs_bt.compare.cluster._PATIENCE", 0.2)
+    monkeypatch.setattr("rocs_bt.search.cluster._PATIENCE", 0.2)
     with pytest.raises(InputError, match="no Dask scheduler answers at"):
         dask_executor("tcp://127.0.0.1:9").__enter__()
 

@@ -17,8 +17,13 @@ from rocs_bt.catalog import CachingCatalog, Catalog
 from rocs_bt.compare import Block, Ground, Post, Scene, Store, goal_scenario, load_family
 from rocs_bt.compare.record import EpisodeRecord
 from rocs_bt.compare.replay import replay_episode, scene_by_name
-from rocs_bt.compare.search import Draft, Fairness, Player, SearchOptions, SearchSpace, Shrinking, keep, search
 from rocs_bt.control.footprint import Footprint
+from rocs_bt.search.draft import Draft
+from rocs_bt.search.keep import keep
+from rocs_bt.search.player import Player
+from rocs_bt.search.run_search import SearchOptions, search
+from rocs_bt.search.shrink import Fairness, Shrinking
+from rocs_bt.search.space import SearchSpace
 
 BODY = Footprint(0.5, 0.4)
 FAMILY = '''"""Posts here and there, and one in the way."""

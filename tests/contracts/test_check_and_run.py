@@ -18,8 +18,9 @@ from rocs_bt.catalog import Catalog
 from rocs_bt.check import check_content, scenario, stub_agent
 from rocs_bt.cli.main import call
 from rocs_bt.compare import SweepOptions, load_family, scenes_of
-from rocs_bt.compare.search import SearchOptions, SearchSpace, search
 from rocs_bt.running import Run, build_agents, read_swap
+from rocs_bt.search.run_search import SearchOptions, search
+from rocs_bt.search.space import SearchSpace
 
 from ..messages.table import Row, rows, write_project
 

@@ -20,8 +20,6 @@ from rocs_bt.base.errors import InputError, RecordingError, RocsError
 from rocs_bt.catalog import Catalog, classes_in, load_robot, make_entry, shipped_root
 from rocs_bt.check.stub_agent import stub_agent
 from rocs_bt.check.xml_mission import read_palettes
-from rocs_bt.compare.imports.barn import read_world as read_barn_world
-from rocs_bt.compare.imports.raster import read_map_yaml, read_pgm
 from rocs_bt.drivers.mujoco import compose_world
 from rocs_bt.event import NullSink
 from rocs_bt.expression import Environment
@@ -32,6 +30,8 @@ from rocs_bt.plan.action_node import action_nodes
 from rocs_bt.reactive import load_rules
 from rocs_bt.reactive.analysis import examine_rules
 from rocs_bt.record import Recorder, Recording
+from rocs_bt.search.imports.barn import read_world as read_barn_world
+from rocs_bt.search.imports.raster import read_map_yaml, read_pgm
 from rocs_bt.testing.missions.substitute import read_rules as read_substitutions
 from rocs_bt.trees.nodes import BUILTIN
 from rocs_bt.trees.xml import load_xml, palette

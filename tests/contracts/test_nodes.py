@@ -8,7 +8,7 @@ import pytest
 from rocs_bt.actions import ACTIONS
 from rocs_bt.catalog import Catalog
 from rocs_bt.plan import action_nodes, mission_nodes
-from rocs_bt.plan.ros2 import ROS_NODES
+from rocs_bt.ros2.nodes import ROS_NODES
 from rocs_bt.trees.nodes import BUILTIN, Control, Decorator, Direction, Leaf, Node
 from rocs_bt.trees.nodes.node import NODE_ATTRIBUTES, RESERVED
 

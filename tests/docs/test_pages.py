@@ -102,7 +102,7 @@ def test_the_listed_layers_have_the_order_of_the_import_contract():
     layers = next(reversed(contract["layers"]) for contract in contracts if contract["type"] == "layers")
     text = (DOCS / "architecture.md").read_text("utf-8")
     lines = re.search(r"## Folders and layers\n\n```text\n(.*?)```", text, re.DOTALL)[1].splitlines()[2:]
-    line_of = {name: i for i, line in reversed([*enumerate(lines)]) for name in re.findall(r"[a-z_]+", line[:90])}
+    line_of = {name: i for i, line in reversed([*enumerate(lines)]) for name in re.findall(r"[a-z0-9_]+", line[:90])}
     order = [[line_of[name] for name in layer.split(" | ")] for layer in layers]
     assert all(max(lower) <= min(upper) for lower, upper in itertools.pairwise(order)), order
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.editing import insert, move, parse, remove, set_attribute
+from rocs_bt.studio.editing import insert, move, parse, remove, set_attribute
 from tests.cli.nav2_mission import mission
 
 SHIPPED = sorted((Path(__file__).parents[2] / "planners" / "missions").glob("*.xml"))

@@ -9,7 +9,7 @@ import pytest
 
 from rocs_bt.base.files import unsaved
 from rocs_bt.check import check_content
-from rocs_bt.editing import complete, define, describe, faults, vocabulary
+from rocs_bt.studio.editing import complete, define, describe, faults, vocabulary
 
 from .conftest import MISSION
 

@@ -7,8 +7,8 @@ import time
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.editing import complete, faults
-from rocs_bt.editing.worker import Superseded, Worker
+from rocs_bt.studio.editing import complete, faults
+from rocs_bt.studio.editing.worker import Superseded, Worker
 
 from ..waiting import until
 from .conftest import MISSION

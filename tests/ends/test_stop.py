@@ -38,7 +38,7 @@ IN_C = "import sqlite3; sqlite3.connect('lock', timeout=60.0).execute('begin exc
 AT = {
     # command: module and function in which it is when the signal arrives, and what must not remain
     "new p": ("rocs_bt.cli.new", "read_bytes", "p"),
-    "export r --rosbag bag": ("rocs_bt.simulation.rosbag_export", "_profile", "bag"),
+    "export r --rosbag bag": ("rocs_bt.ros2.bags.export", "_profile", "bag"),
     "report r --out o": ("rocs_bt.studio.report", "write_whole", "o/report.html"),
     "plot r --out o": ("rocs_bt.record.figures.plot", "write_whole", "o/trajectory.png"),
     "list": ("rocs_bt.cli.list", "echo", ""),

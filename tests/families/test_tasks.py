@@ -17,8 +17,8 @@ from rocs_bt import Catalog, Pose2, run
 from rocs_bt.base.errors import InputError
 from rocs_bt.compare import Building, TaskFamily, load_family
 from rocs_bt.compare.building import Route
-from rocs_bt.compare.search import SearchSpace
 from rocs_bt.drivers.mujoco import compose_world
+from rocs_bt.search.space import SearchSpace
 from rocs_bt.simulation import Goal, Judge
 
 SMALL = {"rows": 2, "columns": 2}

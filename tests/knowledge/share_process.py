@@ -15,9 +15,9 @@ from pathlib import Path
 from rocs_bt.base.clock import WallClock
 from rocs_bt.event import NullSink
 from rocs_bt.knowledge import Knowledge
-from rocs_bt.knowledge.share import MessageQueue, Scope, Sharing
-from rocs_bt.knowledge.share.keys import Keys
-from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork
+from rocs_bt.share import MessageQueue, Scope, Sharing
+from rocs_bt.share.keys import Keys
+from rocs_bt.share.zenoh_network import ZenohNetwork
 
 
 def main(name: str, listen: str, keys_folder: str, error: str, *peers: str) -> None:

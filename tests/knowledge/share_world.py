@@ -14,8 +14,8 @@ from rocs_bt.base.signal import Signal
 from rocs_bt.base.units import NONE
 from rocs_bt.event import ListSink
 from rocs_bt.knowledge import SCHEMA, Knowledge, Schema
-from rocs_bt.knowledge.share import Ageing, Entry, Impairments, Scope, Sharing, SimulatedNetwork
-from rocs_bt.knowledge.share.wire import Delta
+from rocs_bt.share import Ageing, Entry, Impairments, Scope, Sharing, SimulatedNetwork
+from rocs_bt.share.wire import Delta
 
 TURN = 0.05  # [s]
 NOW = 10**12  # a stamp of today's, on the simulated calendar

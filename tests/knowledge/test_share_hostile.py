@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rocs_bt.event import PeerAppeared, PeerFault
-from rocs_bt.knowledge.share import Counts, Entry
-from rocs_bt.knowledge.share.inbox import PER_SENDER, Inbox
-from rocs_bt.knowledge.share.wire import (
+from rocs_bt.share import Counts, Entry
+from rocs_bt.share.inbox import PER_SENDER, Inbox
+from rocs_bt.share.wire import (
     FRAME_LIMIT,
     Ack,
     Delta,

@@ -13,7 +13,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from rocs_bt.knowledge.share.keys import make_keys
+from rocs_bt.share.keys import make_keys
 
 from .. import needs
 from ..waiting import GUARD, until

@@ -6,7 +6,7 @@ from datetime import UTC, datetime, timedelta
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.knowledge.share.keys import VALID, Keys, make_keys
+from rocs_bt.share.keys import VALID, Keys, make_keys
 
 from .. import needs
 

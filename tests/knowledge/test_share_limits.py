@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerFault
 from rocs_bt.knowledge import SCHEMA
-from rocs_bt.knowledge.share import Ageing, Counts, Entry, MessageQueue, Scope, inbox, replica, sharing
-from rocs_bt.knowledge.share.replica import STAMP_LIMIT
-from rocs_bt.knowledge.share.wire import FRAME_LIMIT, Ack, Heartbeat, TextMessage, encode, parts
+from rocs_bt.share import Ageing, Counts, Entry, MessageQueue, Scope, inbox, replica, sharing
+from rocs_bt.share.replica import STAMP_LIMIT
+from rocs_bt.share.wire import FRAME_LIMIT, Ack, Heartbeat, TextMessage, encode, parts
 
 from . import share_world as world
 from .share_world import NOW, delta

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.knowledge.share.keys import Keys, make_keys
-from rocs_bt.knowledge.share.zenoh_network import ZenohNetwork, check_address
+from rocs_bt.share.keys import Keys, make_keys
+from rocs_bt.share.zenoh_network import ZenohNetwork, check_address
 
 from .. import needs
 from ..waiting import GUARD, until

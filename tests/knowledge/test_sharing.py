@@ -9,7 +9,7 @@ from rocs_bt.base.geometry import Pose2
 from rocs_bt.event import PeerAppeared, PeerVanished
 from rocs_bt.knowledge import SCHEMA, Attribute, Kind
 from rocs_bt.knowledge.history import History, Journal, load_into, persistent_part
-from rocs_bt.knowledge.share import Ageing, Impairments, MessageQueue, Scope
+from rocs_bt.share import Ageing, Impairments, MessageQueue, Scope
 
 from . import share_world as world
 

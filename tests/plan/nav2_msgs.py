@@ -2,7 +2,7 @@
 
 import math
 
-from rocs_bt.interfaces.ros_link import RosField
+from rocs_bt.ros2.ros_link import RosField
 
 STAMPED, PATH, DURATION = "geometry_msgs/msg/PoseStamped", "nav_msgs/msg/Path", "builtin_interfaces/msg/Duration"
 TEXT, NUMBER, TRUTH, WORD = RosField("string"), RosField("float32"), RosField("bool"), RosField("uint16")

@@ -3,7 +3,7 @@
 from types import SimpleNamespace
 
 from rocs_bt.base.errors import DeviceError, Fault, InputError, unknown
-from rocs_bt.interfaces.ros_link import GoalState, RosField
+from rocs_bt.ros2.ros_link import GoalState, RosField
 
 from .nav2_msgs import NAV2_MSGS
 

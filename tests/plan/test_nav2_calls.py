@@ -5,10 +5,10 @@ import math
 import pytest
 
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.interfaces.ros_link import GoalState, Received
-from rocs_bt.plan.nav2.goals import WaypointStatus
-from rocs_bt.plan.ros2 import NAV2_SERVERS
-from rocs_bt.plan.ros2.nav2_topics import TOPICS
+from rocs_bt.nav2.goals import WaypointStatus
+from rocs_bt.ros2.nodes import NAV2_SERVERS
+from rocs_bt.ros2.nodes.nav2_topics import TOPICS
+from rocs_bt.ros2.ros_link import GoalState, Received
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS
 
 from .nav2_msgs import pose

@@ -7,8 +7,8 @@ import pytest
 from rocs_bt.actions import SetTwist
 from rocs_bt.base.errors import InputError
 from rocs_bt.interfaces.pipeline import Priority
-from rocs_bt.interfaces.ros_link import GoalState, Received
 from rocs_bt.plan import xml_mission
+from rocs_bt.ros2.ros_link import GoalState, Received
 from rocs_bt.trees.nodes import RUNNING, SUCCESS
 
 from .checking import check_mission

@@ -6,9 +6,9 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
-from rocs_bt.interfaces.ros_link import GoalState, RosField
 from rocs_bt.plan import TreePlan, mission_parameters, xml_mission
-from rocs_bt.plan.ros2 import nav2_servers
+from rocs_bt.ros2.nodes import nav2_servers
+from rocs_bt.ros2.ros_link import GoalState, RosField
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 
 from .checking import check_mission

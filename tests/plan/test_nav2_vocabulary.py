@@ -12,8 +12,8 @@ from rocs_bt.base.dialect import DIALECTS, DISTRIBUTIONS
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
 from rocs_bt.knowledge import OccupancyGrid
+from rocs_bt.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes
 from rocs_bt.plan import xml_mission
-from rocs_bt.plan.nav2 import ELSEWHERE, NAV2, ONLY_NAV2, OWN, nav2_nodes
 from rocs_bt.plan.xml_mission import shipped_nodes
 from rocs_bt.trees.nodes import Tree
 from rocs_bt.trees.status import FAILURE, RUNNING, SUCCESS

@@ -2,8 +2,8 @@
 
 import pytest
 
-from rocs_bt.interfaces.ros_link import GoalState
 from rocs_bt.plan import TreePlan
+from rocs_bt.ros2.ros_link import GoalState
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS
 
 from .ros_fake import Message, after

@@ -5,8 +5,8 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose2
 from rocs_bt.catalog import Catalog
-from rocs_bt.interfaces.ros_link import Received
 from rocs_bt.plan import TreePlan, xml_mission
+from rocs_bt.ros2.ros_link import Received
 from rocs_bt.trees.examine import examine
 from rocs_bt.trees.nodes import FAILURE, RUNNING, SUCCESS, Tree
 

@@ -24,7 +24,7 @@ OWN_TIMEOUT, BRAKING = 0.3, 0.4  # [s] of the robot
 HOLDS = ("--timeout", "1000")  # options of a robot that holds its last command
 QUICK = ["agent killed", "agent stopped", "wheels killed", "wheels stopped"]  # deaths in `make test`
 TRAPPED = f"""{TRAP}
-from rocs_bt.drivers.ros2.actuator_node import ActuatorNodeMaker
+from rocs_bt.ros2.devices.actuator_node import ActuatorNodeMaker
 
 class TrappedMaker(ActuatorNodeMaker):
     def __call__(self, host):

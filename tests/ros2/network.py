@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import deque
 from typing import Any
 
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.transport import Endpoint, Sample
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint, Sample
 
 START = 1.8e9  # [s since 1970]
 

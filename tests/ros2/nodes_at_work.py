@@ -13,13 +13,13 @@ from typing import Any
 
 from rocs_bt.actions import ACTIONS
 from rocs_bt.base.clock import WallClock
-from rocs_bt.drivers.ros2.link import NodeLink
-from rocs_bt.drivers.ros2.node import RosNode
-from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.event import ListSink
 from rocs_bt.interfaces.pipeline import Pipeline
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.plan import Mission, TreePlan, xml_mission
+from rocs_bt.ros2.network.node import RosNode
+from rocs_bt.ros2.nodes.link import NodeLink
+from rocs_bt.ros2.settings import Ros2Settings
 
 from .robot_process import BOOTSTRAPPED, ros_python
 

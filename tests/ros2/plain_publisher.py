@@ -3,9 +3,9 @@
 import sys
 import time
 
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 
 late = float(sys.argv[1])
 transport = open_transport(Ros2Settings(transport="dds"), "plain")

@@ -13,10 +13,10 @@ from pathlib import Path
 import pytest
 
 from rocs_bt.cli.main import call
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.dds import DdsTransport
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.dds import DdsTransport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 
 from .. import needs
 

@@ -16,10 +16,10 @@ import pytest
 from rocs_bt import ListSink, RunResult, drive
 from rocs_bt.base.errors import DeviceError
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.event import MotionHeld, MotionReleased, OtherPublisherFound
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 from rocs_bt.running import StopSignals
 
 from .exp1 import OPTIONS, start_of, write_project
@@ -44,9 +44,9 @@ def test_a_robot_does_not_start_while_nothing_publishes_its_emergency_stop(count
 
 HEARTBEAT = """
 import time
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 transport = open_transport(Ros2Settings(transport="dds"), "button")
 writer = transport.writer("/r1/stop", "std_msgs/msg/Bool", QoS.COMMAND)
 while True:

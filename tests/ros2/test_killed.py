@@ -6,8 +6,8 @@ from contextlib import closing
 
 import pytest
 
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.settings import Ros2Settings
 
 from ..deaths import DEATHS
 from .killed import QUICK, driven, is_held_and_goes_on, stops_in_time, ten_deaths_of_drives

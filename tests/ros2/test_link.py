@@ -10,20 +10,20 @@ import pytest
 from rocs_bt.base.clock import Clock, WallClock
 from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.check import check_content
-from rocs_bt.drivers.ros2.dry_link import DryLink
-from rocs_bt.drivers.ros2.known_types import KnownTypes
-from rocs_bt.drivers.ros2.link import NodeLink
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.node import RosNode
-from rocs_bt.drivers.ros2.plain import PlainMessage
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.event import NullSink
 from rocs_bt.interfaces.pipeline import Pipeline
-from rocs_bt.interfaces.ros_link import RosField
 from rocs_bt.knowledge import Knowledge
 from rocs_bt.plan import Mission, TreePlan, xml_mission
+from rocs_bt.ros2.messages.known_types import KnownTypes
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.messages.plain import PlainMessage
+from rocs_bt.ros2.network.node import RosNode
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint
+from rocs_bt.ros2.nodes.dry_link import DryLink
+from rocs_bt.ros2.nodes.link import NodeLink
+from rocs_bt.ros2.ros_link import RosField
+from rocs_bt.ros2.settings import Ros2Settings
 
 from .network import Network
 

@@ -7,7 +7,7 @@ import pytest
 from mcap_ros2._dynamic import generate_dynamic
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.drivers.ros2.message_types import DISTROS, MessageTypes
+from rocs_bt.ros2.messages.message_types import DISTROS, MessageTypes
 
 TYPES = MessageTypes()
 
@@ -25,7 +25,7 @@ def test_a_default_message_of_every_type_survives_cdr_and_is_read_by_an_independ
 
 @pytest.mark.parametrize("distro", DISTROS)
 def test_every_distribution_has_the_types_of_the_short_forms(distro):
-    from rocs_bt.drivers.ros2.parameters import ACTUATOR_TYPES, TAKES
+    from rocs_bt.ros2.devices.parameters import ACTUATOR_TYPES, TAKES
 
     types = MessageTypes(distro)
     for name in (*TAKES, *ACTUATOR_TYPES):

@@ -4,9 +4,9 @@ import pytest
 
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.transport import Endpoint
-from rocs_bt.simulation.network_watch import LOOK_AGAIN, NetworkWatch
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint
+from rocs_bt.ros2.sim.network_watch import LOOK_AGAIN, NetworkWatch
 
 from .test_sim_robot import AGENT, SCENARIO, Wire
 

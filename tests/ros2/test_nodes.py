@@ -15,15 +15,15 @@ from rocs_bt.base.errors import DeviceError, InputError
 from rocs_bt.cli.drive_output import show_sensors
 from rocs_bt.control.locomotion import AxisLimits
 from rocs_bt.control.locomotion_kinds import make_locomotion
-from rocs_bt.drivers.ros2.actuator_node import ActuatorNode
-from rocs_bt.drivers.ros2.forms import message_size
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.node import RosNode
-from rocs_bt.drivers.ros2.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
-from rocs_bt.drivers.ros2.qos import QoS, mismatch
-from rocs_bt.drivers.ros2.sensor_node import SensorNode
-from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.drivers.ros2.transport import Endpoint
+from rocs_bt.ros2.devices.actuator_node import ActuatorNode
+from rocs_bt.ros2.devices.parameters import ARRAY, TWIST, TWIST_STAMPED, Ros2ActuatorParameters, Ros2SensorParameters
+from rocs_bt.ros2.devices.sensor_node import SensorNode
+from rocs_bt.ros2.messages.forms import message_size
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network.node import RosNode
+from rocs_bt.ros2.network.qos import QoS, mismatch
+from rocs_bt.ros2.network.transport import Endpoint
+from rocs_bt.ros2.settings import Ros2Settings
 from rocs_bt.running.preflight import PreflightSensor, SensorState
 
 from ..waiting import until

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.drivers.ros2.forms import make_take
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.parameters import TAKES, TRANSFORMS, Ros2SensorParameters
+from rocs_bt.ros2.devices.parameters import TAKES, TRANSFORMS, Ros2SensorParameters
+from rocs_bt.ros2.messages.forms import make_take
+from rocs_bt.ros2.messages.message_types import MessageTypes
 
 TYPES = MessageTypes()
 SCAN = "sensor_msgs/msg/LaserScan"

@@ -12,10 +12,10 @@ import pytest
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
 from rocs_bt.event import NullSink
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.settings import Ros2Settings
 from rocs_bt.simulation import build_world
 
 from .test_sim_robot import AGENT, SCENARIO, frames_of, pose_of, time_of

@@ -7,10 +7,11 @@ import time
 import pytest
 
 from rocs_bt.base.errors import DeviceError
-from rocs_bt.drivers.ros2 import messages, sim_clock
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.sim_clock import SimTimeClock
-from rocs_bt.drivers.ros2.transport import Sample
+from rocs_bt.ros2.messages import fields as messages
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network import sim_clock
+from rocs_bt.ros2.network.sim_clock import SimTimeClock
+from rocs_bt.ros2.network.transport import Sample
 
 TYPES = MessageTypes()
 

@@ -13,8 +13,8 @@ from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
 from rocs_bt.drivers.mujoco.sensors import Gyro, Orientation, Position, WheelSpeed
 from rocs_bt.interfaces.device import Reading
-from rocs_bt.simulation.robot_publishers import FrameOptions
-from rocs_bt.simulation.wheel_odometry import WheelOdometry
+from rocs_bt.ros2.sim.publishers import FrameOptions
+from rocs_bt.ros2.sim.wheel_odometry import WheelOdometry
 
 from .test_sim_robot import Stage, frames_of, pose_of, project  # noqa: F401 - a fixture
 

@@ -9,13 +9,13 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.base.geometry import Pose3
 from rocs_bt.catalog import Catalog
-from rocs_bt.drivers.ros2.frames import Frames
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.transport import Sample
 from rocs_bt.event import CommandExpired, ContactBegan, ListSink
-from rocs_bt.simulation.ros2_outputs import SENSORS
-from rocs_bt.simulation.ros2_simulation import Ros2Simulation
+from rocs_bt.ros2.messages.frames import Frames
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Sample
+from rocs_bt.ros2.sim.outputs import SENSORS
+from rocs_bt.ros2.sim.simulation import Ros2Simulation
 
 TYPES = MessageTypes()
 SCENARIO = """

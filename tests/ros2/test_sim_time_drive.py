@@ -11,11 +11,12 @@ import pytest
 
 from rocs_bt import ListSink, drive
 from rocs_bt.base.errors import DeviceError
-from rocs_bt.drivers.ros2 import messages, node
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.transport import Endpoint
 from rocs_bt.event import MotionHeld
+from rocs_bt.ros2.messages import fields as messages
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network import node
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint
 from rocs_bt.running import clock_watch, hardware_devices
 
 from .exp1 import ROBOT, write_project

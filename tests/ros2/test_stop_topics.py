@@ -5,13 +5,13 @@ from __future__ import annotations
 import pytest
 
 from rocs_bt.base.clock import SimulatedClock
-from rocs_bt.drivers.ros2 import node
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.node import RosNode
-from rocs_bt.drivers.ros2.qos import QoS
-from rocs_bt.drivers.ros2.settings import Ros2Settings
-from rocs_bt.drivers.ros2.stop_topics import StopTopics
-from rocs_bt.drivers.ros2.transport import Endpoint
+from rocs_bt.ros2.devices.stop_topics import StopTopics
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network import node
+from rocs_bt.ros2.network.node import RosNode
+from rocs_bt.ros2.network.qos import QoS
+from rocs_bt.ros2.network.transport import Endpoint
+from rocs_bt.ros2.settings import Ros2Settings
 
 from ..waiting import until
 from .network import Network

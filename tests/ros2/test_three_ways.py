@@ -11,7 +11,7 @@ import pytest
 
 import rocs_bt
 from benchmarks.paper.reuse import diff
-from rocs_bt.drivers.ros2.parameters import Ros2ActuatorParameters, Ros2SensorParameters
+from rocs_bt.ros2.devices.parameters import Ros2ActuatorParameters, Ros2SensorParameters
 
 from .exp1 import ROBOT, SCENARIO, drive_exp1, write_project
 

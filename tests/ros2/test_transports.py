@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 
 from rocs_bt.base.errors import InputError
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.settings import Ros2Settings
 
 from .transport_contract import TransportContract
 

@@ -11,9 +11,9 @@ from typing import Any
 import pytest
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.drivers.ros2.connect import open_transport
-from rocs_bt.drivers.ros2.qos import QoS, mismatch
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.network.connect import open_transport
+from rocs_bt.ros2.network.qos import QoS, mismatch
+from rocs_bt.ros2.settings import Ros2Settings
 
 DISTRO = os.environ.get("ROS_DISTRO", "jazzy")
 PATIENCE = 30.0  # [s]

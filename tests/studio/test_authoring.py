@@ -14,9 +14,9 @@ import pytest
 from rocs_bt.base.errors import InputError
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.editing import parse
-from rocs_bt.editing.worker import Worker
 from rocs_bt.studio.authoring import Authoring, edit_routes
+from rocs_bt.studio.editing import parse
+from rocs_bt.studio.editing.worker import Worker
 from rocs_bt.studio.server import Server
 
 from ..waiting import GUARD, until

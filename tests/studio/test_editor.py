@@ -8,8 +8,8 @@ import pytest
 
 from rocs_bt.catalog import Catalog
 from rocs_bt.cli.main import call
-from rocs_bt.editing.worker import Worker
 from rocs_bt.studio.authoring import edit_routes
+from rocs_bt.studio.editing.worker import Worker
 from rocs_bt.studio.server import Server
 
 pytestmark = pytest.mark.browser

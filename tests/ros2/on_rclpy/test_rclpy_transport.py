@@ -8,10 +8,10 @@ import pytest
 import rclpy
 
 from rocs_bt.base.errors import DeviceError, InputError
-from rocs_bt.drivers.ros2.message_types import MessageTypes
-from rocs_bt.drivers.ros2.rclpy_transport import RclpyTransport
-from rocs_bt.drivers.ros2.services import RosServices
-from rocs_bt.drivers.ros2.settings import Ros2Settings
+from rocs_bt.ros2.messages.message_types import MessageTypes
+from rocs_bt.ros2.network.rclpy_transport import RclpyTransport
+from rocs_bt.ros2.network.services import RosServices
+from rocs_bt.ros2.settings import Ros2Settings
 
 RANGE, PEERS, ONLY = "ROS_AUTOMATIC_DISCOVERY_RANGE", "ROS_STATIC_PEERS", "ROS_LOCALHOST_ONLY"
 

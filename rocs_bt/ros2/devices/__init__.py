@@ -1,0 +1,1 @@
+"""Sensors that read topics and actuators that publish commands."""

@@ -1,0 +1,1 @@
+"""Message types of ROS 2: their fields, short forms, frames and names."""

@@ -1,0 +1,1 @@
+"""The robots of a scenario simulated as ROS 2 robots: `rocs-bt sim`."""

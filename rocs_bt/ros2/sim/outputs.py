@@ -1,0 +1,265 @@
+"""Topics of a simulated robot: its sensors' readings as standard ROS 2 messages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ...agent import RobotDevices
+from ...base.clock import Rate
+from ...base.geometry import Pose3
+from ...control.locomotion import Locomotion
+from ...drivers.mujoco import DriverWorld
+from ...drivers.mujoco.lidar import Lidar
+from ...drivers.mujoco.sensors import Gyro, MailboxSensor, Orientation, Position, RangeCone, WheelSpeed, WheelTravel
+from ...interfaces.device import Sensor
+from ...simulation.robot_links import RobotLinks
+from ..messages import fields as messages
+from ..messages.fields import UNMEASURED
+from ..messages.names import BASE, FOOTPRINT, MAP, ODOM
+from ..network.qos import QoS
+from .publishers import RobotPublishers, TfPublishers
+from .wheel_odometry import EXACT, Motion, WheelOdometry
+
+T = TypeVar("T")
+
+STATE = QoS("reliable", "volatile", 10)
+"""Quality of service of odometry, joint states and transforms, as robots offer it."""
+
+SENSORS = QoS("reliable", "volatile", 5)
+"""Quality of service of scans and other readings, which reliable and best-effort subscriptions can receive."""
+
+_TRUE_POSE = messages.diagonal([EXACT] * 6)
+_TRUE_TWIST = messages.diagonal([EXACT, EXACT, EXACT, UNMEASURED, UNMEASURED, EXACT])
+
+
+@dataclass
+class Output:
+    """Publisher of the readings of one or more sensors.
+
+    Attributes:
+        name: Name of the sensor, or of the topic.
+        rate: Rate in control periods.
+        publish: Reads the sensors and publishes; raises DeviceError if a sensor has no sample.
+    """
+
+    name: str
+    rate: Rate
+    publish: Callable[[], None]
+
+
+def _scan(sensor: Lidar, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
+    """Scan of a lidar."""
+    frame, given = names.frame(sensor.name), sensor.parameters
+    publisher = names.publisher(topic, "sensor_msgs/msg/LaserScan", SENSORS, rate)
+    link, pose = links.site(given.site)
+    names.fix(names.frame(link), frame, pose)
+    first, step = -0.5 * given.span, given.span / (given.rays - 1)
+
+    def publish() -> None:
+        reading, limits, times = sensor.read(), given.range, (rate.period, given.sweep)
+        ranges = np.asarray(reading.values, np.float32)
+        publisher.send(
+            messages.laser_scan(reading.stamp, frame, ranges, first=first, step=step, limits=limits, times=times)
+        )
+
+    return Output(sensor.name, rate, publish)
+
+
+def _ranges(sensor: RangeCone, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
+    """Ranges of sensors with conical beams, one topic for each beam."""
+    beams, given = [], sensor.parameters
+    for site in given.sites:
+        publisher = names.publisher(f"range/{site}", "sensor_msgs/msg/Range", SENSORS, rate)
+        link, pose = links.site(site)
+        names.fix(names.frame(link), names.frame(site), _beam(pose))
+        beams.append((publisher, names.frame(site)))
+
+    def publish() -> None:
+        reading, opening = sensor.read(), 2.0 * given.half_angle
+        for (publisher, frame), distance in zip(beams, reading.values, strict=True):
+            publisher.send(messages.sonar_range(reading.stamp, frame, distance, opening=opening, limits=given.range))
+
+    return Output(sensor.name, rate, publish)
+
+
+def _imu(sensor: Gyro, topic: str, rate: Rate, names: RobotPublishers, links: RobotLinks) -> Output:
+    """Turn rate of a gyro."""
+    frame = names.frame(sensor.name)
+    publisher = names.publisher(topic, "sensor_msgs/msg/Imu", SENSORS, rate)
+    variance = max(sensor.mount.noise**2 + sensor.parameters.bias_noise**2, EXACT)
+    covariance = messages.diagonal([UNMEASURED, UNMEASURED, variance])
+    names.fix(names.frame(BASE), frame, Pose3(0.0, 0.0, 0.0))
+
+    def publish() -> None:
+        reading = sensor.read()
+        publisher.send(messages.imu(reading.stamp, frame, reading.values[0], covariance))
+
+    return Output(sensor.name, rate, publish)
+
+
+def _joints(sensor: WheelSpeed | WheelTravel, rate: Rate, names: RobotPublishers) -> Output:
+    """Angles and speeds of the motors that encoders measure."""
+    world = sensor.mount.world
+    named = (str(world.model.joint(int(world.model.dof_jntid[dof])).name) for dof in sensor.motors.joints)
+    joints = [joint.removeprefix(f"{names.robot}/") for joint in named]
+    publisher = names.publisher("joint_states", "sensor_msgs/msg/JointState", STATE, rate)
+
+    def publish() -> None:
+        reading = sensor.read()
+        measured = [v / f for v, f in zip(reading.values, sensor.parameters.factors, strict=True)]
+        travel = isinstance(sensor, WheelTravel)
+        angles = measured if travel else world.motor_angles(sensor.motors)
+        speeds = world.motor_speeds(sensor.motors) if travel else measured
+        publisher.send(messages.joint_state(reading.stamp, joints, angles, speeds))
+
+    return Output(sensor.name, rate, publish)
+
+
+def _odometry(read: Callable[[], Motion], rate: Rate, names: RobotPublishers, height: float) -> Output:
+    """Odometry of `base_link`, and the transform from `odom` to `base_footprint`, which is below it."""
+    publisher = names.publisher("odom", "nav_msgs/msg/Odometry", STATE, rate)
+    tf = names.tf if names.options.odom_to_base else None
+    odom, footprint, base = map(names.frame, (ODOM, FOOTPRINT, BASE))
+
+    def publish() -> None:
+        stamp, pose, twist, *errors = read()
+        publisher.send(messages.odometry(stamp, odom, base, pose, twist, errors))
+        if tf is not None:
+            tf.send([messages.transform(stamp, odom, footprint, _below(pose, height))])
+
+    return Output("odom", rate, publish)
+
+
+def _joined(links: RobotLinks, tf: TfPublishers, rate: Rate, names: RobotPublishers) -> Output:
+    """Transforms of the links on joints."""
+
+    def publish() -> None:
+        stamp, found = links.poses()
+        frame = names.frame
+        tf.send([messages.transform(stamp, frame(parent), frame(link), pose) for parent, link, pose in found])
+
+    return Output("links", rate, publish)
+
+
+def _pose_fix(position: Position, orientation: Orientation, rate: Rate, names: RobotPublishers) -> Output:
+    """Noisy measurements of the pose in the map."""
+    publisher = names.publisher("pose", "geometry_msgs/msg/PoseWithCovarianceStamped", STATE, rate)
+    place, heading = (max(each.mount.noise**2, EXACT) for each in (position, orientation))
+    covariance = messages.diagonal([place, place, place, UNMEASURED, UNMEASURED, heading])
+
+    def publish() -> None:
+        reading, (yaw,) = position.read(), orientation.read().values
+        x, y, z = reading.values
+        pose = Pose3(x, y, z, yaw=yaw)
+        publisher.send(messages.pose_with_covariance(reading.stamp, MAP, pose, covariance))
+
+    return Output("pose", rate, publish)
+
+
+def _values(sensor: Sensor, rate: Rate, names: RobotPublishers) -> Output:
+    """Values of a sensor for which there is no standard message."""
+    publisher = names.publisher(sensor.name, "std_msgs/msg/Float64MultiArray", SENSORS, rate)
+    return Output(sensor.name, rate, lambda: publisher.send({"data": np.asarray(sensor.read().values, np.float64)}))
+
+
+def robot_outputs(
+    devices: RobotDevices, locomotion: Locomotion, names: RobotPublishers, links: RobotLinks
+) -> list[Output]:
+    """Outputs for all sensors of a robot; constant transforms are added to `names`.
+
+    Args:
+        devices: Devices of the robot, in MuJoCo.
+        locomotion: Locomotion of the robot.
+        names: RobotPublishers of the robot on the network.
+        links: Links of the robot.
+    """
+    names.fix(names.frame(FOOTPRINT), names.frame(BASE), Pose3(0.0, 0.0, links.height))
+    found = [*_pose_outputs(devices, locomotion, names, links), *_sensor_outputs(devices, names, links)]
+    if names.tf is not None and len(links.links) > 1:
+        rate = min((each.rate for each in found), key=lambda rate: rate.period)
+        found.append(_joined(links, names.tf, rate, names))
+    return found
+
+
+def _pose_outputs(
+    devices: RobotDevices, locomotion: Locomotion, names: RobotPublishers, links: RobotLinks
+) -> Iterator[Output]:
+    """Odometry: ground truth if position and orientation are ideal sensors, else from the encoders."""
+    rates, world = devices.sensor_rates, None
+    position, orientation = _all(devices, Position), _all(devices, Orientation)
+    if position and orientation:
+        rate = rates[position[0].name]
+        if position[0].exact and orientation[0].exact:
+            world = position[0].mount.world
+            if names.options.map_to_odom:
+                names.fix(MAP, names.frame(ODOM), Pose3(0.0, 0.0, 0.0))
+            yield _odometry(partial(_truth, world, names.robot), rate, names, links.height)
+        else:
+            yield _pose_fix(position[0], orientation[0], rate, names)
+    actuator = next(a for a in devices.robot.actuators if a.name == devices.robot.locomotion.actuator)
+    motors = tuple(actuator.parameters.get("motors", ()))
+    for sensor in _encoders(devices):
+        if world is None and locomotion.wheeled and {*motors} == {*sensor.parameters.motors}:
+            odometry = WheelOdometry(sensor, locomotion, motors, links.height)
+            yield _odometry(odometry, rates[sensor.name], names, links.height)
+            break
+
+
+def _truth(world: DriverWorld, robot: str) -> Motion:
+    return Motion(world.stamp, world.pose3(robot), world.twist3(robot), _TRUE_POSE, _TRUE_TWIST)
+
+
+def _sensor_outputs(devices: RobotDevices, names: RobotPublishers, links: RobotLinks) -> Iterator[Output]:
+    """Outputs of all sensors except position and orientation; the only one of its kind has a standard topic."""
+    covered: set[str] = set()  # motors with joint states
+    for encoders in _encoders(devices):
+        if covered.isdisjoint(encoders.parameters.motors):
+            covered.update(encoders.parameters.motors)
+            yield _joints(encoders, devices.sensor_rates[encoders.name], names)
+    standard: tuple[tuple[Any, str, Callable[..., Output]], ...] = ((Lidar, "scan", _scan), (Gyro, "imu", _imu))
+    others = (Position, Orientation, WheelTravel, WheelSpeed, MailboxSensor)
+    for sensor in devices.sensors.values():
+        rate = devices.sensor_rates[sensor.name]
+        for cls, topic, make in standard:
+            if isinstance(sensor, cls):
+                alone = len(_all(devices, cls)) == 1
+                yield make(sensor, topic if alone else f"{topic}/{sensor.name}", rate, names, links)
+                break
+        else:
+            if isinstance(sensor, RangeCone):
+                yield _ranges(sensor, rate, names, links)
+            elif not isinstance(sensor, others):
+                yield _values(sensor, rate, names)
+
+
+def _encoders(devices: RobotDevices) -> list[WheelSpeed | WheelTravel]:
+    """Encoders of a robot, those of the wheels' travel first, because they lose nothing between readings."""
+    return [*_all(devices, WheelTravel), *_all(devices, WheelSpeed)]
+
+
+def _all(devices: RobotDevices, cls: type[T]) -> list[T]:
+    return [sensor for sensor in devices.sensors.values() if isinstance(sensor, cls)]
+
+
+def _beam(site: Pose3) -> Pose3:
+    """Frame of a beam along the z axis of a site: x is along the beam, and y is horizontal."""
+    ahead, left, up = _vertical(site)
+    return Pose3(*site[:3], 0.0, -math.asin(min(1.0, max(-1.0, up))), math.atan2(left, ahead))
+
+
+def _below(pose: Pose3, height: float) -> Pose3:
+    """Pose of `base_footprint`, at a height [m] below a base with its orientation."""
+    x, y, z = (at - height * each for at, each in zip(pose[:3], _vertical(pose), strict=True))
+    return Pose3(x, y, z, *pose[3:])
+
+
+def _vertical(pose: Pose3) -> tuple[float, float, float]:
+    """Unit vector of the z axis of a pose."""
+    w, i, j, k = pose.quaternion
+    return 2.0 * (i * k + w * j), 2.0 * (j * k - w * i), 1.0 - 2.0 * (i * i + j * j)
