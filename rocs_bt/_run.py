@@ -109,10 +109,7 @@ def report(recording: Recording | Path | str, out: Path | str | None = None) -> 
 def checked_run(
     scenario: ScenarioSpec | str, catalog: Catalog, options: RunOptions = _DEFAULTS, *, on_hardware: bool = False
 ) -> tuple[Run, Findings]:
-    """Check a scenario by preparing a run of it, which `conduct` then plays.
-
-    Returns:
-        The run, and the findings of the check without errors.
+    """Prepare a run of a scenario as its check; returns the run, for `conduct`, and the findings without errors.
 
     Raises:
         InputError: The check finds errors in the scenario; contains all of them.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import importlib
 import re
 import subprocess
@@ -187,15 +188,70 @@ def test_what_catches_everything_says_why():
     assert silent == []
 
 
+@functools.cache
+def _tree(path):
+    return ast.parse(path.read_text("utf-8"))
+
+
 def test_no_function_is_too_long():
     """Docstrings do not count."""
     long = []
     for path in (*SOURCES, *CONTENT):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        for node in ast.walk(_tree(path)):
             if isinstance(node, ast.FunctionDef):
                 first = node.body[1 if ast.get_docstring(node) and len(node.body) > 1 else 0]
                 long += [f"{path.name}: {node.name}"] if node.end_lineno - first.lineno >= 60 else []
     assert long == []
+
+
+SECTION = re.compile(r"^(?:Args|Attributes):\n((?:    .*\n?)+)", re.MULTILINE)
+ENTRY = re.compile(r"^    (\w+): (.*(?:\n     .*)*)", re.MULTILINE)
+
+
+def _words(text):
+    return {word.removesuffix("s") for word in re.findall("[a-z]+", re.sub("(?<=[a-z])(?=[A-Z])", " ", text).lower())}
+
+
+def _restates_only(node):
+    """Whether the entries of a section say nothing but names, annotations and the docstring's first line."""
+    doc = ast.get_docstring(node) or ""
+    sections = SECTION.findall(doc)
+    types = {x.arg: x.annotation for x in ast.walk(node) if isinstance(x, ast.arg)} if sections else {}
+    types |= {ast.unparse(x.target): x.annotation for x in node.body if isinstance(x, ast.AnnAssign)}
+    said = _words(
+        f"{node.name} " + doc.split("\n")[0] + " the a an of its in for to by and each this all with that is name value"
+    )
+    for section in sections:
+        known = {
+            name: said | _words(f"{name} {ast.unparse(types.get(name) or ast.Name(name))}")
+            for name, _ in ENTRY.findall(section)
+        }
+        if known and all("[" not in text and _words(text) <= known[name] for name, text in ENTRY.findall(section)):
+            return True
+    return False
+
+
+@pytest.mark.parametrize(
+    ("entry", "restates"),
+    [
+        ("robot: The robot.", True),
+        ("robot: Name of the robot.", True),
+        ("robot: Robot; its name may be empty.", False),
+        ("robot: Robot [m].", False),
+    ],
+)
+def test_what_only_restates_is_found(entry, restates):
+    code = f'def f(robot: Robot):\n    """Check a robot.\n\n    Args:\n        {entry}\n    """'
+    assert _restates_only(ast.parse(code).body[0]) == restates
+
+
+def test_no_section_of_a_docstring_only_restates_names_and_types():
+    found = []
+    for path in SOURCES:
+        for node in ast.walk(_tree(path)):
+            if isinstance(node, ast.FunctionDef | ast.ClassDef) and _restates_only(node):
+                found.append(f"{path}:{node.lineno}: {node.name}")
+    assert found == [], "delete these sections, or write what name, type and first line do not say"
 
 
 def test_no_module_imports_itself_through_others():

@@ -94,16 +94,7 @@ class Altitude:
 
 
 class _Edge:
-    """Height of the nearest thing above or below the robot, from its ranges of the last `MEMORY`.
-
-    Args:
-        body: Flying robot.
-        group: Group of its ranges in this direction.
-        sign: 1 for up, -1 for down.
-
-    Attributes:
-        known: Whether the robot has such ranges.
-    """
+    """Height of the nearest thing above (sign 1) or below (-1) the robot, from ranges of the last `MEMORY`."""
 
     def __init__(self, body: Body, group: str, sign: float) -> None:
         self._signals, self._clock = body.knowledge.signals, body.clock

@@ -73,11 +73,7 @@ class _Search:
         self._last, self._side, self._searched = leader, math.copysign(1.0, pose.bearing(leader)), 0.0
 
     def step(self, follow: FollowRobot, body: Body) -> Action:
-        """Action of this period: continue the turn, or stop once a full turn is complete.
-
-        Raises:
-            ActionFailed: LOST_LEADER, after a full turn and `patience`.
-        """
+        """Action of this period: continue the turn, or stop once a full turn is complete; raises ActionFailed."""
         searched, round_trip = self._searched, math.tau / follow.search_rate
         self._searched += body.period
         if searched > round_trip + follow.patience:

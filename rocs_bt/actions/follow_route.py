@@ -194,11 +194,7 @@ def _unknown_side(side: str) -> str:
 
 
 class _Room:
-    """Clearance of the hull along a path and in turns on the spot, from the robot's occupancy grid.
-
-    Args:
-        body: Robot; Knowledge contains its length and width.
-    """
+    """Clearance of the hull along a path and in turns on the spot, from the robot's occupancy grid."""
 
     def __init__(self, body: Body) -> None:
         self._body = body

@@ -245,11 +245,7 @@ class PathDrive:
         return hold(body, values.tolist(), body.period)
 
     def start(self, pose: Pose2) -> tuple[Pose2, Twist2, float]:
-        """Pose and velocity of the robot when the next command takes effect, and the time until then [s].
-
-        Args:
-            pose: Present pose, world frame.
-        """
+        """Pose and velocity of the robot when the next command takes effect, and the time until then [s]."""
         if not self._owns_motion and (measured := self._measured()) is not None:
             return pose, self._body.locomotion.twist(measured), 0.0
         return self._follower.start(pose)

@@ -15,13 +15,7 @@ T = TypeVar("T")
 
 
 def make_block(cls: type[T], spec: MonitorSpec | AnalyzeSpec, file: Path, **passed: Any) -> T:
-    """Construct a monitor or an analyser.
-
-    Args:
-        cls: Class of the block.
-        spec: Table of the block in robot.toml.
-        file: The robot.toml.
-        passed: Further positional arguments of the constructor, in its order.
+    """Construct a monitor or an analyser; `passed` are further positional arguments of its constructor.
 
     Raises:
         InputError: A parameter is unknown, missing, or not of the type and unit that the class annotates; the error

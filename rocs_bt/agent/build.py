@@ -296,11 +296,7 @@ def _with_mailbox(sharing: Sharing, sensors: Mapping[str, Sensor]) -> Sharing:
 
 
 def _check_motion(robot: RobotSpec, locomotion: Locomotion, actuators: Mapping[str, SafetyGate]) -> None:
-    """Check that the actuator of the locomotion takes as many values as the locomotion has.
-
-    Raises:
-        InputError: The numbers differ.
-    """
+    """Check that the actuator of the locomotion takes as many values as the locomotion has; raises InputError."""
     size, values = actuators[robot.locomotion.actuator].size, locomotion.values
     if size != len(values):
         line = next((a.line for a in robot.actuators if a.name == robot.locomotion.actuator), 0)

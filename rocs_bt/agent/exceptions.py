@@ -34,16 +34,8 @@ _SLACK = 1e-9  # [s] rounding tolerance of summed periods
 class ContentExceptions:
     """Handler of the exceptions that leaves, planners and actions of one agent raise; thread-safe.
 
-    Args:
-        agent: Name of the agent.
-        pipeline: Pipeline of the agent. Its NORMAL actions are cancelled after an exception; an active reflex
-            continues.
-        plan: Plan of the agent, which replans after an exception.
-        clock: Clock of the run.
-        sink: Sink that receives the ContentRaised events.
-
-    Attributes:
-        failure: Reason of the mission's failure; empty until the limit is reached.
+    After an exception the NORMAL actions are cancelled, an active reflex continues, and the plan replans. `failure` is
+    empty until the limit is reached.
     """
 
     def __init__(self, agent: str, pipeline: Pipeline, plan: Plan, clock: Clock, sink: EventSink) -> None:

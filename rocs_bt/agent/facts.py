@@ -77,14 +77,7 @@ def check_queries(knowledge: Knowledge, facts: Sequence[FactSpec]) -> None:
 
 
 class _FactWriter:
-    """Writer of one fact of a scenario to the Knowledge graph of an agent.
-
-    Args:
-        knowledge: Knowledge of the agent.
-        fact: Fact to write.
-        named: Names of the nodes of all facts.
-        faults: List to which faults are added.
-    """
+    """Writer of one fact of a scenario to the Knowledge graph of an agent."""
 
     def __init__(self, knowledge: Knowledge, fact: FactSpec, named: Collection[str], faults: list[Fault]) -> None:
         self._graph = knowledge.graph

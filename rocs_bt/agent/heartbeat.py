@@ -25,9 +25,6 @@ class Heartbeat:
         clock: Clock of the agent.
         phase: Offset of the first beat from the start of a control period [s].
         stop: Event that is set at the end of the run and ends the supervision.
-
-    Attributes:
-        workers: Supervised workers.
     """
 
     def __init__(self, agent: Agent, clock: WallClock, phase: float, stop: threading.Event) -> None:

@@ -23,9 +23,6 @@ class Lateness:
 
     Args:
         beat: Interval between two beats [s].
-
-    Attributes:
-        late: Whether the block is late.
     """
 
     def __init__(self, beat: float) -> None:
@@ -35,14 +32,11 @@ class Lateness:
         self._begun: deque[float] = deque()  # [s] times at which delays began
 
     def after(self, late: bool, now: float) -> str:
-        """Count a beat.
+        """Count a beat; returns the reason why the block has failed, or an empty text.
 
         Args:
             late: Whether the block is late in this beat.
             now: Present time [s].
-
-        Returns:
-            Reason why the block has failed; empty if it has not.
         """
         if not late:
             self.late, self._beats = False, 0

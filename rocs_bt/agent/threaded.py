@@ -25,15 +25,7 @@ _REST = 4.0  # pause of sharing per duration of its last cycle, so that sharing 
 
 
 class ThreadedRunner:
-    """Runner of one agent's blocks in threads; a context manager that ends the threads and stops the agent on exit.
-
-    Args:
-        agent: Agent, built with a `WallClock`.
-        clock: Clock of the agent.
-
-    Attributes:
-        workers: Threads of the blocks.
-    """
+    """Runner of one agent's blocks in threads; a context manager that ends the threads and stops the agent on exit."""
 
     def __init__(self, agent: Agent, clock: WallClock) -> None:
         self.agent = agent

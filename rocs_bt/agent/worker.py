@@ -19,12 +19,7 @@ PATIENCE = 3
 
 @dataclass(frozen=True)
 class Step:
-    """Step of a worker's cycle.
-
-    Attributes:
-        block: Name of the block that the step runs, for messages.
-        run: Function that runs the block.
-    """
+    """Step of a worker's cycle."""
 
     block: str
     run: Callable[[], None]

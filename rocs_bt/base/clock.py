@@ -99,7 +99,7 @@ def wait_until(
     ended: Callable[[], str],
     meanwhile: Callable[[], object] = lambda: None,
 ) -> bool:
-    """Sleep until a deadline, or until a signal ends the run.
+    """Sleep until a deadline, or until a signal ends the run; returns False if `stop` was set.
 
     Args:
         clock: Wall clock.
@@ -108,9 +108,6 @@ def wait_until(
         ended: Returns the reason of a signal that ends the run, or an empty text.
         meanwhile: Called after each `SLICE` of wall time that does not reach the deadline, as a simulator's clock may
             stop; an exception ends the sleep.
-
-    Returns:
-        False if `stop` was set.
     """
     while not ended() and clock.now() < deadline:
         if not clock.wait_until(deadline, stop, SLICE):

@@ -153,14 +153,10 @@ class RecordingError(RocsError):
 
 @contextmanager
 def located_at(file: Path | None, line: int = 0) -> Iterator[None]:
-    """Context that gives the errors raised in it the position of a line in a content file.
+    """Context that gives errors raised in it the position of a line (0 if unknown) in a content file.
 
     Faults without a file get this position. A KnowledgeError or PipelineError becomes an InputError, because a name in
     content caused it.
-
-    Args:
-        file: Content file.
-        line: Line, 1-based; 0 if unknown.
 
     Raises:
         InputError: The body raised an InputError, a KnowledgeError or a PipelineError.
@@ -185,16 +181,10 @@ def collected(faults: list[Fault] | None) -> Iterator[None]:
 
 
 class NameHint(str):
-    """Hint about an unknown name, for a text; an editor shows less of it, and offers the names.
+    """Hint about an unknown name, for a text; an editor shows less of it, and offers the names."""
 
-    Attributes:
-        brief: The hint without the list of names; empty if no name is close.
-        close: The closest existing name; empty if there is none.
-        names: All existing names, sorted.
-    """
-
-    brief: str
-    close: str
+    brief: str  # without the list of names; empty if no name is close
+    close: str  # closest name; empty if there is none
     names: tuple[str, ...]
 
     def __new__(cls, text: str, brief: str = "", close: str = "", names: tuple[str, ...] = ()) -> NameHint:
@@ -227,15 +217,7 @@ def did_you_mean(name: str, known: Iterable[str], what: str = "It") -> NameHint:
 
 
 def unknown(kind: str, name: str, known: Iterable[str], owner: str = "There are:", then: str = "") -> Fault:
-    """Create a fault about a name that does not exist, with the existing names in the hint.
-
-    Args:
-        kind: Kind of the name, such as `signal`.
-        name: Unknown name.
-        known: Existing names.
-        owner: Owner of the names, for the hint, such as `The robot`.
-        then: Last sentence of the hint.
-    """
+    """Create a fault about a name that does not exist, with the existing names in the hint."""
     return Fault(f"no {kind} is named '{name}'.", hint=did_you_mean(name, known, owner).and_also(then))
 
 

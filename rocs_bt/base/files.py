@@ -43,13 +43,10 @@ _SPECIAL = {
 
 @contextmanager
 def unsaved(texts: Mapping[Path, str]) -> Iterator[None]:
-    """Context in which files have the texts of an editor, which may differ from those on disk.
+    """Context in which files have the texts of an editor; a file need not exist on disk.
 
     Only this thread and the functions that it calls see them. Libraries that open files themselves, such as MuJoCo and
     the import of Python modules, see the files on disk.
-
-    Args:
-        texts: Texts by file; a file need not exist on disk.
     """
     given = {os.path.realpath(path): text.encode() for path, text in texts.items()}
     token = _UNSAVED.set({**_UNSAVED.get(), **given})
@@ -255,15 +252,7 @@ def _check(status: os.stat_result, path: Path, most: int) -> None:
 
 
 def confined(named: str | Path, folder: Path, roots: Iterable[Path]) -> Path:
-    """Resolve a path in a content file and check that it is inside one of the roots.
-
-    Args:
-        named: Path in the content file, relative or absolute.
-        folder: Base folder of a relative path.
-        roots: Allowed folders.
-
-    Returns:
-        Absolute path with links resolved; the file need not exist.
+    """Absolute path, links resolved, of a content file's path, if inside one of the roots; it need not exist.
 
     Raises:
         InputError: The file is outside all roots, or the text is not a valid path.

@@ -83,10 +83,8 @@ class Parameter:
 def misfit(kind: Any, value: Any) -> str | None:
     """Check the type of a value; returns None if it fits, else the expected type in words.
 
-    Args:
-        kind: Expected type: an annotation without metadata. Plain types, literals, lists and tuples of these, and
-            unions are checked; a value of any other type is accepted.
-        value: Value to check; numbers of numpy are accepted as numbers.
+    Plain types, literals, lists and tuples of these, and unions are checked, with numbers of numpy; a value of any
+    other type is accepted.
     """
     if type(value) is kind:
         return None
@@ -133,16 +131,7 @@ Positions = Mapping[str, tuple[int, int]]
 def keyword_parameters(
     function: Callable[..., Any], positional: Sequence[str], what: str, write: str
 ) -> tuple[dict[str, Parameter], bool]:
-    """Keyword-only parameters that a function declares, by name.
-
-    Args:
-        function: Function, or `__init__` of a class, of which `self` is skipped.
-        positional: Names of the arguments that the engine passes by position.
-        what: Name of the function in messages, such as `build`.
-        write: Expected signature, for messages.
-
-    Returns:
-        Parameters, and whether the function accepts further keywords (`**rest`).
+    """Keyword-only parameters that a function declares, by name, and whether it accepts others (`**rest`).
 
     Raises:
         InputError: The signature does not have the expected form; the error contains all faults.
@@ -181,10 +170,6 @@ def class_parameters(cls: type, positional: Sequence[str]) -> dict[str, Paramete
 
     A constructor that ends in `**rest` also takes the parameters of its base class. A class with an attribute
     `declares`, a dataclass, takes the parameters of that class.
-
-    Args:
-        cls: Class with the constructor.
-        positional: Names of the arguments that the engine passes by position.
 
     Raises:
         InputError: A constructor does not have the expected form; the error lists all faults.
@@ -236,13 +221,6 @@ def read_arguments(
 ) -> dict[str, Any]:
     """Convert values from a file to keyword arguments, with numbers in SI units.
 
-    Args:
-        declared: Declared parameters, by name.
-        values: Values in the file, such as `{"cruise": "0.5 m/s", "goal": "dock"}`.
-        owner: Owner of the parameters in messages, such as `the mission`.
-        file: File of the values, for faults.
-        positions: Line and column of each value in the file, by name.
-
     Raises:
         InputError: A name, a type, a unit or a value is invalid, or a required parameter is missing; the error contains
             all faults.
@@ -273,11 +251,7 @@ def read_argument(
 ) -> Any:
     """Convert a value from a file for one parameter: all numbers in it to SI units, others unchanged.
 
-    Args:
-        parameter: Declaration of the parameter; a table is declared as a TypedDict, tables by name as a Mapping.
-        value: Value in the file.
-        file: File of the value, for faults in tables.
-        positions: Line and column of each value in the file.
+    A table is declared as a TypedDict, tables by name as a Mapping.
 
     Raises:
         InputError: The type, the unit or the number is invalid.

@@ -255,11 +255,7 @@ def _outline(path: Path) -> _Outline:
 def fault_of(path: Path, error: BaseException, *owners: object) -> Fault:
     """Create a fault about an exception of content, at the innermost line of content in the traceback.
 
-    Args:
-        path: File of the content.
-        error: The exception.
-        owners: Classes or functions of the file. If no line of content is in the traceback, the fault is at their
-            definition.
+    If no line of content is in the traceback, the fault is at the definition of `owners`.
     """
     if isinstance(error, SyntaxError) and (file := _invalid(error, path)) is not None:
         return Fault(f"not valid Python: {error.msg}.", file, error.lineno or 0, error.offset or 0)

@@ -25,15 +25,10 @@ _MAX_LENGTH = 400
 
 @dataclass(frozen=True)
 class CodeLocation:
-    """Location of a line of code in a file.
-
-    Attributes:
-        file: Path of the file.
-        line: Line, 1-based.
-    """
+    """Location of a line of code in a file."""
 
     file: Path
-    line: int
+    line: int  # 1-based
 
     def __str__(self) -> str:
         return f"{self.file.name}:{self.line}"
@@ -57,14 +52,7 @@ class Raised:
 
     @classmethod
     def of(cls, kind: str, content: str, error: BaseException, *owners: object) -> Raised:
-        """Create the description of an exception.
-
-        Args:
-            kind: Kind of content.
-            content: Name of the content.
-            error: Exception.
-            owners: Objects, classes or functions of the content, for `raised_at`.
-        """
+        """Create the description of an exception."""
         if isinstance(error, RecordedException):
             return error.raised
         return cls(kind, content, describe(error), raised_at(error, *owners))
@@ -75,11 +63,7 @@ class Raised:
 
 
 class RecordedException(RocsError):
-    """Raised in a replay in place of an exception that content raised in the recorded run.
-
-    Attributes:
-        raised: Description of the recorded exception.
-    """
+    """Raised in a replay in place of an exception that content raised in the recorded run."""
 
     def __init__(self, raised: Raised) -> None:
         self.raised = raised
@@ -118,10 +102,6 @@ def raised_at(error: BaseException, *owners: object) -> CodeLocation | None:
     This is the innermost frame of content in the traceback. There is none if the engine refused a value that content
     returned. Then the location is the definition of the first of `owners` that belongs to content, or else the
     innermost frame.
-
-    Args:
-        error: Exception; if its traceback has no frame of content, those of its causes are searched.
-        owners: Objects, classes or functions of the content, or locations of their definitions.
     """
     if (location := content_line(error, *owners)) is not None:
         return location

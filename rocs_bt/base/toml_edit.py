@@ -18,11 +18,7 @@ _MARK = re.compile(r"[ \t]*([]=])[ \t]*")  # after the last part of a key: the e
 def with_values(text: str, values: Mapping[Key, str], file: Path, comment: str) -> str:
     """Set values in a TOML text: replace those that exist, and add the others to their tables.
 
-    Args:
-        text: Valid TOML text.
-        values: Texts by key, such as `("locomotion", "lag")`; no key is inside an array of tables.
-        file: File of the text, for faults.
-        comment: Comment of added lines.
+    Keys are paths such as `("locomotion", "lag")`; none is inside an array of tables.
 
     Raises:
         InputError: The text is written so that a value cannot be set; the error has the value.
@@ -64,19 +60,12 @@ def _with(document: dict[str, Any], key: Key, value: str) -> dict[str, Any] | No
 
 
 class _Assignment(NamedTuple):
-    """Assignment of a value in a text.
-
-    Attributes:
-        key: Full key.
-        table: Key of the table header above it.
-        start: Index of the value.
-        end: Index after the value.
-    """
+    """Assignment of a value in a text."""
 
     key: Key
-    table: Key
+    table: Key  # key of the table header above it
     start: int
-    end: int
+    end: int  # index after the value
 
 
 def _edit(text: str, key: Key, value: str, comment: str) -> tuple[int, int, str]:

@@ -301,10 +301,6 @@ def _in_unit(dimension: Dimension) -> str:
 def read_toml(file: Path, text: str | None = None) -> Table:
     """Read the root table of a TOML file.
 
-    Args:
-        file: File to read, in UTF-8.
-        text: Text of the file, if already read.
-
     Raises:
         InputError: The file cannot be read, is not UTF-8, or is not valid TOML; with the position of the fault.
     """

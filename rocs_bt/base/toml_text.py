@@ -41,14 +41,7 @@ _MARK = re.compile(r"""[#"'\[\]{}]""")  # characters that change the parsing of 
 
 
 def parse_toml(text: str, file: Path) -> tuple[dict[str, Any], dict[Key, tuple[int, int]]]:
-    """Parse a TOML text.
-
-    Args:
-        text: TOML text.
-        file: File of the text, for faults.
-
-    Returns:
-        Data; and line and column of each key at the beginning of a line, and of each table header.
+    """Parse a TOML text: data; line and column of each header, and of each key at the beginning of a line.
 
     Raises:
         InputError: The text is not valid TOML, or exceeds a limit of this module.
@@ -183,25 +176,15 @@ def _nearest(key: Key, positions: Mapping[Key, tuple[int, int]]) -> tuple[int, i
 
 
 class KeyPart(NamedTuple):
-    """One part of a key as written, in a header, an assignment or an inline table.
+    """One part of a key as written, in a header, an assignment or an inline table."""
 
-    Attributes:
-        key: Full key up to and including this part, from the root.
-        start: Index of its first character in the text.
-        end: Index after its last character.
-    """
-
-    key: Key
+    key: Key  # full key up to and including this part, from the root
     start: int
-    end: int
+    end: int  # index after its last character
 
 
 def key_parts(text: str) -> Iterator[KeyPart]:
-    """Every part of every key of a valid TOML text, in the order of the text.
-
-    Args:
-        text: Text that `parse_toml` accepts.
-    """
+    """Every part of every key of a valid TOML text, in the order of the text."""
     counts: dict[Key, int] = {}
     here: Key = ()
     at = _next_item(text, 0)
@@ -335,19 +318,12 @@ def _resolve(name: Sequence[str], counts: dict[Key, int]) -> Key:
 
 
 class _Line(NamedTuple):
-    """Line of a TOML text that does not begin inside a multi-line string.
+    """Line of a TOML text that does not begin inside a multi-line string."""
 
-    Attributes:
-        number: Line number, 1-based.
-        text: Text of the line without its comment.
-        depth: Number of inline tables and lists that are open at the beginning of the line.
-        too_deep: Column of the first bracket beyond MAX_DEPTH, 1-based; 0 if there is none.
-    """
-
-    number: int
-    text: str
-    depth: int
-    too_deep: int
+    number: int  # 1-based
+    text: str  # without its comment
+    depth: int  # number of inline tables and lists that are open at its beginning
+    too_deep: int  # column of the first bracket beyond MAX_DEPTH, 1-based; 0 for none
 
 
 def _lines(text: str) -> Iterator[_Line]:

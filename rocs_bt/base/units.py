@@ -157,11 +157,6 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
 
     A plain number is accepted only if the expected dimension is NONE; all other values must have a unit.
 
-    Args:
-        value: Value from the file: a string such as `"0.5 m"`, or a number.
-        dimension: Expected dimension.
-        what: Name of the value, for messages.
-
     Raises:
         UnitError: The unit is missing, unknown or of another dimension.
     """
@@ -191,17 +186,11 @@ def convert(value: object, dimension: Dimension, what: str = "this value") -> fl
 
 @dataclass(frozen=True)
 class Bounds:
-    """Range of valid values of a parameter, in SI units; NaN is never valid.
-
-    Attributes:
-        low: Lower bound.
-        above: Whether `low` itself is excluded.
-        infinite: Whether infinity is valid, such as for a duration without an end.
-    """
+    """Range of valid values of a parameter, in SI units; NaN is never valid."""
 
     low: float = -math.inf
-    above: bool = False
-    infinite: bool = False
+    above: bool = False  # whether `low` itself is excluded
+    infinite: bool = False  # whether infinity is valid
 
     def admit(self, value: float) -> bool:
         """Whether a number lies within the bounds."""
@@ -220,12 +209,6 @@ NOT_NEGATIVE = Bounds(0.0)
 
 def read_quantity(text: str, dimension: Dimension, what: str, bounds: Bounds = FINITE) -> float:
     """Read what a person types at a prompt: a quantity such as `3 s`, or a plain number in SI units.
-
-    Args:
-        text: Text to read.
-        dimension: Expected dimension.
-        what: Name of the value, for messages.
-        bounds: Range of valid values, SI units.
 
     Raises:
         UnitError: The text is no quantity, or one of another dimension or out of its bounds.

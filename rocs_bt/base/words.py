@@ -19,24 +19,14 @@ def listed(names: Sequence[str]) -> str:
 def failed_again(action: str, count: int, reason: str, since: str = "") -> str:
     """Clause about the action of a rule that failed, perhaps many times.
 
-    Args:
-        action: Name of the action.
-        count: Number of its failures.
-        reason: Reason of the last failure.
-        since: Time of the first failure, such as ` since t = 1.30 s`.
+    `since` is a clause such as ` since t = 1.30 s`.
     """
     often = f" {count} times{since}" if count > 1 else ""
     return f"its action {action} failed{often}: {reason}"
 
 
 def inactive_rule(rule: str, robots: Sequence[str], missing: Sequence[str]) -> str:
-    """Sentence about a rule that is inactive on robots, because these lack signals that the rule requires.
-
-    Args:
-        rule: Name of the rule, with or without the file's name.
-        robots: Names of the robots.
-        missing: Names of the required signals that the robots lack.
-    """
+    """Sentence about a rule that is inactive on robots, because these lack signals that the rule requires."""
     robot = f"robot {listed(robots)} has" if len(robots) == 1 else f"robots {listed(robots)} have"
     what = f"signal{'' if len(missing) == 1 else 's'} {listed(missing)}"
     return f"rule {rule.rpartition('/')[2]} is inactive: {robot} no {what}."

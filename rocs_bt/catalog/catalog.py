@@ -216,11 +216,6 @@ def _agent_faults(scenario: ScenarioSpec, name: str, robot: RobotSpec) -> Iterat
 
     An agent, its devices and the places that it knows are nodes of one graph, so their names must differ. The maximum
     command age of an actuator must not be shorter than the control period of the scenario.
-
-    Args:
-        scenario: The scenario.
-        name: Robot's name in the scenario.
-        robot: The robot.
     """
     agents = [agent for agent in scenario.agents if agent.robot == name]
     devices = {d.name: kind for kind, of in (("sensor", robot.sensors), ("actuator", robot.actuators)) for d in of}

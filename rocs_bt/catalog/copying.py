@@ -15,11 +15,6 @@ def copy_content(catalog: Catalog, kind: str, name: str) -> Path:
 
     What the copy names, such as the world of a scenario, stays shipped.
 
-    Args:
-        catalog: Content of the project.
-        kind: Kind of the content.
-        name: Name of the content.
-
     Returns:
         File of the copy.
 

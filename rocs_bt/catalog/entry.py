@@ -206,11 +206,6 @@ def is_path(name: str) -> bool:
 def confine_name(name: str, roots: tuple[Path, ...], own: Path) -> None:
     """Refuse a path in a content file that leads out of the project.
 
-    Args:
-        name: Path, or `file.py:Class`, which is searched in `planners` of the roots first.
-        roots: Folders of the content that may be named.
-        own: Project folder of the file that contains the path.
-
     Raises:
         InputError: The path is outside the project.
     """

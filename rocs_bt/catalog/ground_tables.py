@@ -121,12 +121,7 @@ def _ground(table: Table) -> GroundSpec:
 
 
 def read_pushes(root: Table, robots: Sequence[str]) -> tuple[PushSpec, ...]:
-    """Read the pushes of a scenario; faults are noted in their tables.
-
-    Args:
-        root: Root table of the scenario.
-        robots: Names of the agents and of the actors with a robot.
-    """
+    """Read the pushes of a scenario; faults are noted in their tables."""
     return tuple(_push(table, robots) for table in root.tables("push"))
 
 

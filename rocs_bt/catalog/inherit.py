@@ -36,14 +36,7 @@ OVERLAID = ("sensor", "actuator", "locomotion")
 
 @dataclass(frozen=True)
 class Overlay:
-    """Tables of an agent that override those of its robot, as a robot's file does with those of its `base`.
-
-    Attributes:
-        data: Tables by name, as in the file.
-        file: Scenario file.
-        at: Line and column of the agent's table.
-        positions: Line and column of each key.
-    """
+    """Tables of an agent that override those of its robot, as a robot's file does with those of its `base`."""
 
     data: Mapping[str, Any]
     file: Path
@@ -77,13 +70,6 @@ def read_with_base(file: Path, find: FindBase = no_base) -> Table:
 
     Faults in an inherited table are reported at the line of `base`.
 
-    Args:
-        file: File to read.
-        find: Finds the file of a base by its name.
-
-    Returns:
-        Merged root table.
-
     Raises:
         InputError: A file cannot be read, a base does not exist, or a file is based on itself.
     """
@@ -91,13 +77,7 @@ def read_with_base(file: Path, find: FindBase = no_base) -> Table:
 
 
 def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, ...] = ()) -> Table:
-    """Merge a root table with its chain of bases; see `read_with_base`.
-
-    Args:
-        own: Root table of the file.
-        find: Finds the file of a base by its name.
-        readers: Files based on this one, for the detection of cycles.
-    """
+    """Merge a root table with its chain of bases; see `read_with_base`."""
     name, file = own.text("base", ""), own.file
     readers = (*readers, file.resolve())
     if "base" not in own:
@@ -117,13 +97,7 @@ def merged_with_base(own: Table, find: FindBase = no_base, readers: tuple[Path, 
 
 
 def overlaid(own: Table, base: Table, at: tuple[int, int]) -> Table:
-    """Merge a root table over that of another file; faults in inherited tables are reported at `at`.
-
-    Args:
-        own: Table that overrides; its keys and positions are those of a root table.
-        base: Root table of the other file.
-        at: Line and column in the file of `own`.
-    """
+    """Merge a root table over that of another file; faults in inherited tables are reported at `at`."""
     positions: Positions = {(): at}
     data = _merged(own.data, base.data, (), (), own.positions, positions)
     return Table(own.file, data, (), positions, bases=(base.file, *base.bases))
@@ -132,16 +106,7 @@ def overlaid(own: Table, base: Table, at: tuple[int, int]) -> Table:
 def _merged(
     own: dict[str, Any], base: dict[str, Any], key: Key, target: Key, positions: Positions, found: Positions
 ) -> dict[str, Any]:
-    """Merge the table `own` over the table `base`, and record the positions of the merged keys in `found`.
-
-    Args:
-        own: Table of the file.
-        base: Inherited table.
-        key: Path of `own` in its file.
-        target: Path of the result in the merged document.
-        positions: Positions in the file.
-        found: Positions in the merged document; updated.
-    """
+    """Merge the table `own` over the table `base`, and record the positions of the merged keys in `found`."""
     dropped = _not_inherited(own, base, key)
     merged = {name: value for name, value in base.items() if name not in dropped}
     for name, value in own.items():

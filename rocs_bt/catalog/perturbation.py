@@ -119,11 +119,7 @@ class Perturbation:
         return device
 
     def _possible(self, key: str, value: Any) -> Any:
-        """New value of a key of a device.
-
-        Raises:
-            InputError: It is no share.
-        """
+        """New value of a key of a device; raises InputError."""
         found = self._value(value)
         for share in found if isinstance(found, (list, tuple)) else [found]:
             if key in _SHARES and isinstance(share, (int, float)) and not 0.0 <= share <= 1.0:

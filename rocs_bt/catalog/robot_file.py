@@ -333,14 +333,9 @@ UNKNOWN = Limits((-1.0,), (1.0,))
 
 
 def actuator_limits(table: Table, dimension: Dimension, together: bool) -> Limits:
-    """Read `range` and `max_change` of an `[[actuator]]` table.
+    """Read `range` and `max_change` of an `[[actuator]]` table; `together`: one factor scales all values.
 
     `range` is one pair of bounds for all values, or a list of pairs, one for each value.
-
-    Args:
-        table: Actuator's table; faults are noted in it.
-        dimension: Dimension of a command's values.
-        together: Whether the values are wheel speeds, which are scaled by a common factor.
     """
     before, change = len(table.faults), table.quantity("max_change", dimension / TIME, math.inf, high=math.inf)
     declared = table.raw("range", None)

@@ -60,12 +60,7 @@ def latency_of(table: Table) -> float | None:
 def raw_parameters(table: Table, known: Collection[str]) -> tuple[dict[str, Any], Positions]:
     """Read all keys of a table except the known ones, unconverted: the class that they configure declares their units.
 
-    Args:
-        table: Table to read.
-        known: Keys that the caller reads itself.
-
-    Returns:
-        Values by key, and the position of each value, also of those in sub-tables.
+    Returns values and their positions by key, also those in sub-tables.
     """
     found = {key: table.raw(key) for key in table.keys() if key not in known}  # noqa: SIM118 - a Table is no mapping
     return found, dict(_positions(table, found, ()))
@@ -73,17 +68,10 @@ def raw_parameters(table: Table, known: Collection[str]) -> tuple[dict[str, Any]
 
 @dataclass(frozen=True)
 class ParameterTable:
-    """Position of a `parameters` table of a mission, and of the values in it.
-
-    Attributes:
-        file: File of the table.
-        line: Line of the table; of the table around it if there is none.
-        column: Column of the table.
-        positions: Line and column of each value.
-    """
+    """Position of a `parameters` table of a mission, and of the values in it."""
 
     file: Path
-    line: int
+    line: int  # of the table around it if there is none
     column: int
     positions: Positions
 
@@ -158,11 +146,6 @@ def driver_parameters(table: Table, kind: str, driver: str) -> tuple[dict[str, A
     """Read the parameters of a device's driver and check them against the declaration of a shipped driver.
 
     Parameters of a user's driver are checked when its class is loaded (`drivers.parameters`), since no code runs here.
-
-    Args:
-        table: Table of the device.
-        kind: `sensor` or `actuator`.
-        driver: Driver's name, or `file.py:Class`.
 
     Returns:
         Parameters, in SI units for a shipped driver and unconverted for a user's; and the number of values of the

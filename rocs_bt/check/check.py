@@ -261,13 +261,7 @@ def _default() -> Path:
 
 
 def _entries(path: Path, code: bool, catalogs: dict[Path | None, Catalog]) -> Iterator[tuple[Entry, Catalog]]:
-    """Files to check: the given file, or all missions, rule files, robots and other content in a folder.
-
-    Args:
-        path: File or folder.
-        code: Whether Python content may run.
-        catalogs: Catalogs by project, for files of the same project; a new one is added.
-    """
+    """Files to check: the given file, or all missions, rule files, robots and other content in a folder."""
     project = find_project(path if path.is_dir() else path.parent)
     catalog = catalogs.setdefault(project, CachingCatalog(project, code=code))
     if path.is_dir():

@@ -113,12 +113,7 @@ def _goal_warning(
 ) -> Fault | None:
     """Warning about a goal with no or few free poses, or at which a reflex always fires; None if it is reachable.
 
-    Args:
-        simulated: World with the agent's robot only.
-        built: The agent with its rules.
-        agent: The agent.
-        goal: The goal.
-        thorough: Whether to evaluate the rules, and to look for a tight goal.
+    If `thorough`, evaluates the rules too, and looks for a tight goal.
     """
     world, what = simulated.world, f"the goal '{goal.name}' of {agent.name} cannot be reached"
     height = goal.z if simulated.robots[agent.name].locomotion.kind == "flying" else None

@@ -18,13 +18,7 @@ _RULE = (
 
 
 def unprotected(agent: Agent, robot: RobotSpec, rules: Sequence[Rule]) -> Iterator[Fault]:
-    """Warn of ranges and poses without which the robot drives on: no rule with `on_invalid = "trip"` reads them.
-
-    Args:
-        agent: Agent of the robot; it need not have the rules.
-        robot: The robot.
-        rules: Rules of the agent.
-    """
+    """Warn of ranges and poses without which the robot drives on: no rule with `on_invalid = "trip"` reads them."""
     guards = (rule.when.node for rule in rules if rule.on_invalid is OnInvalid.TRIP)
     sources, covered = signal_monitors(agent, robot), set[str]()
     for signal in signals_read(guards, agent.knowledge):

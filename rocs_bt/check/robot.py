@@ -39,10 +39,7 @@ from .stub_agent import stub_agent
 def check_robot(entry: Entry, catalog: Catalog, run: Run | None = None) -> Iterable[Fault]:
     """Check a robot: its file, its user drivers, its model, and its blocks.
 
-    Args:
-        entry: Entry of the robot.
-        catalog: Source of the content.
-        run: Run of a scenario with the robot; if it is prepared, the robot's devices and blocks were built and tried.
+    The devices and blocks of a prepared `run` were built and tried, so they are not tried again.
     """
     robot = catalog.load_robot(str(entry.path))
     own, built = not robot.code or catalog.code, run is not None and run.prepared and _agent_with(robot, run)
@@ -85,12 +82,9 @@ def check_world(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 
 
 def check_model(robot: RobotSpec, catalog: Catalog) -> Generator[Fault, None, dict[str, Sensor]]:
-    """Check that a robot's model compiles and contains the elements that its devices name.
+    """Check that a robot's model compiles and has its devices' elements; returns the sensors without faults.
 
     If the project's code may run, user drivers for MuJoCo are constructed too, each in a separate world.
-
-    Returns:
-        Sensors that were constructed, by name; those with faults are missing.
     """
     if robot.model is None:
         return {}
@@ -148,11 +142,7 @@ def _outline_faults(robot: RobotSpec, world: MujocoWorld, name: str) -> Iterator
 
 
 def _driver(catalog: Catalog, robot: RobotSpec, device: SensorSpec | ActuatorSpec) -> Driver | None:
-    """MuJoCo driver of a device; None for a user's driver if no code may run.
-
-    Raises:
-        InputError: The driver has no MuJoCo version, or is invalid.
-    """
+    """MuJoCo driver of a device; None for a user's driver if no code may run. Raises InputError."""
     if is_reference(device.driver) and not catalog.code:
         return None
     return mujoco_driver(catalog, robot, device)
@@ -187,10 +177,7 @@ def driver_faults(robot: RobotSpec, catalog: Catalog) -> Iterator[Fault]:
 def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) -> Iterator[Fault]:
     """Read every sensor once and let every monitor interpret the readings; yields the faults.
 
-    Args:
-        agent: Agent of the robot; the signals are written to its Knowledge.
-        robot: The robot.
-        sensors: Sensors by name; monitors that need another sensor are skipped.
+    Monitors that need a missing sensor are skipped.
     """
     readings: dict[str, Reading] = {}
     for sensor in robot.sensors:
@@ -213,11 +200,7 @@ def trial_faults(agent: Agent, robot: RobotSpec, sensors: Mapping[str, Sensor]) 
 
 
 def _read(spec: SensorSpec, sensor: Sensor, robot: RobotSpec) -> dict[str, Reading]:
-    """Read a sensor; returns the reading by the sensor's name, or an empty dict if the device refuses.
-
-    Raises:
-        InputError: The sensor raises, or does not return a reading.
-    """
+    """Read a sensor: the reading by the sensor's name, or {} if the device refuses; raises InputError."""
     with _trying(spec, robot, sensor):
         try:
             reading = sensor.read()
@@ -229,11 +212,7 @@ def _read(spec: SensorSpec, sensor: Sensor, robot: RobotSpec) -> dict[str, Readi
 
 @contextmanager
 def _trying(spec: SensorSpec | MonitorSpec, robot: RobotSpec, block: Sensor | Monitor) -> Iterator[None]:
-    """Convert exceptions in the context to faults: at the line of a user's class, else at the table in robot.toml.
-
-    Raises:
-        InputError: An exception was raised.
-    """
+    """Convert exceptions in the context to faults: at the line of a user's class, else at the table in robot.toml."""
     with located_at(robot.file, spec.line):
         try:
             with running_class(type(block)):

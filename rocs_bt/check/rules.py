@@ -51,15 +51,7 @@ def check_rule_file(entry: Entry, catalog: Catalog) -> Iterable[Fault]:
 def examined(
     file: Path, robot: RobotSpec, environment: Environment, actions: Mapping[str, type[Action]], catalog: Catalog
 ) -> list[Fault]:
-    """Faults of a rule file for a robot, which a `CachingCatalog` finds only once.
-
-    Args:
-        file: The rule file.
-        robot: The robot, with its values of thresholds.
-        environment: Signals of the robot.
-        actions: Actions of the agent, keyed by name.
-        catalog: Catalog that keeps the result.
-    """
+    """Faults of a rule file for a robot, which a `CachingCatalog` finds only once."""
     key = "examined", file, robot.file, tuple(actions.values())
     return catalog.cached(key, lambda: examine_rules(file, environment, actions, thresholds(robot, file)))
 
@@ -68,11 +60,6 @@ def inactive_faults(rules: RuleSet, robot: str, catalog: Catalog) -> Iterable[Fa
     """Faults of rules that are inactive on a robot.
 
     A required signal that no robot has is an error; a file of which all rules are inactive gives a warning.
-
-    Args:
-        rules: Rules, as loaded for the robot.
-        robot: Name of the robot.
-        catalog: Source of the robots.
     """
     unknown_names = {name: rule for rule in rules.inactive for name in rule.missing if name not in OPTIONAL_SIGNALS}
     known = _signals(catalog) if unknown_names else set()

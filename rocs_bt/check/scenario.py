@@ -43,12 +43,7 @@ def prepared(run: Run) -> list[Fault]:
 
 
 def run_faults(run: Run, found: list[Fault]) -> Iterator[Fault]:
-    """Judge a prepared run: its agents with their rules, and whether its goals are free.
-
-    Args:
-        run: The run.
-        found: Faults of its preparation.
-    """
+    """Judge a prepared run: its agents with their rules, and whether its goals are free."""
     scenario, catalog = run.spec, run.catalog
     built = {agent.name: agent for agent in run.agents}
     for agent in scenario.agents:

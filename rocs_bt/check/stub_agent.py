@@ -24,13 +24,7 @@ def stub_agent(
     controller: Controller | None = None,
     faults: list[Fault] | None = None,
 ) -> Agent:
-    """Build an agent without a world, for checks only.
-
-    Args:
-        robot: The robot.
-        load_class: Loads a class that robot.toml names as `file.py:Class`.
-        controller: Mission, rules and initial knowledge; a mission that does nothing by default.
-        faults: List to which the faults of mission and rules are added; see `build_agent`.
+    """Build an agent without a world, for checks only; by default its mission does nothing.
 
     Raises:
         InputError: The robot, the mission or a place is invalid.

@@ -30,23 +30,15 @@ from ..trees.xml import (
 
 @dataclass(frozen=True)
 class MissionOptions:
-    """Options of a check of XML missions.
+    """Options of a check of XML missions."""
 
-    Attributes:
-        dialect: One of `DIALECTS`; empty for that of the scenarios, or to recognise it.
-        models: Node models declared by palettes and by the files that are checked together, by ID.
-        palettes: Whether the user named palettes; the models of the checked files are then used as well.
-        stub_unknown: Whether undeclared nodes and trees are replaced by stubs, with one warning each.
-        together: Trees and nodes that occur in the files checked together.
-        scenarios: Files of the scenarios that are checked together, which judge their missions themselves.
-    """
-
-    dialect: str = ""
+    dialect: str = ""  # one of `DIALECTS`; empty for that of the scenarios, or to recognise it
+    # Declared by palettes and by the files checked together, by ID.
     models: Mapping[str, Model] = field(default_factory=dict)
-    palettes: bool = False
-    stub_unknown: bool = False
+    palettes: bool = False  # whether the user named palettes; models of the checked files are then used too
+    stub_unknown: bool = False  # stubs replace undeclared nodes and trees, with a warning each
     together: Survey = field(default_factory=Survey)
-    scenarios: frozenset[Path] = frozenset()
+    scenarios: frozenset[Path] = frozenset()  # checked together; these judge their missions themselves
 
     @property
     def given(self) -> bool:
@@ -78,12 +70,7 @@ def check_xml(
 ) -> Iterator[Fault]:
     """Check a mission in XML.
 
-    Args:
-        file: File of the mission.
-        catalog: Catalog of nodes and Python missions.
-        options: Options of the check.
-        build_faults: Returns the faults of a `build` function with values of its required parameters. These are 1, True
-            and empty texts, which no check judges.
+    `build_faults` builds with 1, True and empty texts for required parameters, which no check judges.
     """
     within, foreign = catalog.root_of(file), kind_of(file) != "mission"
     beside = options.together.trees if foreign else catalog.tree_files()

@@ -175,11 +175,7 @@ def command(
 
 
 def _named(planners: Sequence[str], robots: Sequence[str], *, early: bool) -> Sequence[str]:
-    """Names of the planners to compare, each on each of the robots if any are given.
-
-    Raises:
-        InputError: There are none, or too few for `--stop-early`.
-    """
+    """Names of the planners to compare, each on each of the robots if any are given; raises InputError."""
     if not planners and not robots:
         raise InputError(Fault("nothing to compare.", hint="Name planners, or robots: --robot pioneer_p3dx."))
     if robots:
@@ -255,11 +251,7 @@ def _plain(record: EpisodeRecord) -> dict[str, Any]:
 
 
 def _create_folders(*files: Path | None) -> None:
-    """Create the folders of the output files before any episode is played.
-
-    Raises:
-        InputError: A file cannot be written.
-    """
+    """Create the folders of the output files before any episode is played; raises InputError."""
     for file in (file for file in files if file is not None):
         try:
             file.parent.mkdir(parents=True, exist_ok=True)

@@ -41,13 +41,7 @@ def cold_options(command: F) -> F:
 
 @dataclass(frozen=True)
 class ColdPlan:
-    """Planners of a cold comparison.
-
-    Attributes:
-        pairs: Each planner with its perturbations.
-        skipped: Reasons for which perturbations are not played.
-        catalog: Source of content.
-    """
+    """Planners of a cold comparison."""
 
     pairs: tuple[tuple[PlannerSpec, tuple[Perturbation, ...]], ...]
     skipped: tuple[str, ...]

@@ -21,11 +21,7 @@ no_code_option = click.option("--no-code", is_flag=True, help="Refuse Python con
 
 
 def json_option(text: str) -> Callable[[F], F]:
-    """Option `--json`, passed as `as_json`; with it standard output has the JSON only (see `own_stdout`).
-
-    Args:
-        text: Help of the option.
-    """
+    """Option `--json`, passed as `as_json`; with it standard output has the JSON only (see `own_stdout`)."""
     return click.option("--json", "as_json", is_flag=True, help=text, callback=_reserve)
 
 

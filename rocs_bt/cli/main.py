@@ -100,14 +100,7 @@ def main() -> NoReturn:
 
 
 def call(arguments: Sequence[str]) -> int:
-    """Run one command line.
-
-    Args:
-        arguments: Arguments after `rocs-bt`.
-
-    Returns:
-        Exit code.
-    """
+    """Run one command line, given the arguments after `rocs-bt`; returns the exit code."""
     try:
         # The arguments are passed as the context's object, so that a report can contain its command line.
         code = group.main(list(arguments), prog_name="rocs-bt", standalone_mode=False, obj=tuple(arguments))

@@ -143,11 +143,7 @@ def _copy(source: Path, target: Path, without: tuple[str, ...] = ()) -> None:
 
 
 def _of_family(name: str, catalog: Catalog) -> dict[str, Any]:
-    """Keys of a planner that does what the agent under test does in each scene of a family.
-
-    Raises:
-        InputError: The family does not exist or is invalid.
-    """
+    """Keys of a planner that does what the agent under test does in each scene of a family; raises InputError."""
     from ..compare.family import load_family, scene_of
 
     family = load_family(catalog, name)

@@ -23,11 +23,6 @@ _SHORT = 5  # number of agents above which each has one line
 def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = False) -> int:
     """Exit code of a command that ran a scenario.
 
-    Args:
-        summary: Summary of the run.
-        signal: Signal that ended the run, if any.
-        missing: Whether a file of the run could not be written.
-
     Returns:
         128 + signal; else 3 if a block of the engine failed; else 0 if every agent succeeded and every file was
         written; else 1.
@@ -41,13 +36,7 @@ def exit_code(summary: Summary, *, signal: int | None = None, missing: bool = Fa
 
 
 def outcome_text(summary: Summary, folder: Path, report: Path | None) -> str:
-    """Outcome of each agent in a few lines, path of the report, and suggested commands.
-
-    Args:
-        summary: Summary of the run.
-        folder: Folder of the run.
-        report: Report file, if any.
-    """
+    """Outcome of each agent in a few lines, path of the report, and suggested commands."""
     lines: list[str] = []
     many = len(summary.agents) > _SHORT
     if many:

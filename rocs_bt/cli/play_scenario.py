@@ -37,9 +37,6 @@ def scenario_options(stage: str) -> Callable[..., Any]:
     """Decorator that adds the argument SCENARIO and all options to a command that runs a scenario.
 
     The command gets each option by the name of its attribute of `RunOptions`, where it is declared.
-
-    Args:
-        stage: `simulation` or `hardware`; options of the other are not added.
     """
     from ..running import declared_options
 

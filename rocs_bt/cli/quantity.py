@@ -10,12 +10,7 @@ from ..base.units import FINITE, NONE, TIME, Bounds, Dimension, read_quantity
 
 
 class QuantityType(click.ParamType):  # type: ignore[type-arg]  # older versions are not generic
-    """Quantity such as `3 s` or `500 ms`, or a plain number in SI units.
-
-    Args:
-        dimension: Dimension of the option.
-        bounds: Range of valid values, SI units.
-    """
+    """Quantity such as `3 s` or `500 ms`, or a plain number in SI units."""
 
     def __init__(self, dimension: Dimension = TIME, bounds: Bounds = FINITE) -> None:
         self.name = "quantity" if dimension != NONE else "number"

@@ -223,11 +223,7 @@ def _agents(recording: Recording, file: Path, wanted: str | None) -> list[AgentI
 
 
 def _fitting(file: Path, agents: Sequence[AgentInfo], catalog: Catalog) -> list[tuple[AgentInfo, RuleSet]]:
-    """Agents that a rule file fits, each with its rules.
-
-    Raises:
-        InputError: The file fits no agent.
-    """
+    """Agents that a rule file fits, each with its rules; raises InputError."""
     from ..running.rule_replay import rules_for
 
     found, errors = [], []

@@ -37,11 +37,7 @@ def command(scenario: str, planner: str, swaps: tuple[str, ...], **given: Any) -
 
 
 class _Swaps:
-    """Event sink that prints the replacements of subtrees.
-
-    Attributes:
-        count: Number of replacements so far, with those that were refused.
-    """
+    """Event sink that prints the replacements of subtrees."""
 
     def __init__(self) -> None:
         self.count = 0

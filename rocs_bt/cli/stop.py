@@ -16,11 +16,7 @@ _raised = threading.Event()
 
 
 class Ended(KeyboardInterrupt):
-    """Exception by which a signal ends a command.
-
-    Attributes:
-        signal: The signal.
-    """
+    """Exception by which a signal ends a command."""
 
     def __init__(self, received: signal.Signals) -> None:
         self.signal = received

@@ -45,13 +45,7 @@ def styled(text: object, *, fg: str | None = None, bold: bool | None = None, dim
 
 
 def echo(text: object = "", *, err: bool = False, nl: bool = True) -> None:
-    """Print a text; control characters are escaped, except the styles of `styled`.
-
-    Args:
-        text: Text to print.
-        err: Whether to print to stderr.
-        nl: Whether to append a newline.
-    """
+    """Print a text; control characters are escaped, except the styles of `styled`."""
     parts = _STYLED.split(str(text))  # texts and style codes alternate
     for i, part in enumerate(parts):
         parts[i] = f"\x1b[{part}m" if i % 2 else safe(part)
@@ -138,11 +132,7 @@ def guard_streams() -> None:
 
 @contextmanager
 def own_stdout() -> Iterator[TextIO]:
-    """Context in which standard output belongs to the command: content and its processes print to standard error.
-
-    Yields:
-        Standard output, to which `echo` writes.
-    """
+    """Context that reserves standard output, which it yields, for `echo`; content prints to standard error."""
     global _stdout
     before, kept = sys.stdout, -1
     if _is_stdout(before):  # not where a caller has put another stream in its place

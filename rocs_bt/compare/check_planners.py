@@ -17,9 +17,7 @@ def check_planners(planners: Sequence[PlannerSpec], scenes: Iterable[SceneRef], 
 
     The scenes of a family differ in their worlds only; what a run refuses in one of the others ends the sweep. A
     planner with perturbations is checked without them, because a check compares the world with the robot's own model.
-
-    Returns:
-        Warnings, each once.
+    Returns the warnings, each once.
 
     Raises:
         InputError: There are errors; contains all of them.

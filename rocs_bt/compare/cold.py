@@ -27,21 +27,13 @@ STEPS = 7
 
 @dataclass(frozen=True)
 class Loss:
-    """Loss of a planner by a perturbation in a metric, paired by scene and seed.
-
-    Attributes:
-        planner: Name of the planner.
-        perturbation: Perturbation with its strength, such as `delay=0.1`; `POOLED` for all together.
-        warm: Mean of the metric without the perturbation.
-        cold: Mean of the metric with it.
-        verdict: Claim that the planner is better warm; its difference is the loss, positive if cold is worse.
-    """
+    """Loss of a planner by a perturbation in a metric, paired by scene and seed."""
 
     planner: str
-    perturbation: str
+    perturbation: str  # with its strength, such as `delay=0.1`; `POOLED` for all together
     warm: Estimate
     cold: Estimate
-    verdict: Verdict
+    verdict: Verdict  # claim that warm is better; its difference is the loss, positive if cold is worse
 
     def as_dict(self) -> dict[str, Any]:
         """Loss as a dict for JSON."""
@@ -96,11 +88,7 @@ def applicable(
 ) -> Iterator[Perturbation | InputError]:
     """Perturbations with an effect on the robots of a planner in all scenes; an error for each of the others.
 
-    Args:
-        planner: Planner without perturbations.
-        perturbations: Perturbations to try.
-        scenes: Scenes; of each family only the first is examined.
-        catalog: Source of content.
+    Of each family only the first scene is examined.
     """
     runner = EpisodeRunner(catalog.project, code=catalog.code)
     prepared = [runner.prepare(scene) for scene in {scene.group: scene for scene in reversed(list(scenes))}.values()]
@@ -118,10 +106,7 @@ def applicable(
 def losses(comparison: Comparison, metrics: Sequence[str], *, level: float = LEVEL) -> list[Loss]:
     """Loss of each planner by each of its perturbations and by all together, adjusted for multiple claims.
 
-    Args:
-        comparison: Episodes of planners named `PLANNER` and `PLANNER~PERTURBATION`.
-        metrics: Names of the metrics.
-        level: Confidence level.
+    The planners of the episodes are named `PLANNER` and `PLANNER~PERTURBATION`.
     """
     claims, found = [], list[tuple[str, str, Estimate, Estimate]]()
     for warm in (name for name in comparison.planners if "~" not in name):
@@ -166,14 +151,7 @@ def walk_outward(
     warm: float,
     play: Callable[[PlannerSpec], Iterable[EpisodeRecord]],
 ) -> Walk:
-    """Play a planner at ever harder strengths of a perturbation until it breaks.
-
-    Args:
-        planner: Planner without perturbations.
-        perturbation: Perturbation at its first strength.
-        warm: Success share of the planner without the perturbation.
-        play: Function that plays all episodes of a planner.
-    """
+    """Play a planner at ever harder strengths of a perturbation until it breaks."""
     shares, each, end = list[tuple[Perturbation, float]](), perturbation, f"the last of {STEPS} strengths"
     if warm <= 0.0:
         return Walk(planner.name, perturbation, (), None, "it never succeeds without the perturbation")

@@ -20,10 +20,6 @@ class Company:
 
     Distances are gaps between the hull and the outline of the other.
 
-    Args:
-        robot: Name of the robot.
-        simulated: World of the run.
-
     Attributes:
         moved: Whether anything but the robot moves in this world.
         time_to_collision: Minimum of gap divided by closing speed so far [s]; +inf if nothing came closer.

@@ -35,12 +35,7 @@ _SPANS = dict.fromkeys((*SHARES, "spl", "path_efficiency", "intimate", "personal
 
 @dataclass(frozen=True)
 class Disagreement:
-    """Two episodes of the same scene and seed, of which exactly one succeeded.
-
-    Attributes:
-        winner: Episode that succeeded.
-        loser: Episode that did not.
-    """
+    """Two episodes of the same scene and seed, of which exactly one succeeded."""
 
     winner: EpisodeRecord
     loser: EpisodeRecord

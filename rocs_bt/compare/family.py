@@ -96,17 +96,11 @@ class Scene:
 
 @dataclass(frozen=True, kw_only=True)
 class AgentSetup:
-    """Robot, mission and rules of a scene's agent; a planner replaces mission and rules.
-
-    Attributes:
-        robot: Name of the robot.
-        mission: Name of the mission.
-        rules: Name of the rule file; empty for none.
-    """
+    """Robot, mission and rules of a scene's agent; a planner replaces mission and rules."""
 
     robot: str = "jackal"
     mission: str = "go_to"
-    rules: str = "avoid_collision"
+    rules: str = "avoid_collision"  # empty for none
 
 
 @dataclass(frozen=True, kw_only=True)

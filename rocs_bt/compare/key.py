@@ -38,9 +38,6 @@ class Keys:
     A key is a hash of the content and parameters of scene and planner, the seed, the engine's code, the versions of
     numerical packages and the machine type. If any of these changes, the episode has a new key and is played again. For
     a scene of a family, the family's file, its parameters and the index are hashed instead of the generated scene.
-
-    Args:
-        catalog: Source of content.
     """
 
     def __init__(self, catalog: Catalog) -> None:

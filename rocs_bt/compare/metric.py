@@ -135,16 +135,13 @@ def measure_all(measured: EpisodeData) -> dict[str, float | None]:
 
 
 def barn_score(time: float, reference_length: float, *, low: float, high: float) -> float:
-    """BARN challenge score of a successful episode.
+    """BARN challenge score of a successful episode, between 1 / high and 1 / low.
 
     Args:
         time: Time to the goal [s].
         reference_length: Length of the reference path [m].
         low: Multiple of the optimal time; shorter times do not increase the score.
         high: Multiple of the optimal time; longer times do not decrease the score.
-
-    Returns:
-        Score between 1 / high and 1 / low.
     """
     optimal = reference_length / BARN_SPEED
     return optimal / min(max(time, low * optimal), high * optimal)

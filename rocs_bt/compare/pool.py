@@ -56,10 +56,6 @@ class WorkerPool(Executor):
 
     The standard `ProcessPoolExecutor`, in contrast, becomes unusable when one process dies, and cannot end a process
     that hangs.
-
-    Args:
-        workers: Number of processes.
-        retries: Number of retries of a task after the death of its process.
     """
 
     def __init__(self, workers: int, *, retries: int = 1) -> None:
@@ -137,11 +133,7 @@ class _Slot:
         self._connection: Connection | None = None
 
     def do(self, payload: bytes) -> tuple[bool, Any]:
-        """Run a pickled task; returns whether it succeeded, and its result or exception.
-
-        Raises:
-            WorkerDied: The process ended during the task.
-        """
+        """Run a pickled task; returns whether it succeeded, and its result or exception. Raises WorkerDied."""
         process, connection = self._started()
         try:
             connection.send_bytes(payload)

@@ -67,13 +67,6 @@ def scene_by_name(name: str, catalog: Catalog) -> SceneRef:
 def replay_episode(planner: PlannerSpec | str, scene: str, seed: int, catalog: Catalog, out: Path) -> RunResult:
     """Play one episode and write summary.json, run.mcap and report.html.
 
-    Args:
-        planner: Planner or its name.
-        scene: Name of the scene as in records.
-        seed: Seed of the episode.
-        catalog: Source of content.
-        out: Output folder.
-
     Raises:
         InputError: The planner or scene does not exist, or its content is invalid.
     """

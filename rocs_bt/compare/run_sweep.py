@@ -50,18 +50,11 @@ class SweepOptions:
 
 @dataclass(frozen=True)
 class Sweep:
-    """Result of a sweep.
-
-    Attributes:
-        store: Store that holds the episodes.
-        keys: Keys of the sweep's episodes, ordered by planner, scene and seed.
-        played: Number of episodes that this sweep played; the others were in the store already.
-        warnings: Warnings of the check of the planners in their scenes, each once.
-    """
+    """Result of a sweep."""
 
     store: Store
-    keys: tuple[str, ...]
-    played: int
+    keys: tuple[str, ...]  # ordered by planner, scene and seed
+    played: int  # the other episodes were in the store already
     warnings: tuple[Fault, ...] = ()
 
     def records(self) -> Iterator[EpisodeRecord]:
@@ -184,11 +177,7 @@ class _Progress:
         return tuple(episode.key for episode in sorted(episodes, key=lambda episode: order[episode.planner.name]))
 
     def complete(self, done: Container[str]) -> bool:
-        """Whether the sweep ends, because all scenes are finished or `stop_when` has returned True.
-
-        Args:
-            done: Keys of the finished episodes.
-        """
+        """Whether the sweep ends, because all scenes are finished or `stop_when` has returned True."""
         while not self._ended and self._scenes < len(self._by_scene):
             keys = [episode.key for episode in self._by_scene[self._scenes]]
             if not all(key in done for key in keys):
@@ -250,12 +239,7 @@ def _play(executor: Executor, episodes: Iterator[Episode]) -> Generator[tuple[Ep
 
 
 def _result(future: Future[tuple[EpisodeRecord, Cost]]) -> tuple[EpisodeRecord, Cost] | Exception:
-    """Record and cost of a played episode, or the exception that reports the death of its process.
-
-    Raises:
-        InputError: Content is invalid.
-        RocsError: The executor failed.
-    """
+    """Record and cost of a played episode, or the exception that reports the death of its process."""
     try:
         return future.result()
     except InputError:

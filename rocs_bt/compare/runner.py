@@ -184,9 +184,6 @@ TRACK = 0.1
 class MetricSink:
     """Event sink that measures one agent during a lockstep run.
 
-    Args:
-        agent: Name of the agent.
-
     Attributes:
         clearances: Distance from the hull to the nearest object except the floor, every STEP of path length [m].
         energy: Kinetic energy added by accelerating, per mass [J/kg]; None if wheel speeds are not recorded.

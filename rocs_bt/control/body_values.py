@@ -10,12 +10,7 @@ from .locomotion import Locomotion
 
 
 class BodyValue(NamedTuple):
-    """Declaration of a constant of a body.
-
-    Attributes:
-        dimension: Dimension of the value.
-        doc: Meaning of the value.
-    """
+    """Declaration of a constant of a body."""
 
     dimension: Dimension
     doc: str

@@ -176,11 +176,7 @@ class Follower:
         return Command(self._values.copy(), rung, cross, heading, took)
 
     def start(self, pose: Pose2) -> tuple[Pose2, Twist2, float]:
-        """Pose and commanded velocity when the next command takes effect, and the time until then [s].
-
-        Args:
-            pose: Present pose of the robot, world frame.
-        """
+        """Pose and commanded velocity when the next command takes effect, and the time until then [s]."""
         return self._predict(pose)[0], self._twist, self._delay
 
     def _take_over(self, measured: Array) -> bool:

@@ -154,12 +154,7 @@ def build(layout: Layout, weights: Weights, iterations: int) -> Any:
 
     The input vector is: pose (3,), present q (n,), the plan to linearise at (blocks * n,), and the reference x, y, yaw
     and q of each stage (stages * (3 + n)). The output is the new plan (blocks * n,). The Function does not report
-    whether the solver succeeded: check the plan.
-
-    Args:
-        layout: Sizes and limits.
-        weights: Weights of the cost.
-        iterations: Maximum iterations of the active-set solver; the plan of a truncated solve violates limits.
+    whether the solver succeeded: check the plan. The plan of a solve truncated after `iterations` violates limits.
     """
     import casadi as ca
 

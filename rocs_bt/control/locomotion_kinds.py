@@ -66,11 +66,7 @@ def skid_drive(
 
 
 def tracked_drive(**parameters: Any) -> Locomotion:
-    """Tracked drive: two tracks, in the order left, right, that slip in turns.
-
-    Args:
-        parameters: Those of `skid_drive`; the limits are of the tracks.
-    """
+    """Tracked drive: left and right track, which slip in turns; parameters and limits as of `skid_drive`."""
     return _slipping_drive("tracked", ("left", "right"), **parameters)
 
 
@@ -144,10 +140,6 @@ def twist_body(kind: str = "twist", *, axes: Mapping[str, AxisLimits], **body: A
 
 def make_locomotion(kind: str, **parameters: Any) -> Locomotion:
     """Create a locomotion of a kind in `LOCOMOTIONS`.
-
-    Args:
-        kind: Kind of locomotion.
-        parameters: Parameters of this kind, and further attributes of `Locomotion`, by name.
 
     Raises:
         UnknownName: No such kind; the message lists the kinds.

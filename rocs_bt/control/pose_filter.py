@@ -127,13 +127,7 @@ class PoseFilter:
         return math.sqrt(max(0.0, 0.5 * (a + d) + math.hypot(0.5 * (a - d), b)))
 
     def _correct(self, which: Sequence[int], error: Array, deviation: float) -> None:
-        """Correct the state by a measurement of some of its variables.
-
-        Args:
-            which: Indices of the measured variables.
-            error: Measured minus estimated values.
-            deviation: Standard deviation of each measured value.
-        """
+        """Correct the variables `which` by measured minus estimated values with standard deviations."""
         chosen = np.eye(4)[list(which)]
         across = self.covariance @ chosen.T
         spread = deviation**2 * np.eye(len(which))

@@ -182,13 +182,7 @@ class _Company(NamedTuple):
 
 
 class SpaceTime:
-    """Planner of motions among movers.
-
-    Args:
-        hull: Outline of the robot.
-        limits: Limits of the motions.
-        manners: Behaviour among people.
-    """
+    """Planner of motions among movers."""
 
     def __init__(self, hull: Footprint, limits: Limits, manners: Manners) -> None:
         self._hull, self._limits, self._manners = hull, limits, manners

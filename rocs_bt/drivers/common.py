@@ -25,12 +25,7 @@ _MOVING = 0.02  # [m/s], [rad/s]
 
 
 class RobotSensorModel:
-    """Sensor model of a robot sensor: computes noisy readings of the visible robots from true poses, nearest first.
-
-    Args:
-        parameters: Parameters of the sensor.
-        rng: Random generator of the noise.
-    """
+    """Sensor model of a robot sensor: computes noisy readings of the visible robots from true poses, nearest first."""
 
     def __init__(self, parameters: RobotSensorParameters, rng: np.random.Generator) -> None:
         self._parameters = parameters
@@ -67,13 +62,7 @@ class RobotSensorModel:
 
 
 class PoseError:
-    """Error of a pose sensor beside its noise: a random walk, and an error that is sampled again at random times.
-
-    Args:
-        parameters: Parameters of the sensor.
-        size: Number of values with an error.
-        rng: Random generator of the error.
-    """
+    """Error of a pose sensor beside its noise: a random walk, and an error that is sampled again at random times."""
 
     def __init__(self, parameters: PositionParameters | OrientationParameters, size: int, rng: np.random.Generator):
         self._parameters, self._rng = parameters, rng
@@ -156,12 +145,7 @@ class BatteryModel:
 
 
 class TwistModel:
-    """Sensor model of a twist sensor: the true twist, with noise that is sampled once per time.
-
-    Args:
-        parameters: Parameters of the sensor.
-        rng: Random generator of the noise.
-    """
+    """Sensor model of a twist sensor: the true twist, with noise that is sampled once per time."""
 
     def __init__(self, parameters: TwistParameters, rng: np.random.Generator) -> None:
         self._scale = [*[parameters.speed_noise] * 3, parameters.turn_noise]
@@ -186,10 +170,6 @@ class GyroModel:
 
     The reading is a mean and not an instantaneous rate, because a real device samples at about 1 kHz and integrates, so
     that vibrations between two readings are averaged.
-
-    Args:
-        parameters: Parameters of the gyro.
-        rng: Random generator of the bias.
     """
 
     def __init__(self, parameters: GyroParameters, rng: np.random.Generator) -> None:

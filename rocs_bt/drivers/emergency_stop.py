@@ -72,14 +72,7 @@ class EmergencyStop:
             self._hold()
 
     def go(self, by: str = "") -> bool:
-        """Let the robot move if it only waits for a go.
-
-        Args:
-            by: Name of the person or device that says go, such as `the terminal`.
-
-        Returns:
-            Whether the robot may move.
-        """
+        """Let the robot move if it only waits for a go; returns whether it may move."""
         with self._lock:
             if self._sources or not self.ready:
                 return False

@@ -13,11 +13,7 @@ PAUSE = 0.02
 
 
 def repeat_neutral(neutral: Callable[[], None]) -> None:
-    """Send devices to neutral `REPEATS` times.
-
-    Args:
-        neutral: Function that sends all devices to neutral once, and does not raise.
-    """
+    """Send devices to neutral `REPEATS` times, by a function that does not raise."""
     for _ in range(REPEATS):
         neutral()
         time.sleep(PAUSE)

@@ -84,14 +84,7 @@ class MockWorld:
 
 
 class MockRobot:
-    """Ideal robot without dynamics: the body takes a command immediately, and moves by the kinematics exactly.
-
-    Args:
-        world: World of the robot.
-        locomotion: Locomotion of the robot.
-        pose: Start pose, world frame.
-        mounts: Mounting poses of the range sensors, body frame, by name of the site.
-    """
+    """Ideal robot without dynamics: the body takes a command immediately, and moves by the kinematics exactly."""
 
     def __init__(
         self, world: MockWorld, locomotion: Locomotion, pose: Pose2, mounts: Mapping[str, Pose2] | None = None

@@ -19,13 +19,7 @@ _SAME = 5e-7  # [s] maximum difference of times that count as equal
 
 
 class ReplaySensor(Sensor):
-    """Sensor that returns the recorded reading of the present time, or fails or raises as in the recording.
-
-    Args:
-        name: Name of the sensor.
-        clock: Clock of the replay.
-        events: Recorded events of the sensor, in order of time.
-    """
+    """Sensor that returns the recorded reading of the present time, or fails or raises as in the recording."""
 
     def __init__(self, name: str, clock: Clock, events: Iterable[SensorEvent]) -> None:
         super().__init__(name)
@@ -80,17 +74,7 @@ class ReplayActuator(Actuator):
 
 
 def replay_sensors(events: Iterable[Event], agent: str, names: Iterable[str], clock: Clock) -> dict[str, ReplaySensor]:
-    """Create the sensors of one agent that replay recorded events; a sensor without events fails when it is read.
-
-    Args:
-        events: Events of a recording, in order of time.
-        agent: Name of the agent.
-        names: Names of the sensors.
-        clock: Clock of the replay.
-
-    Returns:
-        Sensors by name.
-    """
+    """Create the sensors of one agent that replay recorded events; a sensor without events fails when it is read."""
     mine: dict[str, list[SensorEvent]] = {name: [] for name in names}
     for event in events:
         if isinstance(event, SensorEvent) and event.agent == agent and (name := _sensor_of(event)) in mine:

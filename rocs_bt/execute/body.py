@@ -23,28 +23,16 @@ if TYPE_CHECKING:
 
 @dataclass
 class ControlPeriod:
-    """State of the present control period, shared by Execute and the body's actuators.
+    """State of the present control period, shared by Execute and the body's actuators."""
 
-    Attributes:
-        route: `reactive`, `deliberative` or `idle`.
-        action: Name of the running atomic action; empty if none runs.
-        commanded: Whether the running action has commanded an actuator.
-        open: Whether commands are passed on; `Execute.stop` blocks those of an action that is still running.
-    """
-
-    route: str = "idle"
-    action: str = ""
+    route: str = "idle"  # `reactive`, `deliberative` or `idle`
+    action: str = ""  # empty if none runs
     commanded: bool = False
-    open: bool = True
+    open: bool = True  # whether commands pass; `Execute.stop` blocks those of an action that still runs
 
 
 class CommandedActuator(Actuator):
-    """Actuator that actions command. Each command lasts one control period and is recorded as the device gets it.
-
-    Args:
-        gate: Safety gate of the actuator.
-        body: Body of the actuator.
-    """
+    """Actuator that actions command. Each command lasts one control period and is recorded as the device gets it."""
 
     def __init__(self, gate: SafetyGate, body: RobotBody) -> None:
         super().__init__(gate.name, gate.size)

@@ -23,11 +23,7 @@ _ROUTES = {Priority.HIGH: "reactive", Priority.NORMAL: "deliberative"}
 
 
 class AtomicActionExecutor:
-    """Runs atomic actions on the robot's body, and emits an event when an action starts.
-
-    Args:
-        body: Body of the robot.
-    """
+    """Runs atomic actions on the robot's body, and emits an event when an action starts."""
 
     def __init__(self, body: RobotBody) -> None:
         self._body = body
@@ -264,12 +260,7 @@ class Execute:
             self._handling(decomposer.cancel, ticket)
 
     def _handling(self, step: Callable[[], None], ticket: Ticket | None = None) -> None:
-        """Call a function that runs code of an action, and handle an exception of the action.
-
-        Args:
-            step: Function to call.
-            ticket: Ticket of the action, if it is known.
-        """
+        """Call a function that runs code of an action, and handle an exception of the action."""
         try:
             step()
         except BaseException as error:  # an action may raise anything

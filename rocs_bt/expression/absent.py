@@ -31,12 +31,7 @@ _SOURCES = {  # signals of blocks that any robot may have
 
 
 def absent_name(name: str, known: Iterable[str]) -> Fault:
-    """Create a fault about a name that is neither a signal nor an alias.
-
-    Args:
-        name: Unknown name.
-        known: Names of the signals and aliases.
-    """
+    """Create a fault about a name that is neither a signal nor an alias."""
     fault = unknown("signal or alias", name, known)
     return replace(fault, hint=_SOURCES.get(name, fault.hint))
 

@@ -19,27 +19,16 @@ class Misuse(Exception):
 
 @dataclass(frozen=True)
 class Function:
-    """Function of the expression language.
-
-    Attributes:
-        usage: Syntax of a call.
-        doc: Description of the result.
-        kind: Function from the arguments of a call, without the window, to the kind of the result; it raises Misuse.
-        window: Whether the last argument of a call is the length of a time window.
-    """
+    """Function of the expression language."""
 
     usage: str
     doc: str
-    kind: Callable[[Sequence[Node]], Kind]
-    window: bool = False
+    kind: Callable[[Sequence[Node]], Kind]  # kind of the result for the arguments without the window; raises Misuse
+    window: bool = False  # whether the last argument is the length of a time window
 
 
 def same_dimension(args: Sequence[Node], what: str) -> Dimension:
     """Common dimension of all arguments of a function or operator.
-
-    Args:
-        args: Arguments.
-        what: Function or operator, for the message.
 
     Raises:
         Misuse: The dimensions differ, or an argument is not a number.
@@ -60,10 +49,6 @@ def same_dimension(args: Sequence[Node], what: str) -> Dimension:
 
 def same_size(args: Sequence[Node], what: str) -> int:
     """Number of values of a value-by-value operation: that of all groups; 0 if all arguments are single values.
-
-    Args:
-        args: Arguments.
-        what: Function or operator, for the message.
 
     Raises:
         Misuse: Two groups have different sizes.
@@ -184,12 +169,7 @@ def _least_at(args: Sequence[Node]) -> Kind:
 
 
 def _past(count: int, result: Kind) -> Callable[[Sequence[Node]], Kind]:
-    """Create the `kind` function of a temporal operator on truth values.
-
-    Args:
-        count: Number of arguments, without the window.
-        result: Kind of the result.
-    """
+    """Create the `kind` function of a temporal operator on truth values."""
 
     def kind(args: Sequence[Node]) -> Kind:
         _count(args, count)

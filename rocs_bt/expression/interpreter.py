@@ -45,12 +45,7 @@ def _value(node: Node, x: Sequence[float]) -> Value:
 
 
 def combine(node: Node, values: Sequence[Value]) -> Value:
-    """Value of an operation that is not temporal.
-
-    Args:
-        node: Operation.
-        values: Values of its operands.
-    """
+    """Value of an operation that is not temporal."""
     if not node.kind.size:
         return known(_single(node, values))
     rows = [[v[k] if isinstance(v, list) else v for v in values] for k in range(node.kind.size)]

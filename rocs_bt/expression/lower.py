@@ -128,13 +128,7 @@ class _Lowering:
         return self._joined(Op.AND, node, found)
 
     def _joined(self, op: Op, node: Node, found: Sequence[tuple[int, int]]) -> int:
-        """Combine the comparisons of a chain such as `a < b < c`; returns the register of the result.
-
-        Args:
-            op: Instruction that combines two values.
-            node: The chain.
-            found: Register and number of values of each comparison.
-        """
+        """Combine the comparisons of a chain such as `a < b < c`; returns the register of the result."""
         (register, size), *others = found
         for other, more in others:
             register = self._emit(op, node, register, other, wide=(size > 0) | (more > 0) << 1, n=max(size, more))
@@ -197,9 +191,7 @@ class _Lowering:
     def margin(self, node: Node, mixed: bool) -> int:
         """First register of the robustness margin of an expression, which is positive if the expression is true.
 
-        Args:
-            node: Expression with a truth value.
-            mixed: Whether the margins of comparisons must be normalised, because their units differ.
+        If `mixed`, margins of comparisons are normalised, because their units differ.
         """
         key = (id(node), mixed)
         if key not in self._margins:
@@ -244,12 +236,7 @@ class _Lowering:
         return self._gaps(node, self._constant(margin_scale(node) if mixed else 1.0))
 
     def _gaps(self, node: Node, scale: int) -> int:
-        """Register of the robustness margin of a comparison.
-
-        Args:
-            node: Comparison.
-            scale: Register of the divisor that normalises the margin.
-        """
+        """Register of the robustness margin of a comparison."""
         found = []
         for sign, (left, right) in zip(node.signs, pairwise(node.args), strict=True):
             if sign in (">", ">="):

@@ -305,10 +305,6 @@ class _Reader:
         """Convert an `or` of which some operators were written as `implies`, and replaced before Python's parser ran.
 
         `implies` has lower precedence than `or` and associates to the right.
-
-        Args:
-            tree: The `or`.
-            parts: Operands, as syntax trees and as typed trees.
         """
         gaps = [(left[0].end_col_offset or 0, right[0].col_offset) for left, right in pairwise(parts)]
         marks = [any(a <= at - self._indent < b for at in self._folded.implies) for a, b in gaps]

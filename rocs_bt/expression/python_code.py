@@ -26,12 +26,7 @@ _SMALL = {Op.SIGN, Op.SIDE, Op.ATAN2, Op.ARGMIN, Op.COUNT, Op.WRAP}
 
 
 class Validity:
-    """Static analysis that finds the registers of a program which are never invalid.
-
-    Args:
-        program: Program to analyse.
-        fast: Whether snapshots can be assumed to contain no NaN.
-    """
+    """Static analysis that finds registers that are never invalid; `fast` assumes snapshots without NaN."""
 
     def __init__(self, program: Program, fast: bool) -> None:
         registers = program.registers.tolist()
@@ -68,13 +63,7 @@ class Validity:
 
     @staticmethod
     def _gives_numbers(op: Op, finite: list[bool], nonzero: list[bool]) -> bool:
-        """Whether the result of an instruction is valid for all valid operands.
-
-        Args:
-            op: Instruction.
-            finite: Whether each operand is always finite.
-            nonzero: Whether each operand is never zero.
-        """
+        """Whether the result of an instruction is valid for all valid operands."""
         match op:
             case Op.ADD | Op.SUB:
                 return any(finite)
@@ -105,10 +94,7 @@ _PLAIN_CALLS = {Op.MIN: "min", Op.MAX: "max", Op.ANY: "any", Op.ALL: "all", Op.M
 class PythonCode:
     """Generator of the Python source of a program, in the careful or the fast variant (see the module).
 
-    Args:
-        program: Program to convert.
-        used: Registers that the caller reads, listed once for each use.
-        fast: Whether to generate the variant for snapshots without NaN.
+    `used` lists each register once for each use.
     """
 
     def __init__(self, program: Program, used: Sequence[int], fast: bool) -> None:
@@ -195,15 +181,7 @@ class PythonCode:
         return f"[{self._one(op, list(names), sure, result, self._truth[dst])}{once}{walk}]"
 
     def _one(self, op: Op, args: Sequence[str], sure: bool, result: bool, truth: bool) -> str:
-        """Source of an operation on single values.
-
-        Args:
-            op: Instruction.
-            args: Sources of the operands.
-            sure: Whether the operands are never invalid.
-            result: Whether the result is never invalid.
-            truth: Whether the result is a truth value.
-        """
+        """Source of an operation on single values; `sure`: no operand is invalid, `result`: nor is the result."""
         match op:
             case Op.ADD | Op.SUB | Op.MUL:
                 return f"({args[0]} {_SIGNS[op]} {args[1]})"

@@ -59,9 +59,7 @@ def blank_texts(text: str) -> str:
 def fold_quantities(text: str, texts: bool = False) -> Folded:
     """Preprocess the text of an expression: replace units by blanks, and keywords by Python operators.
 
-    Args:
-        text: Original text.
-        texts: Whether quoted texts are allowed; their characters are replaced by `_`.
+    If `texts`, quoted texts are allowed; their characters are replaced by `_`.
 
     Raises:
         InputError: The text has an invalid character, or a word after a number is not a unit.
@@ -103,12 +101,7 @@ def _window(word: re.Match[str], units: Mapping[int, Quantity]) -> Quantity | st
 
 
 def _unit_end(text: str, at: int) -> int | None:
-    """Column at which the unit after a number ends; None if the number has no unit.
-
-    Args:
-        text: Text.
-        at: Column at which the number ends.
-    """
+    """Column at which the unit after a number ends; None if the number has no unit."""
     if percent := _PERCENT.match(text, at):
         return percent.end()
     word = _WORD.match(text, at)

@@ -12,12 +12,7 @@ _INFIX = frozenset("+-*/")
 
 
 def source(node: Node, environment: Environment) -> str:
-    """Text that `parse` reads as an equal node: aliases are expanded, numbers are in SI units.
-
-    Args:
-        node: Expression.
-        environment: Environment with the signals that the expression reads.
-    """
+    """Text that `parse` reads as an equal node: aliases are expanded, numbers are in SI units."""
     if node.op == "read":
         return _read(node, environment)
     if node.op == "number":

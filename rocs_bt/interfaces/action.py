@@ -262,11 +262,6 @@ class InvalidAction(AtomicAction):
     """Placeholder for an action with invalid parameters, which fails at once with CANNOT.
 
     With it, a reflex with invalid computed parameters still pre-empts the running action and is recorded.
-
-    Args:
-        asked: Name of the requested action.
-        parameters: Requested parameters.
-        error: Faults of the parameters.
     """
 
     def __init__(self, asked: str, parameters: Mapping[str, Any], error: InputError) -> None:

@@ -35,9 +35,6 @@ class Inbox(Generic[T]):
 
     Any number of publishers may put samples into one inbox. A full inbox drops its oldest sample and counts this in
     `overflows`, because control needs new data more than old.
-
-    Args:
-        capacity: Maximum number of samples.
     """
 
     def __init__(self, capacity: int = 64) -> None:

@@ -33,11 +33,7 @@ class Priority(Enum):
 
 
 class TicketState(Enum):
-    """State of the ticket of a submitted action.
-
-    Attributes:
-        done: Whether the state is final.
-    """
+    """State of the ticket of a submitted action."""
 
     QUEUED = "QUEUED"
     RUNNING = "RUNNING"

@@ -368,11 +368,7 @@ class SafetyGate(Actuator):
         return True
 
     def wrap(self, make: Callable[[Actuator], Actuator]) -> None:
-        """Replace the device by a wrapper around it, for fault injection in tests.
-
-        Args:
-            make: Function from the present device to the wrapper.
-        """
+        """Replace the device by a wrapper around it, for fault injection in tests."""
         with self._lock:
             self._device = make(self._device)
 

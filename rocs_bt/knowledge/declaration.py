@@ -30,12 +30,6 @@ def is_name(text: object) -> bool:
 def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
     """Value of a name in a mapping; for an unknown name, an error that lists the valid ones.
 
-    Args:
-        what: Noun for what is looked up, such as `relation`, for the message.
-        name: Name to find.
-        names: Values by name.
-        owner: Noun for what has the names, such as `The schema`, for the message.
-
     Raises:
         KnowledgeError: No such name; lists what exists.
     """
@@ -46,11 +40,6 @@ def lookup(what: str, name: str, names: Mapping[str, T], owner: str) -> T:
 
 def checked(owner: tuple[str, ...], declared: Mapping[str, Attribute], given: Mapping[str, Any]) -> dict[str, Any]:
     """Check attribute values against their declarations and convert them to what is stored.
-
-    Args:
-        owner: Words that name the owner, such as `goal`, `home`; used in messages.
-        declared: Declared attributes.
-        given: Values to write.
 
     Raises:
         KnowledgeError: An attribute is not declared, or rejects its value.

@@ -6,11 +6,7 @@ from .base import KnowledgeBase
 
 
 class Model:
-    """View of Knowledge; a user's subclass adds properties (paper, 5.3).
-
-    Args:
-        knowledge: Knowledge base to view.
-    """
+    """View of Knowledge; a user's subclass adds properties (paper, 5.3)."""
 
     def __init__(self, knowledge: KnowledgeBase) -> None:
         self.knowledge = knowledge

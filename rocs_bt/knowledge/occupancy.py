@@ -345,15 +345,7 @@ def _padding(inside: slice, start: int, last: int) -> tuple[int, int]:
 
 
 def _overlap(shift: int, count: int) -> tuple[slice, slice]:
-    """Overlap of the old and the new grid along one axis, when the grid moves.
-
-    Args:
-        shift: Number of cells by which the grid moves.
-        count: Number of cells of the grid along the axis.
-
-    Returns:
-        Slices of the overlap, in the old and in the new grid.
-    """
+    """Slices of the overlap, in the old and in the new grid, along an axis when the grid moves by `shift` cells."""
     if shift >= 0:
         return slice(min(shift, count), count), slice(0, max(count - shift, 0))
     return slice(0, max(count + shift, 0)), slice(min(-shift, count), count)

@@ -39,26 +39,17 @@ class Use:
 
 @dataclass(frozen=True)
 class Expectation:
-    """Expected success of a strategy in a situation.
+    """Expected success of a strategy in a situation."""
 
-    Attributes:
-        share: Expected share of successes, between 0 and 1; 1/2 without data.
-        uses: Effective number of uses: the sum of their weights.
-        successes: Effective number of successes: the sum of the weights of the successful uses.
-    """
-
-    share: float
-    uses: float
+    share: float  # between 0 and 1; 1/2 without data
+    uses: float  # sum of the weights of the uses
     successes: float
 
 
 def similarity(a: Situation, b: Situation, weights: Mapping[str, float]) -> float:
     """Similarity of two situations, between 0 and 1; a question missing in one of them counts as different.
 
-    Args:
-        a: First situation.
-        b: Second situation.
-        weights: Weight of each question, 1 by default.
+    Weights of questions are 1 by default.
     """
     asked = sorted(a.keys() | b.keys())
     total = sum(weights.get(question, 1.0) for question in asked)

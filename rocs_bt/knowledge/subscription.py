@@ -83,11 +83,7 @@ class Subscription:
 
 
 class Subscribers:
-    """All subscriptions of one graph, and the changes not yet delivered to them.
-
-    Args:
-        sink: Receives a report of each detached subscriber.
-    """
+    """All subscriptions of one graph, and the changes not yet delivered to them."""
 
     def __init__(self, sink: EventSink) -> None:
         self._sink = sink

@@ -22,10 +22,6 @@ class OdometryMonitor(Monitor):
 
     The travel counts from an arbitrary start; only differences are used, so a missed reading loses nothing. An odometer
     that jumps, such as one that is reset, is invalid until a later jump has undone the first.
-
-    Args:
-        odometer: Name of the odometer.
-        gyro: Name of the gyro.
     """
 
     def __init__(self, *args: Any, odometer: str = "odometer", gyro: str = "gyro", **kwargs: Any) -> None:

@@ -24,15 +24,10 @@ MOST_BEAMS = 1000
 
 @dataclass(frozen=True)
 class BeamGroup:
-    """Group of beams of a range sensor.
+    """Group of beams of a range sensor."""
 
-    Attributes:
-        beams: Indices of the beams in the values of the sensor; empty for a blind group.
-        weights: Weight of each beam, in (0, 1].
-    """
-
-    beams: tuple[int, ...]
-    weights: tuple[float, ...]
+    beams: tuple[int, ...]  # indices in the values of the sensor; empty for a blind group
+    weights: tuple[float, ...]  # of each beam, in (0, 1]
 
     @cached_property
     def weighed(self) -> tuple[tuple[int, float], ...]:

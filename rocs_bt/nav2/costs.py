@@ -64,11 +64,8 @@ class Costmap:
     def costs(self, poses: Sequence[Pose2], *, outline: bool = True) -> list[int]:
         """Cost at each pose: of its cell, or the greatest on the outline of a rectangular robot.
 
-        Without a heading (NaN), a pose at which a rectangular robot touches an obstacle at each heading is LETHAL.
-
-        Args:
-            poses: Poses, world frame.
-            outline: Whether the outline counts; False for the cost of the cell at each position.
+        Without a heading (NaN), a pose at which a rectangular robot touches an obstacle at each heading is LETHAL. If
+        not `outline`, it is the cost of the cell at each position.
         """
         if not poses:
             return []
@@ -175,12 +172,7 @@ class _PathCheck(Serviced):
         return bad
 
     def bad(self, cost: int, round_: bool) -> bool:
-        """Whether a pose is in collision.
-
-        Args:
-            cost: Cost of the pose.
-            round_: Whether the robot is circular.
-        """
+        """Whether a pose is in collision."""
         raise NotImplementedError
 
 

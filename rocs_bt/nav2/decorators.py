@@ -18,11 +18,7 @@ from .run_aware import RunAwareDecorator
 
 
 def _rate(text: str) -> float:
-    """Convert a text to a rate [Hz].
-
-    Raises:
-        InputError: The text is not a number above zero.
-    """
+    """Convert a text to a rate [Hz]; raises InputError."""
     rate: float = from_string(text, float)
     if not 0.0 < rate < math.inf:
         raise InputError(Fault(f"a rate must be above 0 Hz, found {text}."))

@@ -32,14 +32,9 @@ class PathInput(Input[Any]):
 
 
 class ComputedPath(list[Pose2]):
-    """Path of a route planner.
+    """Path of a route planner."""
 
-    Attributes:
-        corners: Path as the planner returned it, for the robot's actions; the same object while the planner keeps its
-            path.
-    """
-
-    corners: Sequence[Point] = ()
+    corners: Sequence[Point] = ()  # the same object while the planner keeps its path
 
     @classmethod
     def along(cls, corners: Sequence[Point], yaw: float) -> ComputedPath:

@@ -63,11 +63,7 @@ CANCELLED: Final = {
 
 
 def cancel_nodes(base: type[Node] = _Cancel) -> Iterable[type[Node]]:
-    """Create the Cancel nodes: SUCCESS, after which the cancelled nodes end with SUCCESS and the error code 0.
-
-    Args:
-        base: Base class, with an attribute `server` for the name of the cancelled node.
-    """
+    """Create the Cancel nodes: SUCCESS, after which the cancelled nodes end with SUCCESS and the error code 0."""
     for tag, server in CANCELLED.items():
         doc = f"Cancels the goals of {server} that are older than 10 ms, which then ends with SUCCESS."
         yield type(tag, (base,), {"tag": tag, "server": server, "__doc__": doc, "__module__": __name__})

@@ -79,12 +79,7 @@ class _Clear(Serviced, Instant):
 
 
 class _WithoutRos(Lenient, Instant):
-    """Base of nodes that cannot do here what they do in Nav2, and end at once.
-
-    Attributes:
-        code: Error code of nav2_msgs, for nodes that have one.
-        why: Reason, for people.
-    """
+    """Base of nodes that cannot do here what they do in Nav2, and end at once."""
 
     outcome: ClassVar[Outcome] = FAILURE
     code: ClassVar[int] = 0
@@ -219,13 +214,5 @@ def table_nodes() -> Iterator[type[Node]]:
 
 
 def made_node(tag: str, base: type[Node], doc: str, members: Mapping[str, Any], module: str = __name__) -> type[Node]:
-    """Create a node class from a row of a table.
-
-    Args:
-        tag: Name of the class.
-        base: Base class.
-        doc: Docstring.
-        members: Ports and other attributes.
-        module: Module that defines the row.
-    """
+    """Create a node class from a row of a table."""
     return type(tag, (base,), {**members, "tag": tag, "__doc__": doc, "__module__": module})

@@ -119,12 +119,7 @@ class Act(Leaf):
         self.ticket = self.mission.pipeline.submit(action, Priority.NORMAL, by=self.mission.path(self))
 
     def _resubmit(self, ticket: Ticket, cause: str) -> Status:
-        """Submit a new action after a reflex or an exception interrupted the previous one.
-
-        Args:
-            ticket: Ticket of the interrupted action.
-            cause: Name of the reflex rule, or text about the exception.
-        """
+        """Submit a new action after a reflex or an exception interrupted the previous one."""
         if not self._counted and self._stuck(ticket, cause):
             reading = self.mission.rule_reading(cause)
             evidence = f"{self._preemptions} pre-emptions without progress, the last by {cause}"

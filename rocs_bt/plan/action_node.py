@@ -94,13 +94,7 @@ def _port(parameter: Parameter, action: str) -> Input[Any]:
 
 
 def _parsed(parameter: Parameter, action: str, text: str) -> Any:
-    """Parse the text of a port: a quantity, or quantities separated by `;`, or points `x,y` separated by `;`.
-
-    Args:
-        parameter: Parameter of the action.
-        action: Name of the action, for messages.
-        text: Text of the port.
-    """
+    """Parse the text of a port: a quantity, or quantities separated by `;`, or points `x,y` separated by `;`."""
     dimension, what = parameter.dimension or NONE, f"{parameter.name} of {action}"
     value: Any
     if parameter.type is float:

@@ -32,11 +32,7 @@ _SHORT = _Short()
 
 
 class BoardChanges:
-    """Finds the keys with values that changed since the last call, on the blackboards of a tree and its subtrees.
-
-    Args:
-        tree: The tree.
-    """
+    """Finds the keys with values that changed since the last call, on the blackboards of a tree and its subtrees."""
 
     def __init__(self, tree: Tree) -> None:
         self._tree = tree

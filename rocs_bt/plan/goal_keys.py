@@ -18,12 +18,7 @@ _Resolve = Callable[[str], str | None]
 def main_keys(document: Document, main: str, nodes: Mapping[str, type[Node]]) -> dict[str, bool]:
     """Keys of the main tree's blackboard that its nodes use, and whether each is read before any node writes it.
 
-    "Before" is the order of the document.
-
-    Args:
-        document: Document with the tree.
-        main: ID of the main tree; empty for the document's main tree.
-        nodes: Node classes, by name; attributes of other nodes count as inputs.
+    "Before" is the order of the document. Attributes of nodes without a class in `nodes` count as inputs.
     """
     found: dict[str, bool] = {}
     name = document.main(main).name

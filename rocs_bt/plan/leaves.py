@@ -45,11 +45,6 @@ class Enter(Instant):
     """Leaf that sets the mode of the agent and returns SUCCESS.
 
     The mode is an attribute of the agent's own node in the knowledge graph.
-
-    Args:
-        name: Name in displays.
-        mode: Name of the mode, as rules list it in `modes`.
-        knowledge: Knowledge of the agent.
     """
 
     def __init__(self, name: str, mode: str, knowledge: Knowledge) -> None:

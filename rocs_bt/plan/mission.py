@@ -27,9 +27,6 @@ class MissionLine:
     """Origin of a node in a Python mission: the source line that created it.
 
     The origin of a node in an XML mission is an `Element` instead.
-
-    Attributes:
-        location: File and line of the source.
     """
 
     location: CodeLocation
@@ -258,9 +255,7 @@ class Mission(MissionContext):
     def _warn(self, *faults: Fault, about: str = "") -> None:
         """Collect faults in a check, located at the line of the mission that is being executed.
 
-        Args:
-            faults: Faults to collect.
-            about: Faulty value; if it is the value of a mission parameter, the faults get its position.
+        If `about` is the value of a mission parameter, the faults get its position.
         """
         here = called_at()
         at: Position = (here.file, here.line, 0) if here else (None, 0, 0)

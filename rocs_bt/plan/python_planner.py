@@ -158,11 +158,7 @@ class PythonPlan(Plan):
         return super().content_of(owner)
 
     def _move(self, decided: Any) -> Ticket:
-        """Submit a planner's decision as an action.
-
-        Raises:
-            InputError: The robot cannot execute the decision.
-        """
+        """Submit a planner's decision as an action; raises InputError."""
         locomotion = self.knowledge.robot.locomotion
         try:
             moves = isinstance(decided, (Twist2, Twist3))

@@ -18,13 +18,7 @@ from .xml_mission import content_tree, defaults_of, document_of, input_ports, po
 def replacement(mission: MissionContext, source: Path | str, main: str = "") -> Node:
     """Create a tree of an XML mission that can replace a subtree of a running one, with the blackboard of its place.
 
-    Args:
-        mission: The running mission, with its content, dialect and actions.
-        source: File, or text of a document.
-        main: ID of the tree in it; by default the document's main tree.
-
-    Returns:
-        Root of the tree; the defaults of the tree's ports are its `initial_keys`.
+    Returns the root; the defaults of the tree's ports are its `initial_keys`.
 
     Raises:
         InputError: The document has errors.
@@ -42,13 +36,6 @@ def place_faults(
     """Faults of a replacement at its place: values that a port's type excludes, and ports without a value.
 
     A port has a value if the blackboard of the place has one, if a remaining node writes it, or by its default.
-
-    Args:
-        tree: Tree of the running mission.
-        old: Node to replace.
-        mission: The running mission.
-        source: File, or text of a document.
-        main: ID of the tree in it; by default the document's main tree.
     """
     document, part = document_of(mission, source), swapped_part(old)
     name, board, leaving = document.main(main).name, tree.boards[part], set(descendants(part))

@@ -38,9 +38,6 @@ class RoutePlanner(ABC):
         class Straight(RoutePlanner):
             def route(self, start, goal, clearance):
                 return [start[:2], goal[:2]]
-
-    Args:
-        knowledge: Knowledge of the robot.
     """
 
     def __init__(self, knowledge: Knowledge) -> None:

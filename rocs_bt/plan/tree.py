@@ -282,11 +282,7 @@ class TreePlan(Plan):
         return self.root.status
 
     def _caught(self, leaf: Behaviour, error: BaseException) -> bool:
-        """Handle the exception of a leaf: the leaf counts as RUNNING in this tick.
-
-        Returns:
-            Whether the exception is handled; False to raise it.
-        """
+        """Handle the exception of a leaf, which counts as RUNNING in this tick; returns False to raise it."""
         if self.on_exception is None or from_actuator(error):
             return False
         if leaf.status is not Status.RUNNING:
@@ -375,9 +371,7 @@ class TreePlan(Plan):
 def guard_leaf(leaf: Behaviour, caught: Caught) -> None:
     """Make a stock py_trees leaf count as RUNNING if it raises; leaves of this package handle exceptions themselves.
 
-    Args:
-        leaf: Leaf; its method `tick` is wrapped.
-        caught: Handler of the exception; it returns False to raise it.
+    `caught` returns False to raise the exception.
     """
     if "tick" in vars(leaf):
         return

@@ -51,11 +51,6 @@ def dialect_in(document: Document, declared: str = "", defined: Defined = lambda
     It is the declared dialect; else `nav2` if a node exists only in Nav2, and otherwise `rocs`. A dialect of Nav2
     without a distribution gets the one that a model of the document names, if any.
 
-    Args:
-        document: The document.
-        declared: Dialect that a scenario, a planner or the user names; empty for none.
-        defined: Function from names of node classes to those that the project defines.
-
     Raises:
         InputError: The document names an unknown distribution.
     """
@@ -259,12 +254,7 @@ def embedded(
 ) -> SubTree:
     """Load an XML tree as a subtree of a Python mission.
 
-    Args:
-        mission: Mission that uses the subtree.
-        source: Path of a file, text of a document, or name of a mission in XML.
-        nodes: Node classes in addition to those of the mission's dialect and content.
-        main: ID of the tree; by default the document's main tree.
-        values: Values and remappings of the subtree's blackboard keys.
+    `source` is the path of a file, the text of a document, or the name of a mission in XML.
 
     Raises:
         InputError: The tree has errors; the exception lists all of them.
@@ -361,11 +351,7 @@ def defaults_of(document: Document, main: str) -> dict[str, Any]:
 
 
 def _parameters(document: Document, main: str) -> list[inspect.Parameter]:
-    """Keyword-only parameters of `build`, from the model of the main tree and the attributes of its `<BehaviorTree>`.
-
-    Raises:
-        InputError: Ports have an invalid name, type or default; the error lists all of them.
-    """
+    """Keyword-only parameters of `build`, from the main tree's model and `<BehaviorTree>`; raises InputError."""
     model = document.models.get(main)
     found, faults = [], list[Fault]()
     for port in model.ports.values() if model is not None else ():

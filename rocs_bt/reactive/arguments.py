@@ -22,15 +22,8 @@ from .rule import Argument, Position, Rule
 class ExpressionReader:
     """Parser of the expressions of one rule file.
 
-    Args:
-        root: Root table of the file.
-        environment: Names that expressions can use, with their types; the file's aliases are added while it is read.
-        lines: Lines of the file; empty if its text is not available.
-        absent: Signals that the robot lacks, by name that has therefore no meaning: optional signals, other signals
-            that rules require, and aliases that read them.
-
-    Attributes:
-        never: Expression that is always false; it replaces the guard of a rule with an invalid guard.
+    `absent` contains signals that the robot lacks, by name that has therefore no meaning: optional signals, other
+    signals that rules require, and aliases that read them.
     """
 
     def __init__(
@@ -151,15 +144,7 @@ _PLAIN = {str: "a text", bool: "true or false", int: "a whole number"}
 
 
 def read_action(table: Table, actions: Mapping[str, type[Action]]) -> tuple[str, list[str], Table]:
-    """Read the name of a rule's action and the names of its parameters; faults are recorded in `table`.
-
-    Args:
-        table: `action` table of the rule.
-        actions: Actions of the agent, keyed by name.
-
-    Returns:
-        Name of the action, names of the written parameters, and the table of fallbacks.
-    """
+    """Read a rule's action, its parameters' names and the table of fallbacks; faults go to `table`."""
     name, fallbacks = table.text("name"), table.table("on_invalid")
     keys = [key for key in table.keys() if key not in ("name", "on_invalid")]  # noqa: SIM118 - a Table is no mapping
     for owner, used in ((table, keys), (fallbacks, fallbacks.keys())):
@@ -184,13 +169,7 @@ def read_action(table: Table, actions: Mapping[str, type[Action]]) -> tuple[str,
 def read_arguments(
     reader: ExpressionReader, table: Table, actions: Mapping[str, type[Action]]
 ) -> tuple[str, dict[str, Argument]]:
-    """Read the name and the arguments of a rule's action; faults are recorded in `table`.
-
-    Args:
-        reader: Parser of the file's expressions.
-        table: `action` table of the rule.
-        actions: Actions of the agent, keyed by name.
-    """
+    """Read the name and the arguments of a rule's action; faults are recorded in `table`."""
     name, keys, fallbacks = read_action(table, actions)
     arguments = dict[str, Argument]()
     declared = parameters_of(actions[name]) if name in actions else {}

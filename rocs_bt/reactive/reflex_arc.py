@@ -237,12 +237,7 @@ class ReflexArc:
         del self._again[reflex.rule]
 
     def _continue(self, slot: _Active, own: Reflex) -> None:
-        """Continue the active rule, which is still latched: update its action, or fire again if the action has ended.
-
-        Args:
-            slot: Active reflex.
-            own: New request of the same rule.
-        """
+        """Continue the active rule, still latched: update its action, or fire again if the action has ended."""
         if slot.stopping:
             return
         if (failure := slot.ticket.failure) is not None and failure.reason is Reason.RAISED:
@@ -320,11 +315,7 @@ class ReflexArc:
 
 
 def _checked(reflex: Any) -> Reflex:
-    """Check that an item returned by a user's model is a Reflex.
-
-    Raises:
-        TypeError: It is not.
-    """
+    """Check that an item returned by a user's model is a Reflex; raises TypeError."""
     if not isinstance(reflex, Reflex):
         raise TypeError(f"react must return a list of Reflex, found an item {reflex!r:.60}")
     return reflex

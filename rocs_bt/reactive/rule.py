@@ -206,11 +206,7 @@ MOST_TIES = 4  # maximum number of reported ties per rule
 def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
     """Find ties: rules with equal priority, different actions and a common mode. Which one acts would be arbitrary.
 
-    Args:
-        rules: Rules in their order.
-
-    Yields:
-        Index of a rule that is tied with earlier ones, and indices of at most MOST_TIES of these.
+    Yields the index of a rule, and those of at most MOST_TIES earlier ones.
     """
     ranks: dict[int, dict[Hashable, list[int]]] = {}
     for k, rule in enumerate(rules):
@@ -223,12 +219,7 @@ def ties(rules: Sequence[Rule]) -> Iterator[tuple[int, list[int]]]:
 
 
 def tie(rule: Rule, others: Sequence[Rule]) -> str:
-    """Text of the message about a tie.
-
-    Args:
-        rule: Rule.
-        others: Rules with which it is tied.
-    """
+    """Text of the message about a tie."""
     names = [other.name.rpartition("/")[2] for other in others[: MOST_TIES - 1]]
     names += ["others"] * (len(others) >= MOST_TIES)
     listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)

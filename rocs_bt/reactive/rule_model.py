@@ -29,12 +29,7 @@ from .rule_table import RuleTable, carry, lower_rules
 
 
 def stateless_rule(rule: Rule, indices: Mapping[Node, int]) -> Rule:
-    """Copy of a rule in which reads from an extended snapshot replace the temporal operators.
-
-    Args:
-        rule: Rule to copy.
-        indices: Index in the extended snapshot for the value of each temporal operator.
-    """
+    """Copy of a rule in which reads from an extended snapshot replace the temporal operators."""
     if not any(node.temporal for node in rule.nodes()):
         return rule
 
@@ -82,22 +77,13 @@ def describe(rule: Rule, latched: bool, values: Sequence[float]) -> Callable[[],
 
 @dataclass(frozen=True)
 class _Prepared:
-    """A compiled rule set, ready to use.
-
-    Attributes:
-        rules: Rule set.
-        table: Rule table of the set.
-        machine: Machine that runs the table.
-        stateless: Copies of the rules that read the values of temporal operators from an extended snapshot, after its
-            first `size` values.
-        size: Number of values of a snapshot that the rules read.
-    """
+    """A compiled rule set, ready to use."""
 
     rules: RuleSet
     table: RuleTable
     machine: Machine
-    stateless: Sequence[Rule]
-    size: int
+    stateless: Sequence[Rule]  # read temporal operators from an extended snapshot, after its first `size` values
+    size: int  # number of values of a snapshot that the rules read
 
 
 class RuleModel(ReactiveModel):

@@ -245,14 +245,7 @@ def _run(rule: Rule, test: RuleTest) -> RuleTestResult:
 
 
 def _difference(rule: Rule, expected: Expected, reflexes: Sequence[Reflex], x: Sequence[float]) -> str:
-    """Describe the difference between the reflexes of a rule and an expectation; empty if there is none.
-
-    Args:
-        rule: Rule.
-        expected: Expectation.
-        reflexes: Reflexes for the sample: one if the rule is latched, else none.
-        x: Values of the sample.
-    """
+    """Describe the difference between the reflexes of a rule and an expectation; empty if there is none."""
     fires = bool(reflexes)
     if expected.fires is not None and fires is not expected.fires:
         words = {True: "the rule fires", False: "the rule does not fire"}

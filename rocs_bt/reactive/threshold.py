@@ -56,12 +56,7 @@ class Override:
 
 
 def usable(name: str, taken: Collection[str]) -> bool:
-    """Whether a word can be a new name in expressions.
-
-    Args:
-        name: Word.
-        taken: Names that are already used.
-    """
+    """Whether a word can be a new name in expressions."""
     words = {*FUNCTIONS, *unit_names(), *keyword.kwlist, *WORDS, *taken}
     return NAME.fullmatch(name) is not None and name not in words
 
@@ -71,14 +66,7 @@ def read_thresholds(
 ) -> tuple[dict[str, Node], list[Fault]]:
     """Read the `[robot]` and `[threshold]` tables of a rule file and of its included files.
 
-    Args:
-        documents: Rule file and its included files; a later file overrides the thresholds of earlier ones.
-        environment: Signals, because a threshold cannot have their names, and values of the robot.
-        overrides: Values that the robot declares, by name of the threshold.
-        rules: Name of the rule file, for messages.
-
-    Returns:
-        Constants by name, and the faults of `overrides`; the faults of a file are recorded in its table.
+    Returns constants by name, and the faults of `overrides`. Later documents override thresholds of earlier ones.
     """
     reader = _ThresholdReader(environment, overrides)
     for document in documents:

@@ -74,9 +74,7 @@ class Turns:
     def take(self, event: TicketChanged, pose: Curve) -> Alternation | None:
         """Take a change of a ticket; returns the alternation so far, if there is one.
 
-        Args:
-            event: The change.
-            pose: Poses of the robot until then; without them nothing is known about progress.
+        Without poses nothing is known about progress.
         """
         turns = self._turns
         if event.state == "RUNNING":

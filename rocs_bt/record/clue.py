@@ -27,12 +27,7 @@ SAME = 5e-4
 
 
 class Clues:
-    """Finds the clues of one run.
-
-    Args:
-        header: Header of the run.
-        tracks: Tracks of bodies, signals, sensors and the script.
-    """
+    """Finds the clues of one run."""
 
     def __init__(self, header: RunHeader, tracks: TrackSet) -> None:
         self._header, self._tracks = header, tracks

@@ -63,12 +63,7 @@ def topic_of(kind: type[Event], agent: str) -> str:
 
 
 def schema_of(event: Event | FORMS, signals: Iterable[tuple[str, int]] = ()) -> bytes:
-    """JSON schema of the messages of a topic, with an object at its root, as viewers require.
-
-    Args:
-        event: First message of the topic.
-        signals: Names and sizes of all signals of the agent, for Signals.
-    """
+    """JSON schema of the messages of a topic, with an object at its root, as viewers require."""
     kind = type(event)
     (schema,), components = msgspec.json.schema_components([kind], ref_template="#/$defs/{name}")
     schema = components.pop(kind.__name__)
@@ -128,9 +123,6 @@ def encode_all(events: Sequence[Event | FORMS]) -> list[bytes | None]:
 
 def decode(data: bytes) -> Event | FORMS:
     """Decode what `encode` has encoded.
-
-    Args:
-        data: The message.
 
     Raises:
         RecordingError: The message does not contain an event.

@@ -29,10 +29,6 @@ class Comparisons:
     time and their window. `near`, of a guard, is 1 while the guard is true, and only then; else it is the ratio of the
     smaller to the larger side of a comparison that has to change: of an `and` the least of its parts, of an `or` the
     greatest. `guard` has what keeps the rule from latching, a `GuardState`.
-
-    Args:
-        tracks: Tracks of the run, with its signals, rules, facts and events.
-        only: Rules of which the guards are followed; all if empty.
     """
 
     def __init__(self, tracks: Tracks, only: Collection[str] = ()) -> None:

@@ -39,9 +39,7 @@ class Decisive(msgspec.Struct, frozen=True):
 def decisive(tracks: Tracks, outcomes: Mapping[str, str] = {}) -> list[Decisive]:
     """Causes of all failures, in the order of the agents; without a failure the first reflex, if one fired.
 
-    Args:
-        tracks: Tracks of the run, which may go on.
-        outcomes: Outcomes by agent, for a recording that was cut off before they were decided.
+    `outcomes` is for a recording that was cut off before they were decided.
     """
     judged = (_judged(tracks, agent.name, outcomes) for agent in tracks.header.agents)
     failures = [_cause(tracks, each) for each in judged if each is not None and each.outcome != "success"]

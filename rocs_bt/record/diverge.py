@@ -171,10 +171,6 @@ def first_differences(a: Tracks, b: Tracks) -> list[Difference]:
     """First difference of each kind between two runs, earliest first; the page finds the same (studio/web/second.js).
 
     A track that only one run has differs from its beginning. Numbers differ from `CLOSE` on.
-
-    Args:
-        a: All tracks of the first run.
-        b: All tracks of the second run.
     """
     found = []
     for kind, topics in KINDS.items():

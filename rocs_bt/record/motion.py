@@ -20,11 +20,7 @@ MOTION = frozenset((*_WORDS, "turn_rate"))
 
 
 def motion_words(values: Mapping[str, float]) -> str:
-    """Motion of a robot in words: along its fastest axis, and its turn.
-
-    Args:
-        values: Values of the signals in `MOTION` that the robot has, SI units.
-    """
+    """Motion of a robot in words: along its fastest axis, and its turn."""
     along = {name: values[name] for name in _WORDS if math.isfinite(values.get(name, math.nan))}
     turn = values.get("turn_rate", math.nan)
     side = " left" if turn > 0.0 else " right"

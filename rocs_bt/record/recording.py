@@ -173,11 +173,7 @@ class _Decoder:
         self.time = 0
 
     def events(self, chunk: bytes) -> Iterator[Event]:
-        """Events of the next chunk.
-
-        Raises:
-            RecordingError: A message is damaged.
-        """
+        """Events of the next chunk; raises RecordingError."""
         for opcode, body in _records(chunk):
             if opcode == Opcode.MESSAGE and len(body) >= _MESSAGE.size:
                 channel_id, _, self.time, _ = _MESSAGE.unpack_from(body)
@@ -204,11 +200,7 @@ def _kind(schema: str) -> str:
 
 
 def _opened(opened: BinaryIO, file: Path) -> tuple[RunHeader, _Contents]:
-    """Header and records of a file.
-
-    Raises:
-        RecordingError: The file was not written by rocs_bt, or is damaged in its header.
-    """
+    """Header and records of a file; raises RecordingError."""
     begin = _read(opened, _Span(0, len(MCAP0_MAGIC)), file)
     if begin != MCAP0_MAGIC:
         found = "it is empty" if not begin else f"it begins with {begin!r}"
@@ -242,11 +234,7 @@ def _decoded(attachment: bytes, kind: type[R]) -> R:
 
 
 def _read(opened: BinaryIO, span: _Span, file: Path) -> bytes:
-    """Bytes of a part of a file.
-
-    Raises:
-        RecordingError: The file cannot be read.
-    """
+    """Bytes of a part of a file; raises RecordingError."""
     try:
         opened.seek(span.at)
         return opened.read(span.length)
@@ -265,12 +253,9 @@ def _walk(opened: BinaryIO, file: Path, contents: _Contents) -> None:
 
 
 def _record(opened: BinaryIO, file: Path, contents: _Contents) -> bool:
-    """Read the next record of a file; returns whether there was one.
+    """Read the next record of a file; returns whether there was one. Raises RecordingError.
 
     Of chunks it notes only the places, because a long run does not fit into memory.
-
-    Raises:
-        RecordingError: The record is damaged.
     """
     size, at = os.fstat(opened.fileno()).st_size, contents.read
     if at + _RECORD.size > size:
@@ -301,11 +286,7 @@ def _record(opened: BinaryIO, file: Path, contents: _Contents) -> bool:
 
 
 def _chunk(body: bytes, file: Path, at: int) -> tuple[float, bytes]:
-    """Time of the last event of a chunk [s], and its records, verified.
-
-    Raises:
-        RecordingError: The chunk is damaged.
-    """
+    """Time of the last event of a chunk [s], and its records, verified; raises RecordingError."""
     chunk = _parsed(Chunk, body, file)
     if chunk.compression not in ("", "lz4"):
         raise RecordingError(f"'{file}' has chunks compressed by '{chunk.compression}'; only lz4 is read here.")
@@ -319,11 +300,7 @@ def _chunk(body: bytes, file: Path, at: int) -> tuple[float, bytes]:
 
 
 def _content(chunk: Chunk) -> bytes:
-    """Decompress the records of a chunk, up to the declared size.
-
-    Raises:
-        RuntimeError: The chunk cannot be decompressed.
-    """
+    """Decompress the records of a chunk, up to the declared size; raises RuntimeError."""
     if not chunk.compression:
         return bytes(chunk.data)
     size = min(chunk.uncompressed_size, _LARGEST)
@@ -342,11 +319,7 @@ def _records(chunk: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _parsed(kind: type[R], body: bytes, file: Path) -> R:
-    """Parse a record of the MCAP container.
-
-    Raises:
-        RecordingError: The record is damaged.
-    """
+    """Parse a record of the MCAP container; raises RecordingError."""
     try:
         record: R = kind.read(ReadDataStream(BytesIO(body)))  # type: ignore[attr-defined]  # mcap's record types share no base class
     except (McapError, ValueError, struct.error) as error:

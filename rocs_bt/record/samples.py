@@ -76,10 +76,7 @@ def modes(tracks: Tracks, agent: str, times: Sequence[float]) -> list[str]:
 class Newest:
     """Newest sample of an agent while its run goes on, with the signals of TRUTH.
 
-    Args:
-        tracks: Tracks of the run, which goes on.
-        agent: The agent.
-        names: Signals that are needed; the others are NaN.
+    Signals that are not in `names` are NaN.
 
     Raises:
         RecordingError: The header does not declare the agent's signals.

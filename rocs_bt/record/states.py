@@ -79,12 +79,7 @@ class RuleState(msgspec.Struct, frozen=True, omit_defaults=True):
     parameters: Mapping[str, Any] = {}
 
     def after(self, event: RuleChanged, others: Mapping[str, RuleState]) -> RuleState:
-        """The state after an event. A rule that fired stays active until its action has ended, even if released.
-
-        Args:
-            event: Event of the rule.
-            others: States of the agent's other rules.
-        """
+        """The state after an event. A rule that fired stays active until its action has ended, even if released."""
         phase = event.phase
         fires = phase in ("fired", "fired again", "stopped")
         latch = (event.t, event.reading) if phase == "latched" else self.latch
@@ -154,19 +149,12 @@ class GuardState(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Drive(NamedTuple):
-    """Commands of an agent's actuators at one time, with their cause.
-
-    Attributes:
-        route: Route of the last command.
-        ticket: Ticket of the action that ran; 0 if none did.
-        action: Name of this action.
-        neutral: Whether all values are zero.
-    """
+    """Commands of an agent's actuators at one time, with their cause."""
 
     route: str
-    ticket: int
+    ticket: int  # of the action that ran; 0 if none did
     action: str
-    neutral: bool
+    neutral: bool  # whether all values are zero
 
 
 def about(event: Event) -> Key | None:

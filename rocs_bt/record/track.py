@@ -136,21 +136,13 @@ class Scans(Curve):
     """Readings of a scanner for display: of wide ones only every n-th ray, of a long run only every n-th reading.
 
     The newest reading is always the last sample, until the next one replaces it or is added after it.
-
-    Args:
-        rays: Number of rays of the scanner.
-        most: Maximum number of readings that are kept.
-
-    Attributes:
-        ray: Number of rays of the scanner from one ray of a sample to the next.
-        every: Number of readings from one kept sample to the next.
     """
 
     def __init__(self, rays: int, most: int) -> None:
-        self.ray = max(1, math.ceil(rays / _MOST_RAYS))
+        self.ray = max(1, math.ceil(rays / _MOST_RAYS))  # rays of the scanner from one ray of a sample to the next
         super().__init__(len(range(0, rays, self.ray)))
         self._rays, self._most = rays, most
-        self.every = 1
+        self.every = 1  # readings from one kept sample to the next
         self._count = 0
 
     def add(self, t: float, sample: bytes | memoryview, stamp: float | None = None) -> None:

@@ -37,11 +37,7 @@ _FRAME = (
 
 
 class Viewer:
-    """Converts events to messages for Foxglove-compatible viewers; poses and beams at 10 Hz.
-
-    Args:
-        header: Header of the run, with bodies, beams and outlines.
-    """
+    """Converts events to messages for Foxglove-compatible viewers; poses and beams at 10 Hz."""
 
     def __init__(self, header: RunHeader) -> None:
         self._header = header

@@ -93,11 +93,7 @@ FORMS = Signals | Reading | Command
 
 
 class Outgoing:
-    """Makes the messages of a recording from its events, in their order.
-
-    Args:
-        axes: Names of the values of a motion command, by agent; a robot on wheels has none.
-    """
+    """Makes the messages of a recording from its events, in their order."""
 
     def __init__(self, axes: Mapping[str, Sequence[str]] = {}) -> None:
         self._axes = axes

@@ -25,12 +25,6 @@ def load_controller(
 ) -> Controller:
     """Controller of one agent, as declared in a scenario.
 
-    Args:
-        scenario: The scenario.
-        agent: Agent of the scenario.
-        catalog: Source of missions and rules.
-        build: Mission function that replaces the scenario's mission.
-
     Raises:
         InputError: An unknown name, or parameters that the mission does not take.
     """
@@ -63,16 +57,9 @@ def build_agents(
 ) -> list[Agent]:
     """Build the agents of a scenario, in its order, and connect them to their robots.
 
-    Args:
-        scenario: The scenario.
-        catalog: Source of the content.
-        devices: Devices of the robots, by agent.
-        runtime: Clock, sink and timer of the run.
-        seed: Seed of the missions' random streams.
-        missions: Mission functions that replace the scenario's, by agent.
-        faults: List to which the errors and warnings of a check are added; agents that cannot be built are then
-            missing, and an agent with a faulty mission has one that does nothing. By default errors are raised, and
-            missions are not checked.
+    With `faults`, the errors and warnings of a check are added to it: agents that cannot be built are then missing, and
+    an agent with a faulty mission has one that does nothing. Without it, errors are raised, and missions are not
+    checked.
 
     Raises:
         InputError: A mission, rule file or robot.toml is invalid; lists every fault of that file.
@@ -153,16 +140,7 @@ def worldless_devices(
     agent: str = "",
     recorded: Sequence[Event] = (),
 ) -> RobotDevices:
-    """Devices of a robot without a world: sensors with the readings of a recording, and actuators without effect.
-
-    Args:
-        robot: The robot.
-        rate: Rates of the run.
-        clock: Clock of the devices.
-        sink: Sink for the events of the safety gates.
-        agent: Name of the robot's agent.
-        recorded: Events of a recording, in order of time.
-    """
+    """Devices of a robot without a world: sensors with the readings of a recording, and actuators without effect."""
     sensors: dict[str, Sensor] = {
         **replay_sensors(recorded, agent, [s.name for s in robot.sensors], clock),
         **{s.name: ReplayMailbox(s.name, clock) for s in robot.sensors if s.driver == "mailbox"},

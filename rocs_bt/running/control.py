@@ -21,10 +21,7 @@ from .swaps import SwapSchedule
 def taken_commands(lockstep: bool, hardware: bool, full: bool) -> tuple[str, ...]:
     """Kinds of commands that a run takes.
 
-    Args:
-        lockstep: Whether time stops while the run is paused.
-        hardware: Whether the robots are real: then only a person at the robots lets them go on.
-        full: Whether more than a pause is allowed on hardware.
+    On hardware only a person at the robots lets them go on; `full` allows more than a pause.
     """
     if hardware:
         return ("pause", "swap", "reload") if full else ("pause",)
@@ -47,9 +44,6 @@ class CommandDesk:
         rules: Rule files of the agents.
         sink: Sink of the events.
         stage: Stage of the run, which pauses and continues in its way.
-
-    Attributes:
-        paused: Whether the run is paused by a command.
     """
 
     def __init__(
@@ -71,11 +65,7 @@ class CommandDesk:
         self._stepping = False
 
     def period(self, ended: Callable[[], str]) -> None:
-        """Apply the new commands; in lockstep, wait while the run is paused.
-
-        Args:
-            ended: Returns the reason of a signal that ends the run, or an empty text.
-        """
+        """Apply the new commands; in lockstep, wait while the run is paused."""
         if self._control is None:
             return
         self._stepping = False
@@ -104,11 +94,7 @@ class CommandDesk:
                 after()
 
     def _apply(self, command: RunCommand, event: RunControlled) -> tuple[RunControlled, Callable[[], None] | None]:
-        """Apply a command; returns its event, and what remains to do after the event.
-
-        Raises:
-            InputError: The command is not possible; nothing has changed.
-        """
+        """Apply a command; returns its event, and what remains to do after the event. Raises InputError."""
         if command.kind not in self._taken:
             needs = f"'{command.kind}' on hardware needs rocs-bt drive --control."
             raise InputError(_REFUSALS.get(command.kind, needs))

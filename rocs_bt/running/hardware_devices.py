@@ -65,14 +65,6 @@ class HardwareDevices:
         sink: Sink for events of the safety gates.
         options: Options of the run, for which no actuator is opened in a dry run, each robot may wait for a go from the
             beginning, and notices are given, such as that a goal may go on after the run.
-
-    Attributes:
-        robots: Devices by agent.
-        motion: Safety gates of the locomotion, by agent.
-        links: Isolated actuators, which run in separate processes, by agent.
-        stops: Emergency stops, by agent.
-        topics: Topics of ROS 2 that need a node at the other side, of all robots.
-        watches: Topics of ROS 2 that are watched during the run, of all robots.
     """
 
     def __init__(self, clock: WallClock, period: float, sink: EventSink, options: RunOptions) -> None:
@@ -83,11 +75,11 @@ class HardwareDevices:
         self._confirm = options.confirm
         self._notice = options.notice or (lambda text: None)
         self.robots: dict[str, RobotDevices] = {}
-        self.motion: dict[str, SafetyGate] = {}
+        self.motion: dict[str, SafetyGate] = {}  # of the locomotion, by agent
         self.links: dict[str, list[IsolatedActuator]] = {}
         self.stops: dict[str, EmergencyStop] = {}
-        self.topics: list[PreflightTopic] = []
-        self.watches: list[StopTopics | CommandWatch] = []
+        self.topics: list[PreflightTopic] = []  # topics of ROS 2 that need a node at the other side
+        self.watches: list[StopTopics | CommandWatch] = []  # topics of ROS 2 that are watched during the run
 
     @property
     def gates(self) -> list[SafetyGate]:
@@ -105,13 +97,7 @@ class HardwareDevices:
     ) -> None:
         """Open the devices of an agent's robot.
 
-        Args:
-            name: Name of the agent.
-            robot: Specification of the robot.
-            rates: Rates of the sensors in control periods, by sensor.
-            catalog: Source of the driver classes.
-            shared: Exit stack that closes the host, which the devices share.
-            opened: Exit stack that closes the devices.
+        `shared` closes the host, which the devices share, and `opened` closes the devices.
         """
         stop = self.stops[name] = EmergencyStop(confirm=self._confirm)
         host = Host(self.clock, stop)

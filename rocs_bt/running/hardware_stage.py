@@ -33,14 +33,6 @@ from .preflight import Preflight, preflight_sensors
 class HardwareStage:
     """Robots of a scenario as the stage of a run. Opens the devices and builds the agents.
 
-    Args:
-        spec: The scenario.
-        catalog: Source of the content.
-        options: Options of the run.
-        sink: Sink for all events.
-        stack: Exit stack that closes the devices and leaves the networks.
-        ended: Returns the reason of a signal that ends the run, or an empty text.
-
     Attributes:
         clock: Clock of the run.
         agents: Agents of the scenario.

@@ -64,17 +64,7 @@ def plain_header(
     swaps: tuple[SubtreeSwap, ...] = (),
     simulated: bool = True,
 ) -> RunHeader:
-    """Header of a run without bodies, obstacles and places; sufficient for a summary.
-
-    Args:
-        scenario: The scenario.
-        agents: Agents of the scenario.
-        seed: Seed of the episode.
-        mode: `lockstep` or `threaded`.
-        digest: Hash of all content that the run uses.
-        swaps: Replacements of subtrees of missions.
-        simulated: Whether the world is simulated.
-    """
+    """Header of a run without bodies, obstacles and places; sufficient for a summary."""
     rate = scenario.rate
     return RunHeader(
         scenario=scenario.name,
@@ -121,15 +111,7 @@ def box_body(name: str, robot: RobotSpec) -> BodyInfo:
 def run_command(
     scenario: str, options: RunOptions, swaps: Sequence[SubtreeSwap], *, on_hardware: bool, planner: str = ""
 ) -> str:
-    """Command line that repeats a run.
-
-    Args:
-        scenario: Name of the scenario.
-        options: Options of the run.
-        swaps: Replacements of subtrees of missions, with the names of the catalog.
-        on_hardware: Whether the run is on hardware.
-        planner: Planner that controls the agent under test; empty for the scenario's own.
-    """
+    """Command line that repeats a run."""
     parts = ["rocs-bt", "drive" if on_hardware else "run", scenario]
     parts += [*(["--planner", planner] if planner else []), "--seed", str(options.seed)]
     parts += [] if on_hardware or options.mode == "lockstep" else ["--mode", options.mode]
@@ -191,13 +173,7 @@ def _limited(agent: Agent, guard: GuardInfo) -> GuardInfo:
 
 
 def guard_info(rules: RuleSet, rule: Rule, environment: Environment) -> GuardInfo:
-    """Description of the guard of a rule in a recording.
-
-    Args:
-        rules: Rule set of the rule.
-        rule: The rule.
-        environment: Environment with the signals of the agent.
-    """
+    """Description of the guard of a rule in a recording."""
     guards = [rule.when, *([] if rule.until is None else [rule.until])]
     parts = [part for guard in guards for part in parts_of(guard.node)]
     return GuardInfo(

@@ -28,9 +28,6 @@ class Memory:
         path: Path of the file, which is created if it does not exist. None loads and writes nothing.
         agents: Agents of this run; each loads the knowledge of the newest run in the file with an agent of its name.
 
-    Attributes:
-        recalled: Loaded knowledge as JSON, by agent; agents without earlier knowledge are missing.
-
     Raises:
         RecordingError: The file is not a knowledge journal, or is damaged.
     """
@@ -40,7 +37,7 @@ class Memory:
         self._agents = agents
         self._journal: Journal | None = None
         self._pasts: list[JournalPast] = []
-        self.recalled: dict[str, str] = {}
+        self.recalled: dict[str, str] = {}  # JSON, by agent; agents without earlier knowledge are missing
         self._refused: dict[str, list[str]] = {}
         if path is not None and path.exists():
             known = {entry.agent for entry in History.runs(path)}
@@ -52,9 +49,7 @@ class Memory:
     def start(self, label: str, patient: bool) -> None:
         """Begin to write this run to the file.
 
-        Args:
-            label: Human-readable name of the run.
-            patient: Whether agents may wait for the disk; True only in lockstep, which does not depend on wall time.
+        If `patient`, agents may wait for the disk: only in lockstep, which does not depend on wall time.
         """
         if self._path is None:
             return
@@ -96,15 +91,7 @@ class Memory:
 
 
 def recall(recalled: Mapping[str, str], agents: Sequence[Agent]) -> dict[str, LoadResult]:
-    """Load knowledge of earlier runs into the agents.
-
-    Args:
-        recalled: Knowledge as JSON, by agent.
-        agents: Agents of this run.
-
-    Returns:
-        Result of loading, by agent; agents without earlier knowledge are missing.
-    """
+    """Load knowledge of earlier runs into the agents; returns the result by agent, without those that have none."""
     loaded = {}
     for agent in agents:
         text = recalled.get(agent.name)

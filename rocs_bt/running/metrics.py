@@ -129,11 +129,7 @@ class Metrics:
 
 
 class _Events:
-    """Events of one agent.
-
-    Attributes:
-        own: All of them, in order.
-    """
+    """Events of one agent."""
 
     def __init__(self, tracks: Tracks, agent: str) -> None:
         self.own = [event for event in tracks.events if event.agent == agent]
@@ -213,11 +209,6 @@ def _cut_off(events: _Events, end: float) -> OutcomeDecided:
 
 
 def quantile(values: Iterable[float], share: float) -> float | None:
-    """Quantile of values, without interpolation; None if there are no values.
-
-    Args:
-        values: The values.
-        share: Probability of the quantile, 0 to 1.
-    """
+    """Quantile of values, without interpolation; None if there are no values."""
     ordered = sorted(values)
     return ordered[min(int(share * len(ordered)), len(ordered) - 1)] if ordered else None

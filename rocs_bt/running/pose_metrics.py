@@ -76,12 +76,7 @@ SIGNALS = ("pose_covariance", "pose")
 
 
 def localisation(tracks: Tracks, agent: str) -> Localisation | None:
-    """Errors of the pose estimates of an agent over a run; None for a robot that does not localise.
-
-    Args:
-        tracks: Tracks of the run, with the poses and these signals.
-        agent: Name of the agent.
-    """
+    """Errors of the pose estimates of an agent over a run; None for a robot that does not localise."""
     covariances, estimates = (tracks.curve(agent, "signal", name) for name in SIGNALS)
     poses = tracks.curve(agent, "pose")
     distances, angles, consistency = list[float](), list[float](), list[float]()

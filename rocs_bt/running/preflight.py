@@ -151,12 +151,7 @@ class PreflightSensor:
 
 
 class PreflightTopic:
-    """Topic of ROS 2 that needs a node at the other side: one for commands, or of an emergency stop.
-
-    Args:
-        known: Its state without nodes.
-        look: Function that returns the number of matching nodes, and for 0 the reason.
-    """
+    """Topic of ROS 2 that needs a node at the other side: one for commands, or of an emergency stop."""
 
     def __init__(self, known: SensorState, look: Callable[[], tuple[int, str]]) -> None:
         self._look = look
@@ -173,14 +168,7 @@ class PreflightTopic:
 
 
 def preflight_topics(agent: str, robot: RobotSpec, node: RosNode, *, dry_run: bool) -> list[PreflightTopic]:
-    """Topics of a robot that need a node at the other side: those of its commands and of its emergency stop.
-
-    Args:
-        agent: Name of the agent.
-        robot: The robot.
-        node: Connection of the robot.
-        dry_run: Whether nothing is sent, so that nothing is needed.
-    """
+    """Topics of a robot that need a node at the other side: those of its commands and of its emergency stop."""
     settings = node.settings
     needs = [
         (spec.name, OwnEndpoint(settings.topic(given.topic), given.type, given.qos, publishes=True), "commands")

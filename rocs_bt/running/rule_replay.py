@@ -73,14 +73,7 @@ class Firing:
 
 @dataclass(frozen=True, eq=False)
 class RuleReplay:
-    """Result of evaluating a rule file on a recording.
-
-    Attributes:
-        rules: Evaluated rules.
-        inputs: Recorded input of the reflexes.
-        steps: Winning rule and latched rules at each sample.
-        firings: Latched intervals, ordered by time.
-    """
+    """Result of evaluating a rule file on a recording."""
 
     rules: RuleSet
     inputs: ReflexInput
@@ -122,11 +115,7 @@ def reflex_input(recording: Recording, agent: AgentInfo) -> ReflexInput:
 def rules_for(file: Path, agent: AgentInfo, catalog: Catalog, own: Mapping[str, Override] | None = None) -> RuleSet:
     """Load a rule file for an agent of a recording, with the thresholds of its robot if the catalog has the robot.
 
-    Args:
-        file: Path of the rule file.
-        agent: Description of the agent in the recording.
-        catalog: Source of the robot.
-        own: Thresholds by name, which take precedence over those of the robot.
+    The thresholds `own` take precedence over those of the robot.
 
     Raises:
         InputError: The file is invalid, or does not fit the agent.
@@ -165,15 +154,6 @@ def sweep_threshold(
     dimension: Dimension,
 ) -> Series:
     """Count the firings of a rule for different values of a threshold.
-
-    Args:
-        file: Path of the rule file.
-        inputs: Recorded inputs, one per run.
-        catalog: Source of the robots.
-        rule: Name of the rule, with or without the file's name.
-        threshold: Name of the threshold.
-        values: Values of the threshold, SI units.
-        dimension: Dimension of the threshold.
 
     Returns:
         Number of firings, shape (values, runs).

@@ -41,10 +41,6 @@ class RunFiles:
     def begin(self, header: RunHeader, logged: Sequence[Agent] = ()) -> None:
         """Remove the files of an earlier run and start the recording.
 
-        Args:
-            header: Header of the run.
-            logged: Agents with trees to log for Groot2.
-
         Raises:
             InputError: Another run is writing in the folder.
             RecordingError: The recording, or a log, cannot be written.
@@ -107,15 +103,7 @@ class RunFiles:
         return f"There is no {names}. To create {those}: rocs-bt report {shlex.quote(str(self._folder))}"
 
     def attempt(self, what: str, step: Callable[[], None]) -> bool:
-        """Run a step of writing; a failure is added to `missing`.
-
-        Args:
-            what: Name of what is written, such as `the recording`, for the error message.
-            step: Function to call.
-
-        Returns:
-            Whether the step succeeded.
-        """
+        """Run a step of writing; if it fails, add the failure to `missing` and return False."""
         try:
             step()
         except RecordingError as error:

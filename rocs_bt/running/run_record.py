@@ -24,9 +24,6 @@ class EventBatch:
     """Buffer of events that are forwarded together, once per control period; `emit` is only a list append.
 
     Not thread-safe.
-
-    Attributes:
-        sinks: Sinks that receive the events, in this order, when the batch is flushed.
     """
 
     def __init__(self, *sinks: BatchSink) -> None:
@@ -67,9 +64,6 @@ class RunRecord:
         recorder: Recorder of the events; None without a recording.
         sinks: Further sinks for all events; `check` raises their exceptions.
         batched: Whether events are forwarded once per control period, by `flush`; not for threaded mode.
-
-    Attributes:
-        sink: Sink for the events of the run.
     """
 
     def __init__(

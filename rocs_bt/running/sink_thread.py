@@ -18,9 +18,6 @@ class SinkThread:
 
     An emitter only puts the event into a queue. Encoding, compression and disk access happen in the thread, and the
     target need not be thread-safe. Leaving the context waits until all emitted events have reached the target.
-
-    Args:
-        target: Sink of the events.
     """
 
     def __init__(self, target: EventSink) -> None:

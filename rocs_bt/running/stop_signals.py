@@ -14,11 +14,7 @@ STOP_SIGNALS = tuple(getattr(signal, name) for name in ("SIGINT", "SIGTERM", "SI
 
 
 class EndedAtOnce(KeyboardInterrupt):
-    """Exception raised when a second signal is received before the run has ended in order.
-
-    Attributes:
-        signal: The second signal.
-    """
+    """Exception raised when a second signal is received before the run has ended in order."""
 
     def __init__(self, received: signal.Signals) -> None:
         self.signal = received

@@ -44,11 +44,6 @@ def read_swap(text: str) -> SubtreeSwap:
 class SwapSchedule:
     """Replaces subtrees of the missions of a run when their times have come.
 
-    Args:
-        swaps: Swaps that `rehearse_swaps` has returned.
-        agents: Agents of the run.
-        catalog: Source of the missions.
-
     Raises:
         InputError: A mission does not load.
     """

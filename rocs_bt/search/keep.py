@@ -39,16 +39,7 @@ def refuse_existing(folder: Path, name: str) -> None:
 
 
 def keep(draft: Draft, planner: str, folder: Path) -> tuple[Path, Path]:
-    """Write a scene, and a test that the planner succeeds in it, into a project.
-
-    Args:
-        draft: Scene to save.
-        planner: Planner that fails in the scene.
-        folder: Project folder.
-
-    Returns:
-        Scenario file and test file.
-    """
+    """Write a scene, and a test that the planner succeeds in it, into a project."""
     scenario = draft.scene.write(folder)
     test = _test_of(draft.name, folder)
     test.parent.mkdir(parents=True, exist_ok=True)

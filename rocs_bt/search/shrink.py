@@ -72,14 +72,7 @@ class Fairness:
 
 
 class Shrinking:
-    """Simplifies a draft step by step; a step is kept if the planner still fails with the same outcome.
-
-    Args:
-        player: Player of drafts.
-        draft: Scene in which the planner failed.
-        record: Episode in which it failed.
-        body: Outline of the robot.
-    """
+    """Simplifies a draft step by step; a step is kept if the planner still fails with the same outcome."""
 
     def __init__(self, player: Player, draft: Draft, record: EpisodeRecord, body: Footprint) -> None:
         self.draft, self.record = draft, record

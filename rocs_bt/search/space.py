@@ -21,13 +21,7 @@ _ATTEMPTS = 200  # consecutive samples of parameters without a valid scene, afte
 
 @dataclass(frozen=True)
 class SampledScene:
-    """Scene that a search has sampled.
-
-    Attributes:
-        scene: The scene.
-        index: Index of the scene in its family.
-        parameters: Values of the varied parameters, in SI units.
-    """
+    """Scene that a search has sampled."""
 
     scene: Scene
     index: int

@@ -65,14 +65,7 @@ _REASON = 300  # maximum number of characters of a reported reason
 
 
 class PeerFaults:
-    """Reports refused writes and wrong clocks of peers, and corrects the agent's calendar time.
-
-    Args:
-        agent: Name of the agent.
-        presence: Known peers; each fault of a peer is reported once.
-        clock: Calendar time of the group, as known to the agent.
-        sink: Receives the PeerFault events.
-    """
+    """Reports refused writes and wrong clocks of peers, and corrects the agent's calendar time."""
 
     def __init__(self, agent: str, presence: Presence, clock: GroupClock, sink: EventSink) -> None:
         self._agent = agent

@@ -57,13 +57,7 @@ class Counts:
 
 
 class Inbox:
-    """Queue of received frames, filled by any thread and read by one; a flooding sender loses only its own frames.
-
-    Args:
-        key: Secret of the group, which authenticates the frames.
-        counts: Counts of received and rejected frames, updated by the inbox.
-        wake: Called when a frame has been queued.
-    """
+    """Queue of received frames, filled by any thread and read by one; a flooding sender loses only its own frames."""
 
     def __init__(self, key: bytes, counts: Counts, wake: Callable[[], None] = lambda: None) -> None:
         self._key = key
@@ -89,8 +83,7 @@ class Inbox:
     def take(self, most: int) -> list[tuple[str, Message]]:
         """Remove and decode waiting messages, one of each sender in turn; returns pairs of sender and message.
 
-        Args:
-            most: Approximate maximum number of messages plus shared entries in them.
+        `most` limits, approximately, the number of messages plus shared entries in them.
         """
         found: list[tuple[str, Message]] = []
         while most > 0 and (frame := self._next()) is not None:

@@ -33,14 +33,7 @@ _MOST = 1_000_000  # maximum size of a key file [bytes]
 
 @dataclass(frozen=True)
 class Keys:
-    """Keys of one member of a group.
-
-    Attributes:
-        authority: File with the certificate of the group's authority.
-        certificate: File with the certificate of the member.
-        key: File with the private key of the member.
-        secret: Secret of the group, which authenticates messages.
-    """
+    """Keys of one member of a group."""
 
     authority: Path
     certificate: Path
@@ -66,15 +59,9 @@ class Keys:
 
 
 def make_keys(folder: Path, members: Sequence[str], now: datetime) -> list[Path]:
-    """Make keys for new members of a group, and for the group itself if it has none.
+    """Make keys, valid for ten years, for new members of a group, and for the group itself if it has none.
 
-    Args:
-        folder: Folder of the group's keys; created if needed.
-        members: Names of the new members, such as those of the agents.
-        now: Date; the keys are valid for ten years from it.
-
-    Returns:
-        Folders to copy to the members.
+    Returns the folders to copy to the members.
 
     Raises:
         InputError: A member has keys already, or its name is not an identifier; a file of the group is damaged or

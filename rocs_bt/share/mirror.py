@@ -30,15 +30,7 @@ _Dirty = tuple[str, ...]  # changed (node,), (node, attribute) or (source, relat
 class Mirror:
     """Synchronises one agent's graph with its replica: changes of the graph go out, writes of peers come in.
 
-    Args:
-        knowledge: Knowledge of the agent.
-        replica: Replica of the shared knowledge.
-        scope: Shared part of the graph.
-        counts: Counts of sent and failed writes, updated by the mirror.
-        wake: Called when there are changes to publish.
-
-    Attributes:
-        self_reporting: Other agents that report their own state; this agent does not share its observations of them.
+    Observations of the `self_reporting` agents are not shared, because these agents report their own state.
     """
 
     def __init__(

@@ -99,9 +99,6 @@ class Presence:
         """Number of the newest write that this agent and every peer have seen, for each origin of writes.
 
         The result is empty while a peer has seen a write that this agent has not.
-
-        Args:
-            mine: Number of the newest write that this agent has seen, for each origin of writes.
         """
         known = [peer.seen for peer in self.peers.values()]
         if any(number > mine.get(origin, 0) for seen in known for origin, number in seen.items()):

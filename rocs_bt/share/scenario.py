@@ -26,11 +26,6 @@ def sharing_of(scenario: ScenarioSpec, clock: Clock, seed: int) -> dict[str, Joi
     In lockstep the agents share over a network inside the process, so that a run is repeatable. On wall time they also
     share with other processes, if the table declares an address.
 
-    Args:
-        scenario: The scenario.
-        clock: Clock of the run; a `SimulatedClock` means lockstep.
-        seed: Seed of the episode.
-
     Raises:
         InputError: Unknown kind or relation, or unusable address.
     """

@@ -121,10 +121,6 @@ class _ZenohLink:
 def check_address(address: str, *, private: bool) -> None:
     """Check an address `host:port`.
 
-    Args:
-        address: Address to check.
-        private: Whether the connection is encrypted and authenticated.
-
     Raises:
         InputError: The address is invalid, or not on this host although the connection is not private.
     """

@@ -18,10 +18,6 @@ _DIGITS = 4  # of lengths [m] and of quaternions
 class RobotShapes:
     """Shapes of a robot, and the joints that move its links.
 
-    Args:
-        world: World of the robot.
-        robot: Name of the robot in the world.
-
     Attributes:
         links: Links after the base, which is link 0; each after its parent.
         shapes: Primitives of all links.

@@ -22,12 +22,6 @@ class ClearanceWatch:
     are displaced in space, and turn about three axes. The last measured
     clearance minus these displacements is a lower bound. The clearance is measured again only when the bound does not
     exceed the minimum so far.
-
-    Args:
-        world: World of the robots.
-        agents: Names of the watched agents.
-        sink: Sink for MinClearanceLowered events.
-        spatial: Names of the robots without wheels.
     """
 
     def __init__(

@@ -17,14 +17,7 @@ _SAME = 1e-9  # [s]
 
 
 class FactSchedule:
-    """Writes each scheduled fact to the Knowledge of one agent when its time has come.
-
-    Args:
-        agent: Agent that receives the facts.
-        facts: Facts for the agent, ordered by time.
-        placed: Called with the node of each written fact and its pose, if the node has one.
-        sink: Sink for `ScriptActed` events.
-    """
+    """Writes each scheduled fact to the Knowledge of one agent when its time has come."""
 
     def __init__(
         self,

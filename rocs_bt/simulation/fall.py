@@ -18,28 +18,21 @@ _SLACK = 1e-9  # [s] rounding tolerance of times
 
 
 class FallWatch:
-    """Timer of the time for which a robot is down: tilted, or on the ground with a wrong part.
-
-    Attributes:
-        reason: Reason why the robot is down now; empty if it is upright.
-    """
+    """Timer of the time for which a robot is down: tilted, or on the ground with a wrong part."""
 
     def __init__(self) -> None:
-        self.reason = ""
+        self.reason = ""  # why it is down now; empty if it is upright
         self._down_since = math.inf
         self._contact: tuple[float, str] | None = None  # begin of the present ground contact, and its geom
         self._contact_last = -math.inf
 
     def update(self, t: float, tilt: float, ground: str) -> bool:
-        """Process one control period.
+        """Process one control period; returns True if the robot has fallen.
 
         Args:
             t: Time [s].
             tilt: Angle between the body's z axis and the vertical [rad].
             ground: Geom that touches the ground and should not; empty if there is none.
-
-        Returns:
-            True if the robot has fallen.
         """
         if not ground and tilt <= TILT_LIMIT and self._contact is None and not self.reason:
             return False  # the common case

@@ -57,11 +57,6 @@ class Foresight:
 
     They do what the scripts would do if all robots went on at their present speeds and turn rates, and stopped nothing
     that touches them. Movers are the round bodies that scripts move: people, but no doors.
-
-    Args:
-        world: The world.
-        scripts: Scripts that move objects.
-        oracles: World models of the agents with an oracle.
     """
 
     def __init__(self, world: MujocoWorld, scripts: Sequence[ScriptedObject], oracles: Sequence[WorldModel]) -> None:

@@ -11,12 +11,7 @@ from .random_streams import GROUND, stream
 
 
 def ground_pieces(scenario: ScenarioSpec, seed: int) -> list[GroundPiece]:
-    """Pieces of ground of a scenario.
-
-    Args:
-        scenario: The scenario.
-        seed: Seed of the episode, for the bumps of rough ground.
-    """
+    """Pieces of ground of a scenario."""
     return [piece for ground in scenario.grounds for piece in _pieces(ground, scenario.name, seed)]
 
 

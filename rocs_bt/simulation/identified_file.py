@@ -80,10 +80,6 @@ def identified_path(robot: RobotSpec) -> Path | None:
 def read_identified(file: Path, text: str | None = None) -> IdentifiedFile:
     """Read an identified.toml.
 
-    Args:
-        file: The file.
-        text: Its text, if it is not to be read.
-
     Raises:
         InputError: The file has faults; contains all of them, each with its line.
     """
@@ -130,11 +126,7 @@ def identified_text(robot: RobotSpec, axes: Mapping[str, AxisFigures], wheels: W
 
 
 def model_hash(robot: RobotSpec) -> str:
-    """SHA-256 over all that the measured motion depends on: the model's files, and driver of the motion actuator.
-
-    Args:
-        robot: Robot with a model.
-    """
+    """SHA-256 over all that the measured motion depends on: the model's files, and driver of the motion actuator."""
     motion = next(a for a in robot.actuators if a.name == robot.locomotion.actuator)
     entries = [] if robot.model is None else [make_entry(robot.model, "world", "file")]
     if is_reference(motion.driver):

@@ -71,14 +71,9 @@ class Braking:
 
 @dataclass(frozen=True)
 class IdentifiedAxis(AxisFigures):
-    """Identified motion along one axis, with its braking tests.
+    """Identified motion along one axis, with its braking tests."""
 
-    Attributes:
-        misfit: Maximum error of the braking model, relative to the measured stopping distance.
-        braking: Braking tests.
-    """
-
-    misfit: float
+    misfit: float  # maximum error of the braking model, relative to the measured distance
     braking: tuple[Braking, ...]
 
 
@@ -115,10 +110,6 @@ class Identified:
 
 def identify(robot: RobotSpec, catalog: Catalog) -> Identified:
     """Move a robot's model on a plane, without blocks and rules, and identify its parameters.
-
-    Args:
-        robot: Specification of the robot, as in its file.
-        catalog: Source of the world and of the robot's drivers.
 
     Raises:
         InputError: The robot has no model, begins inside the floor, does not move along one of its axes, or falls over.
@@ -186,11 +177,7 @@ class _TestRig:
         return self._locomotion.command(Twist3(*(float(name == axis) for name in AXES))) * speed
 
     def step(self, command: Array) -> None:
-        """Move for one control period with a command (m,).
-
-        Raises:
-            InputError: The robot fell over.
-        """
+        """Move for one control period with a command (m,); raises InputError."""
         x, y, yaw = self.world.pose(_NAME)
         z = self.world.position(_NAME)[2]
         self._commanded = command.tolist()
@@ -216,7 +203,7 @@ class _TestRig:
         self.hold(self._locomotion.values_from_q @ np.array([left, right]), duration)
 
     def reach(self, axis: str, speed: float, acceleration: float = math.inf) -> tuple[float, float, float]:
-        """Accelerate along an axis by a ramp, and hold the speed until it is steady.
+        """Accelerate along an axis by a ramp, and hold the speed until it is steady; raises InputError.
 
         Args:
             axis: Axis of the twist.
@@ -225,9 +212,6 @@ class _TestRig:
 
         Returns:
             Steady speed [m/s, rad/s], lag behind the ramp [s], and distance moved, without the sway [m, rad].
-
-        Raises:
-            InputError: The robot does not move along the axis, or fell over.
         """
         change = min(self._locomotion.axis_limits(axis).max_acceleration, acceleration) * self.period
         start, given, commanded = self.travel[axis], 0.0, 0.0

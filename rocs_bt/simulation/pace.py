@@ -13,9 +13,7 @@ _FORGIVE = 0.25  # [s] delay above which the lost time is not caught up
 class Pace:
     """Observer of a simulation that is called with the simulated time [s] and waits until it is due.
 
-    Args:
-        rate: Simulated time per wall-clock time; 0 for as fast as possible.
-        ended: Returns the reason of a signal that ends the wait, or an empty text.
+    A rate of 0 is as fast as possible.
 
     Attributes:
         skipped: Wall-clock time that was lost, as by a pause, and not caught up [s].

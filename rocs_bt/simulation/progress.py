@@ -31,7 +31,7 @@ class ProgressWatch:
         self._reflexes = ReflexTime()  # since the last progress
 
     def update(self, t: float, pose: Pose2, z: float, *, commanded: bool, reflex: str, held: bool) -> bool:
-        """Process one control period.
+        """Process one control period; returns True if the robot is stuck.
 
         Args:
             t: Time [s].
@@ -40,9 +40,6 @@ class ProgressWatch:
             commanded: Whether the robot is commanded to move.
             reflex: Rule of the active reflex; empty if none is active.
             held: Whether an action of the plan waits for the end of that reflex.
-
-        Returns:
-            True if the robot is stuck.
         """
         passed, self._last = 0.0 if self._last is None else t - self._last, t
         if not math.isfinite(pose.x):  # on hardware the pose may be unknown, and so is the progress
@@ -61,12 +58,7 @@ class ProgressWatch:
         return self._reflexes.rule
 
     def reason(self, pose: Pose2, reading: Callable[[str], str]) -> str:
-        """Explain why the robot counts as stuck, with its position and the rule that held it.
-
-        Args:
-            pose: Pose of the robot, world frame.
-            reading: Guard values of a rule's last firing, by the rule's name.
-        """
+        """Explain why the robot counts as stuck, with its position and the rule that held it."""
         where = f"it moved less than {PROGRESS} m in {PATIENCE:g} s near x = {pose.x:.2f} m, y = {pose.y:.2f} m"
         held = self._reflexes.text(reading)
         return f"{where}, held by {held}" if held else where

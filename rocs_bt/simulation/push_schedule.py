@@ -43,14 +43,7 @@ class PushSchedule:
 
 
 def push_schedules(scenario: ScenarioSpec, seed: int, world: MujocoWorld, sink: EventSink) -> list[PushSchedule]:
-    """Create the pushes of a scenario, with their times and directions.
-
-    Args:
-        scenario: The scenario.
-        seed: Seed of the episode, for times and directions.
-        world: World of the robots.
-        sink: Sink for events.
-    """
+    """Create the pushes of a scenario, with their times and directions."""
     agents, made = {agent.name for agent in scenario.agents}, []
     for i, push in enumerate(scenario.pushes):
         rng = stream(scenario.name, seed, push.robot, push_of(i))

@@ -101,10 +101,6 @@ class RobotLinks:
     A passive body, such as the roller of a wheel, belongs to the link that carries it, in the pose of the model. Its
     motion is not shown. Meshes are shown as their bounding boxes.
 
-    Args:
-        world: World of the robot.
-        robot: Name of the robot in the world.
-
     Attributes:
         links: Links, each after its parent; the base comes first.
         height: Height of the base's origin over the ground in the model [m].

@@ -14,11 +14,6 @@ T = TypeVar("T")
 def script_parameters(declared: type[T], actor: ActorSpec, file: Path) -> T:
     """Create the parameters of an actor's script.
 
-    Args:
-        declared: Dataclass that declares the parameters with their units.
-        actor: Table of the actor.
-        file: File of the scenario.
-
     Raises:
         InputError: Parameters are unknown, missing, of a wrong unit or out of range; the error lists all faults.
     """

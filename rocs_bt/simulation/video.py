@@ -182,11 +182,7 @@ def as_drawn(model: Any) -> Any:
 
 
 def _context(size: tuple[int, int]) -> Any:
-    """Off-screen OpenGL context of the first backend that works.
-
-    Raises:
-        InputError: No backend works.
-    """
+    """Off-screen OpenGL context of the first backend that works; raises InputError."""
     tried = []
     for backend in _BACKENDS:
         try:

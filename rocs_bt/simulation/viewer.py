@@ -17,9 +17,6 @@ class Viewer:
 
     In lockstep it also slows the run down to real time, so that a person can watch it.
 
-    Args:
-        world: World to show.
-
     Raises:
         InputError: The machine has no display, or MuJoCo's viewer does not start.
     """

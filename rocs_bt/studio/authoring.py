@@ -37,13 +37,7 @@ _EDITED = (".xml", ".toml", ".py")
 
 
 def edit_routes(catalog: Catalog, worker: Worker, *, allow_code: bool = False) -> Routes:
-    """Routes of the editor of a project's files.
-
-    Args:
-        catalog: Content of the project.
-        worker: Answers everything that reads content.
-        allow_code: Whether Python files may be changed.
-    """
+    """Routes of the editor of a project's files."""
     table = Authoring(catalog, allow_code=allow_code).table()
     answers = {("POST", f"edit/{name}"): _answer(function, worker) for name, function in table.items()}
     return {**web_routes({"edit": "edit"}), **answers}
@@ -64,12 +58,7 @@ def _answer(function: Callable[[Asked], Json], worker: Worker) -> Handler:
 
 
 class Authoring:
-    """Requests of the editor for the files of a project.
-
-    Args:
-        catalog: Content of the project, which tells whether Python content may run.
-        allow_code: Whether Python files may be changed.
-    """
+    """Requests of the editor for the files of a project."""
 
     def __init__(self, catalog: Catalog, *, allow_code: bool = False) -> None:
         self.catalog = catalog
@@ -173,15 +162,7 @@ class Authoring:
         return {"hash": _hash(after)}
 
     def _file(self, asked: Asked, *, new: bool = False) -> tuple[Path, bool]:
-        """File of a request, and whether it is of the project.
-
-        Args:
-            asked: The request.
-            new: Whether the file need not exist, as one that was removed after it was opened.
-
-        Raises:
-            InputError: It is not a content file of the project or of rocs_bt.
-        """
+        """File of a request, and whether it is of the project; raises InputError."""
         name = _text(asked, "file")
         _require_content(name, Path(name))
         for root in self.catalog.roots:
@@ -254,11 +235,7 @@ class Authoring:
 
 
 def _require_content(name: str, path: Path) -> None:
-    """Check that a path in a project is one of content.
-
-    Raises:
-        InputError: It is not.
-    """
+    """Check that a path in a project is one of content; raises InputError."""
     if path.suffix not in _EDITED or kind_of(tested_file(path)) is None:
         leads = "" if path == Path(name) else f", which leads to '{path}',"
         raise InputError(

@@ -69,11 +69,7 @@ def command(path: Path | None, port: int | None, no_browser: bool, allow_code: b
 
 
 def _run_of(path: Path | None) -> Path | None:
-    """Folder of the run that a path means; None if it means a project.
-
-    Raises:
-        InputError: It is neither.
-    """
+    """Folder of the run that a path means; None if it means a project. Raises InputError."""
     if path is None or (path.is_dir() and not (path / "run.mcap").exists()):
         return None
     if not path.is_dir():
@@ -88,11 +84,7 @@ def _run_of(path: Path | None) -> Path | None:
 
 
 def _server(port: int | None, routes: Routes) -> Server:
-    """Server on a port, or on the first free one if none is given.
-
-    Raises:
-        InputError: The given port is in use.
-    """
+    """Server on a port, or on the first free one if none is given; raises InputError."""
     from .server import Server
 
     token = secrets.token_urlsafe(16)

@@ -27,9 +27,6 @@ _QUIET = 50  # updates without a change, after which a comment is sent
 class Feed:
     """Thread-safe tracks of one run that goes on: one thread feeds them, and each browser asks for what it lacks.
 
-    Args:
-        extra: Further entries of the head.
-
     Attributes:
         closed: Whether the run is over.
         version: Number that each change increases.
@@ -128,11 +125,7 @@ class _Sent(NamedTuple):
 
 
 class Seen:
-    """What one browser has got: what it has of each track, and lines of the log.
-
-    Attributes:
-        version: Version of the feed at the last message.
-    """
+    """What one browser has got: what it has of each track, and lines of the log."""
 
     def __init__(self) -> None:
         self.version = 0
@@ -141,13 +134,7 @@ class Seen:
         self._moments: Sequence[Json] = []
 
     def message(self, tracks: Tracks, moments: Sequence[Json] = (), about: Json | None = None) -> bytes:
-        """JSON of what is new: of each changed track its address, and its times and values from an index on.
-
-        Args:
-            tracks: Tracks of the run.
-            moments: Decisive moments of the run so far.
-            about: Additions of the run's end.
-        """
+        """JSON of what is new: of each changed track its address, and its times and values from an index on."""
         changed = []
         for key, shown, track in items(tracks):
             before = self._tracks.get(key, _Sent())

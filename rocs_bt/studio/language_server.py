@@ -48,10 +48,6 @@ def command(no_code: bool) -> None:
 def make_server(worker: Worker, *, code: bool = True) -> LanguageServer:
     """Language server for missions in XML, rule files, robots, scenarios and planners.
 
-    Args:
-        worker: Answers the questions of the editor.
-        code: Whether Python content of the project may run.
-
     Raises:
         InputError: pygls is not installed.
     """
@@ -66,14 +62,7 @@ def make_server(worker: Worker, *, code: bool = True) -> LanguageServer:
 
 
 class _Features:
-    """Requests of an editor, answered by `rocs_bt.studio.editing` in a process of its own.
-
-    Args:
-        server: The server.
-        types: Module of the protocol's types.
-        worker: Answers the questions.
-        code: Whether Python content may run.
-    """
+    """Requests of an editor, answered by `rocs_bt.studio.editing` in a process of its own."""
 
     def __init__(self, server: LanguageServer, types: Any, worker: Worker, code: bool) -> None:
         self.server, self.types, self.code = server, types, code

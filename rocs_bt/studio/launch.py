@@ -65,13 +65,7 @@ class Start(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Play(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """An episode of a comparison that a person wants to see.
-
-    Attributes:
-        planner: Name of the planner.
-        scene: Name of the scene.
-        seed: Seed of the episode.
-    """
+    """An episode of a comparison that a person wants to see."""
 
     planner: str
     scene: str
@@ -98,13 +92,7 @@ def stored_episodes(runs: Path) -> dict[Play, EpisodeRecord]:
 
 
 class Launcher:
-    """Starts runs of a project, passes commands to them, and ends them.
-
-    Args:
-        catalog: Content of the project.
-        runs: Runs of the project, which show those that go on.
-        url: URL of the studio.
-    """
+    """Starts runs of a project, passes commands to them, and ends them."""
 
     def __init__(self, catalog: Catalog, runs: Runs, url: str) -> None:
         self._catalog = catalog
@@ -192,11 +180,7 @@ class Launcher:
 
 
 def _unlinked(folder: Path, runs: Path) -> Path:
-    """Folder for a run, checked: the run's files stay in the folder of the runs and replace nothing outside.
-
-    Raises:
-        InputError: The folder leads out of that of the runs, or has a link in it.
-    """
+    """Folder for a run, checked: the run's files stay in the folder of the runs and replace nothing outside."""
     links = [folder] if not folder.resolve().is_relative_to(runs.resolve()) else []
     links += [path for path in sorted(folder.iterdir()) if path.is_symlink()] if folder.is_dir() else []
     if links:
@@ -209,9 +193,6 @@ class _Child:
     """Process of a run.
 
     It gets a socket of its own to the studio, since content may print to standard output at any time.
-
-    Attributes:
-        feed: Feed of the run.
     """
 
     def __init__(self, arguments: Sequence[str], folder: Path, url: str, place: Path) -> None:

@@ -20,10 +20,7 @@ _EXPORT = re.compile(r"^export (?:const|class) (\w+)", re.MULTILINE)
 def render_page(title: str, data: bytes, second: bytes = b"") -> str:
     """The page of a run that is over; it works offline, from a file, and loads nothing.
 
-    Args:
-        title: Title of the page.
-        data: Packed run.
-        second: Packed run that is shown over the first; empty for none.
+    Another packed run, `second`, is shown over the first unless it is empty.
     """
     program, start, style = bundle("app.js"), read_text(WEB / "start.js"), read_text(WEB / "studio.css")
     policy = (

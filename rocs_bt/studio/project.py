@@ -38,15 +38,7 @@ def _refuse_python(catalog: Catalog, wanted: _Copy) -> None:
 def project_routes(
     catalog: Catalog, runs: Runs, launcher: Launcher, worker: Worker, *, allow_code: bool = False
 ) -> Routes:
-    """Routes of the studio: the first view, each run, and the editor.
-
-    Args:
-        catalog: Content of the project.
-        runs: Runs of the project.
-        launcher: Starts runs of the project.
-        worker: Answers everything of the editor that reads content.
-        allow_code: Whether Python files may be changed.
-    """
+    """Routes of the studio: the first view, each run, and the editor."""
 
     def copy(request: Request) -> Answer:
         wanted = request.read(_Copy)
@@ -80,11 +72,7 @@ def project_routes(
 
 
 def _run(request: Request) -> str:
-    """Name of the run in the address of a request.
-
-    Raises:
-        InputError: The address has none.
-    """
+    """Name of the run in the address of a request; raises InputError."""
     if not (name := request.query.get("run", "")):
         raise InputError("the address has no run: add ?run=NAME.")
     return name

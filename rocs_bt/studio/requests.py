@@ -29,11 +29,7 @@ _CONTROL = re.compile(r"[\x00-\x1f\x7f]")
 
 
 class RefusedError(Exception):
-    """A request that the server does not take.
-
-    Attributes:
-        status: Status of the answer.
-    """
+    """A request that the server does not take."""
 
     def __init__(self, status: HTTPStatus) -> None:
         self.status = status
@@ -41,23 +37,14 @@ class RefusedError(Exception):
 
 
 class Request(msgspec.Struct, frozen=True):
-    """One request.
-
-    Attributes:
-        method: Method, such as GET.
-        token: First part of the path.
-        name: Rest of the path, which names a route.
-        query: Parameters of the address.
-        fields: Header fields, by name in lower case.
-        body: Body; empty until it has been read.
-    """
+    """One request."""
 
     method: str
-    token: str
-    name: str
+    token: str  # first part of the path
+    name: str  # rest of the path, which names a route
     query: Mapping[str, str]
-    fields: Mapping[str, str]
-    body: bytes = b""
+    fields: Mapping[str, str]  # by name in lower case
+    body: bytes = b""  # empty until it has been read
 
     @property
     def length(self) -> int:
@@ -77,15 +64,9 @@ class Request(msgspec.Struct, frozen=True):
 
 
 class Answer(msgspec.Struct, frozen=True):
-    """Answer to a request.
+    """Answer to a request."""
 
-    Attributes:
-        body: Body, or the parts of a stream of server-sent events.
-        kind: Type of the body.
-        status: Status.
-    """
-
-    body: bytes | Stream
+    body: bytes | Stream  # or the parts of a stream of server-sent events
     kind: str = "application/json"
     status: HTTPStatus = HTTPStatus.OK
 

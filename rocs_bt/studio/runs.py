@@ -69,9 +69,7 @@ class Runs:
     def head(self, name: str, *, whole: bool = False) -> Answer:
         """What a page needs first: a packed run, the head of one that goes on, or `null` before it has begun.
 
-        Args:
-            name: Name of the run.
-            whole: Whether a run that goes on is packed too, up to now.
+        With `whole`, a run that goes on is packed too, up to now.
         """
         if (live := self._live.get(name)) is not None:
             head = live.head()

@@ -42,19 +42,8 @@ _FIELDS = {
 class Server:
     """Serves a table of routes, in a thread of its own.
 
-    Args:
-        host: Loopback address.
-        port: Port; 0 for any free port.
-        token: Secret that every request must contain.
-        routes: Handlers by method and path.
-        report: Function that is called with an unexpected exception of a handler.
-
     Raises:
         InputError: The host is no loopback address, or the port is in use.
-
-    Attributes:
-        port: Port of the server.
-        url: Address of the server, with the token.
     """
 
     def __init__(

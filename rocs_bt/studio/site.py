@@ -27,12 +27,7 @@ def web_routes(pages: dict[str, str]) -> Routes:
 
 
 def live_routes(feed: Feed, control: Callable[[RunCommand], object]) -> Routes:
-    """Routes of the page of one run that goes on.
-
-    Args:
-        feed: Feed of the run.
-        control: Function that passes a command of the browser to the run.
-    """
+    """Routes of the page of one run that goes on."""
 
     def command(request: Request) -> Answer:
         control(command_of(request))

@@ -89,11 +89,7 @@ def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: p
 
 
 class Sweeps:
-    """Sweeps (planners × scenes × seeds) of a test session; each is played once and shared by the tests that need it.
-
-    Args:
-        config: Pytest configuration with the options.
-    """
+    """Sweeps (planners × scenes × seeds) of a test session; each is played once, for all tests that need it."""
 
     def __init__(self, config: pytest.Config) -> None:
         self._jobs: int | None = config.getoption("--compare-jobs")

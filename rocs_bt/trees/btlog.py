@@ -29,12 +29,7 @@ from .xml.write import Writer, element, model_of, to_text, value_text
 
 
 def write_instances(tree: Tree, main: str) -> str:
-    """Write a running tree as an XML document with `_uid` for each node and `_fullpath` for each subtree.
-
-    Args:
-        tree: The tree.
-        main: ID of the outermost tree.
-    """
+    """Write a running tree as an XML document with `_uid` for each node and `_fullpath` for each subtree."""
     return _Instances(tree).whole(main)
 
 

@@ -29,13 +29,7 @@ THEME = {
 
 
 def render_page(template: str, *, beside: Path | None = None, **values: Any) -> str:
-    """Render a template; texts are HTML-escaped.
-
-    Args:
-        template: File name of the template.
-        beside: Folder with further templates.
-        values: Values of the template's variables.
-    """
+    """Render a template; texts are HTML-escaped."""
     return _environment(beside).get_template(template).render(**values)
 
 

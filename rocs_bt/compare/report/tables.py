@@ -21,22 +21,13 @@ BEST_FIRST = sorted(
 
 @dataclass(frozen=True)
 class LeaderboardRow:
-    """Results of one planner.
-
-    Attributes:
-        planner: Name of the planner.
-        number: Index among all planners, which determines the planner's colour.
-        estimates: Means by metric, from `Comparison.estimate`.
-        most_collisions: Upper confidence bound of the planner's collision rate.
-        outcomes: Number of episodes by outcome, the best outcome first.
-        size: Sample size for success.
-    """
+    """Results of one planner."""
 
     planner: str
-    number: int
+    number: int  # index among all planners, which determines the planner's colour
     estimates: Mapping[str, Estimate]
-    most_collisions: float
-    outcomes: Mapping[str, int]
+    most_collisions: float  # upper confidence bound of the collision rate
+    outcomes: Mapping[str, int]  # number of episodes by outcome, the best outcome first
     size: SampleSize
 
     @property
@@ -90,12 +81,7 @@ def conclusive_first(verdicts: Sequence[Verdict]) -> list[Verdict]:
 
 
 def matrix(verdicts: Sequence[Verdict], planners: Sequence[str]) -> list[list[Verdict | None]]:
-    """Verdicts of one metric as a square matrix, row planner against column planner; None on the diagonal.
-
-    Args:
-        verdicts: Verdicts on all pairs of the planners.
-        planners: Names of the planners in row and column order.
-    """
+    """Verdicts of one metric as a square matrix, row planner against column planner; None on the diagonal."""
     by_pair = {(each.a, each.b): each for verdict in verdicts for each in (verdict, swapped(verdict))}
     return [[by_pair.get((row, column)) for column in planners] for row in planners]
 

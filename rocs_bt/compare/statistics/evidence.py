@@ -181,12 +181,7 @@ def _evidence(values: Floats, mean: float) -> float:
 
 
 def _low_end(values: Floats, enough: float) -> float:
-    """Greatest mean that the betting test rejects, found by bisection, since the wealth decreases with the mean.
-
-    Args:
-        values: Values, one per scene, between 0 and 1.
-        enough: Log wealth at which the test rejects.
-    """
+    """Greatest mean that the betting test rejects, found by bisection, since the wealth decreases with the mean."""
     low, high = 0.0, 1.0
     for _ in range(_STEPS):
         middle = (low + high) / 2.0

@@ -47,13 +47,9 @@ class Command:
 
 @dataclass(frozen=True)
 class Neutral:
-    """Request to send the device to neutral.
+    """Request to send the device to neutral."""
 
-    Attributes:
-        number: Number of the request, counted from 1.
-    """
-
-    number: int
+    number: int  # counted from 1
 
 
 @dataclass(frozen=True)
@@ -63,52 +59,31 @@ class Close:
 
 @dataclass(frozen=True)
 class Ready:
-    """Message of the process: the driver was constructed.
-
-    Attributes:
-        size: Number of values of a command.
-        publishers: Identifiers of the device's publishers on its network.
-    """
+    """Message of the process: the driver was constructed."""
 
     size: int
-    publishers: frozenset[bytes] = frozenset()
+    publishers: frozenset[bytes] = frozenset()  # identifiers of the device's publishers on its network
 
 
 @dataclass(frozen=True)
 class Done:
-    """Message of the process: all requests up to this number were performed, or replaced by newer ones.
-
-    Attributes:
-        number: Number of the newest request that is done.
-    """
+    """Message of the process: all requests up to this number were performed, or replaced by newer ones."""
 
     number: int
 
 
 @dataclass(frozen=True)
 class Failed:
-    """Message of the process: the driver raised an exception, so the device was sent to neutral for good.
-
-    Attributes:
-        message: Description of the exception.
-        faults: Faults, if the exception is an InputError, which only the construction of the driver raises.
-        neutral: Whether `neutral` raised it, so that the process cannot stop the device.
-    """
+    """Message of the process: the driver raised an exception, so the device was sent to neutral for good."""
 
     message: str
+    # If the exception is an InputError, which only the construction of the driver raises.
     faults: tuple[Fault, ...] = ()
-    neutral: bool = False
+    neutral: bool = False  # whether `neutral` raised it, so that the process cannot stop the device
 
 
 class Channel:
-    """One end of the socket pair, which sends and receives messages. Only `wait` blocks; `send` is thread-safe.
-
-    Args:
-        end: Socket of this end.
-
-    Attributes:
-        ended: Whether the other side has closed its end.
-    """
+    """One end of the socket pair, which sends and receives messages. Only `wait` blocks; `send` is thread-safe."""
 
     def __init__(self, end: socket.socket) -> None:
         end.setblocking(False)

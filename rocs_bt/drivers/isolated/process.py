@@ -27,11 +27,7 @@ CLOSE_TIMEOUT = 2.0
 
 
 def run_process(descriptor: int) -> None:
-    """Serve the main process until it closes the channel or ends, then exit.
-
-    Args:
-        descriptor: File descriptor of the end of the socket pair that belongs to this process.
-    """
+    """Serve the main process at a socket's file descriptor until it closes the channel or ends, then exit."""
     parent = os.getppid()
     with socket.socket(fileno=descriptor) as end:
         end.set_inheritable(False)  # child processes of the driver must not keep the channel open
@@ -56,11 +52,6 @@ class DeviceProcess:
     last command that the device has taken, and ends the process. The watchdog thus acts if the main process sends
     nothing, and also if the driver hangs in a command. A second thread commands the device, and a third sends it to
     neutral.
-
-    Args:
-        channel: Channel to the main process.
-        start: First message of the main process.
-        parent: Process ID of the main process.
     """
 
     def __init__(self, channel: Channel, start: Start, parent: int) -> None:

@@ -27,13 +27,10 @@ class Silence:
         max_age: Age of the last command at which the process sends the device to neutral [s].
         process: ID of the process.
         patient: Whether every silence up to `HUNG` is lateness, as another way to the device exists.
-
-    Attributes:
-        late: Whether the process is silent for longer than it may, but does not count as hung yet.
     """
 
     def __init__(self, max_age: float, process: int, *, patient: bool = False) -> None:
-        self.late = False
+        self.late = False  # silent for longer than it may, but not hung yet
         self._patient = patient
         self._limit = max_age + GRACE
         self._rest_limit = 0.5 * max_age
@@ -46,15 +43,12 @@ class Silence:
         self._waiting = 0.0  # [s] since requests wait without a pause
 
     def after(self, pause: float, *, progress: bool, waiting: bool) -> str:
-        """Count a tick.
+        """Count a tick; returns the reason why the process counts as hung, or an empty text.
 
         Args:
             pause: Time since the last tick [s].
             progress: Whether the process has answered in it.
             waiting: Whether it has not yet answered the newest request.
-
-        Returns:
-            Reason why the process counts as hung; empty if it does not.
         """
         counted = min(pause, 2 * TICK)
         starved = min(self._starvation(pause), counted)

@@ -17,10 +17,8 @@ SOON = 0.5
 class Standby:
     """Opens a device in the main process, and sends it to neutral.
 
-    Args:
-        make: Function that opens the device.
-        early: If True, the device is opened now, as it allows two owners. Otherwise it is opened when it is needed,
-            which is after the process that has it open has ended.
+    With `early` it is opened now, as it allows two owners. Otherwise it is opened when it is needed, after the process
+    that has it open has ended.
 
     Raises:
         InputError: The device is opened early, and the driver is invalid.
@@ -37,11 +35,7 @@ class Standby:
         self._stopping = threading.Event()
 
     def take_over(self) -> str:
-        """Open the device and send it to neutral several times, in a thread of its own.
-
-        Returns:
-            Reason why the device is not in neutral after the time `SOON`; empty if it is.
-        """
+        """Open the device, send it to neutral several times; returns why it is not in neutral after `SOON`."""
         self._thread.start()
         self._thread.join(SOON)
         return self._problem

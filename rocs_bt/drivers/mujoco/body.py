@@ -49,36 +49,22 @@ class RobotBody:
 
 @dataclass(frozen=True)
 class MocapBody:
-    """Named mocap body: an object that a script can move.
-
-    Attributes:
-        name: Name of the body.
-        slot: Index among MuJoCo's mocap bodies.
-        geoms: IDs of the geoms of the body.
-    """
+    """Named mocap body: an object that a script can move."""
 
     name: str
-    slot: int
+    slot: int  # index among MuJoCo's mocap bodies
     geoms: tuple[int, ...]
 
 
 @dataclass(frozen=True)
 class FreeBody:
-    """Named body with a free joint that is no robot: an object that robots can push.
-
-    Attributes:
-        name: Name of the body.
-        q: Index of the free joint in qpos: x, y, z, quaternion.
-        v: Index of the free joint in qvel.
-        geoms: IDs of the geoms of the body.
-        tree: IDs of the geoms of the body and of its children.
-    """
+    """Named body with a free joint that is no robot: an object that robots can push."""
 
     name: str
-    q: int
-    v: int
+    q: int  # index of the free joint in qpos: x, y, z, quaternion
+    v: int  # index of the free joint in qvel
     geoms: tuple[int, ...]
-    tree: tuple[int, ...]
+    tree: tuple[int, ...]  # geoms of the body and of its children
 
 
 def find_objects(model: Any, robots: Mapping[str, RobotBody]) -> dict[str, MocapBody | FreeBody]:

@@ -166,10 +166,7 @@ def compile_model(
 def read_model(file: Path, within: Sequence[Path] = (), text: str | None = None) -> Any:
     """Read the MjSpec of an MJCF file.
 
-    Args:
-        file: MJCF file.
-        within: Folders with files that the model may reference, in addition to those in its own folder.
-        text: MJCF text of a generated model.
+    The model may reference files in its own folder and in those of `within`.
 
     Raises:
         InputError: The file cannot be read, is not valid MJCF, references a file in another folder, or exceeds a limit;

@@ -12,9 +12,6 @@ class GhostWorld(MujocoWorld):
     """Copy of a world in which bodies keep their velocities: contacts and motors have no effect, and no clock advances.
 
     Scripts can read it, and move their objects in it, as in the world itself.
-
-    Args:
-        world: World to copy; model, indices and queries are shared with it.
     """
 
     def __init__(self, world: MujocoWorld) -> None:

@@ -17,11 +17,6 @@ def carrying_geoms(model: Any, data: Any, body: RobotBody) -> frozenset[int]:
     A geom carries the robot if its lowest point is within 1 cm of the robot's lowest point. A part that moves against
     the base, such as a wheel with rollers or a leg, counts as a whole. Of the base, only single geoms count, such as
     skids and casters. The geom `hull` never counts: it touches the ground in the pose of a model that floats or flies.
-
-    Args:
-        model: Compiled model.
-        data: MjData with the poses of all geoms.
-        body: The robot.
     """
     lowest = {geom: _lowest(model, data, geom) for geom in body.geoms if collides(model, geom)}
     limit = min(lowest.values(), default=0.0) + _CLEARANCE

@@ -184,25 +184,14 @@ class Rays:
 
 @dataclass(frozen=True, eq=False)
 class _Tiled:
-    """Copy of a model for fast ray casting, in which the static geoms are grouped into tiles of the floor.
-
-    Attributes:
-        model: Compiled MjModel.
-        bodies: Indices of the movable bodies in this model, and indices of the same bodies in the original model.
-        geoms: Indices of the movable geoms in this model, and indices of the same geoms in the original model.
-    """
+    """Copy of a model for fast ray casting, in which the static geoms are grouped into tiles of the floor."""
 
     model: Any
-    bodies: tuple[Indices, Indices]
-    geoms: tuple[Indices, Indices]
+    bodies: tuple[Indices, Indices]  # movable bodies: indices here, and in the original model
+    geoms: tuple[Indices, Indices]  # movable geoms: indices here, and in the original model
 
     def follow(self, copy: Any, data: Any) -> None:
-        """Copy the poses of all movable bodies and geoms from the world.
-
-        Args:
-            copy: MjData of this model.
-            data: MjData of the world.
-        """
+        """Copy the poses of all movable bodies and geoms from the world."""
         (bodies, world_bodies), (geoms, world_geoms) = self.bodies, self.geoms
         copy.xipos[bodies] = data.xipos[world_bodies]
         copy.geom_xpos[geoms], copy.geom_xmat[geoms] = data.geom_xpos[world_geoms], data.geom_xmat[world_geoms]
@@ -243,14 +232,9 @@ def _is_shown(model: Any, geom: int) -> bool:
 
 
 def _body(spec: Any, model: Any, body: int) -> Any:
-    """Add a body to the copy of a model: a tile, or the counterpart of a movable body.
+    """Add a body to the copy of a model: a tile (body 0), or the counterpart of a movable body.
 
     A counterpart has the inertia of the original body, because MuJoCo centres the body's bounding sphere on it.
-
-    Args:
-        spec: MjSpec of the copy.
-        model: Original model.
-        body: ID of the movable body in the original model; 0 for a tile.
     """
     if body == 0:
         return spec.worldbody.add_body()

@@ -50,9 +50,7 @@ _MESHES = ("meshdir", "assetdir")
 def examine_model(file: Path, roots: Iterable[Path]) -> None:
     """Check a model: the files that it references, and its size.
 
-    Args:
-        file: MJCF file.
-        roots: Folders with files that the model may reference, in addition to those in its own folder.
+    The model may reference files in its own folder and in those of `roots`.
 
     Raises:
         InputError: The file is not valid MJCF, references a file outside of the folders, or exceeds a limit; with line
@@ -92,17 +90,7 @@ class _Count:
     joints: float = 0.0
 
     def add(self, location: _Location, elements: float, copies: float, joints: float = 0.0) -> None:
-        """Add to the counts the elements at one location.
-
-        Args:
-            location: Location in the file, for the fault.
-            elements: Number of elements.
-            copies: Number of elements that replicate, attach and flexcomp create.
-            joints: Number of joints.
-
-        Raises:
-            InputError: A count exceeds its limit.
-        """
+        """Add to the counts the elements at one location; raises InputError."""
         self.elements, self.copies, self.joints = self.elements + elements, self.copies + copies, self.joints + joints
         for count, most, what in (
             (self.copies, MOST_COPIES, "elements from replicate, attach and flexcomp"),
@@ -125,17 +113,7 @@ class _Limits:
     models: dict[Path, _Count] = field(default_factory=dict)
 
     def take(self, what: str, amount: float, location: _Location, words: str) -> None:
-        """Consume part of a budget.
-
-        Args:
-            what: Budget: `text`, `assets` or `cells`.
-            amount: Amount to consume.
-            location: Location in the file, for the fault.
-            words: Size that the model exceeds, for the fault.
-
-        Raises:
-            InputError: The budget is exceeded.
-        """
+        """Consume part of the budget `text`, `assets` or `cells`; raises InputError."""
         left = getattr(self, what) - amount
         setattr(self, what, left)
         if left < 0:
@@ -160,11 +138,7 @@ class _Model:
         self.strip = False
 
     def read(self) -> _Count:
-        """Read the model and its attached models; returns the counts of their elements.
-
-        Raises:
-            InputError: The model is invalid or exceeds a limit.
-        """
+        """Read the model and its attached models; returns the counts of their elements. Raises InputError."""
         _Reader(self, self.file, "mujoco").parse()
         for asset in self.assets:
             self._asset(asset)
@@ -175,13 +149,7 @@ class _Model:
         return self.count
 
     def include(self, named: str, times: float, location: _Location) -> None:
-        """Read an included file, unless it was read before. MuJoCo resolves its path relative to the main file.
-
-        Args:
-            named: Path of the file, as written.
-            times: Number of copies of the included elements.
-            location: Location of the include.
-        """
+        """Read an included file, unless it was read before. MuJoCo resolves its path relative to the main file."""
         for folder in dict.fromkeys((*self.folders, location.file.parent)):
             path = self._confined(named, folder, location)
             if is_file(path) and path not in self.files:
@@ -278,11 +246,7 @@ class _Reader:
 
 
 def _check_numbers(tag: str, attributes: Mapping[str, str], location: _Location) -> None:
-    """Check the attributes that determine how much memory MuJoCo allocates.
-
-    Raises:
-        InputError: An attribute exceeds its maximum.
-    """
+    """Check the attributes that determine how much memory MuJoCo allocates; raises InputError."""
     limits = _MOST.get(tag, {})
     for key, value in attributes.items():
         most = _MOST_USER if tag == "size" and key.startswith("nuser_") else limits.get(key, math.inf)

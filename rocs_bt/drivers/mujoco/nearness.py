@@ -43,12 +43,7 @@ class Near:
 
 
 class ClearanceQuery:
-    """Distances between robot hulls and obstacles, without the floor.
-
-    Args:
-        model: Compiled model.
-        robots: Indices of the robots in the model, by name.
-    """
+    """Distances between robot hulls and obstacles, without the floor."""
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
         from .library import mujoco
@@ -123,10 +118,6 @@ class ClearanceQuery:
 
     def sunk(self, data: Any, body: RobotBody) -> tuple[float, str, str]:
         """Greatest overlap of a robot's hull with the level floor.
-
-        Args:
-            data: MjData of the world, with updated poses.
-            body: Robot.
 
         Returns:
             Depth [m], name of the geom of the hull, and name of the geom of the floor; (0, "", "") without an overlap.

@@ -17,12 +17,7 @@ Point = tuple[float, float, float]
 
 
 class LineOfSight:
-    """Check of lines of sight between robots, which only geoms that can collide block.
-
-    Args:
-        model: Compiled model.
-        robots: Indices of the robots in the model, by name.
-    """
+    """Check of lines of sight between robots, which only geoms that can collide block."""
 
     def __init__(self, model: Any, robots: Mapping[str, RobotBody]) -> None:
         from .library import mujoco

@@ -26,10 +26,7 @@ _RAYS, _POSITION, _VELOCITY = range(3)  # stages of sensors: rangefinders, then 
 class WorldState:
     """State of a simulated world in MuJoCo, protected by one lock.
 
-    Args:
-        model: Compiled MjModel; elements of robots have the robot's name as prefix.
-        robots: Names of the robots.
-        clock: Clock of the world.
+    Elements of robots in the model have the robot's name as prefix.
 
     Attributes:
         model, data: MuJoCo's model and state; hold `lock` to use them while another thread steps.

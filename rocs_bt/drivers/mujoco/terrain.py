@@ -67,12 +67,7 @@ def add_ground(spec: Any, pieces: Iterable[GroundPiece]) -> None:
 
 
 class GroundHeight:
-    """Height of the ground over the floor at a point, or below a robot or an object.
-
-    Args:
-        model: Compiled model.
-        data: MjData of the world with the poses of all geoms.
-    """
+    """Height of the ground over the floor at a point, or below a robot or an object."""
 
     def __init__(self, model: Any, data: Any) -> None:
         from .library import mujoco

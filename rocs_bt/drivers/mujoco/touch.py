@@ -37,13 +37,8 @@ class Contact:
 class ContactDetector:
     """Detector of new contacts of robots, used after physics steps.
 
-    Contacts with the floor do not count, except those of a hull with a side face of ground that a scenario adds.
-
-    Args:
-        model: Compiled model.
-        robots: Indices of the robots in the model, by name.
-        objects: Movable bodies of the model that are no robots, by name; a push against several geoms of one of them is
-            one contact.
+    Contacts with the floor do not count, except those of a hull with a side face of ground that a scenario adds. A push
+    against several geoms of one object is one contact.
 
     Attributes:
         before: Velocities of all joints before the last step, because an impact changes them, shape (nv,).
@@ -112,12 +107,7 @@ class ContactDetector:
             self.usual = data.ncon
 
     def allow_ground(self, robot: str, geoms: Collection[int]) -> None:
-        """Set the geoms of a robot that may touch the ground.
-
-        Args:
-            robot: Name of the robot.
-            geoms: IDs of the geoms.
-        """
+        """Set the geoms of a robot that may touch the ground."""
         for geom in self._robots[robot].geoms:
             self._off_ground.pop(geom, None)
             if geom not in geoms:

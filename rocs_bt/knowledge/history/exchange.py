@@ -92,11 +92,7 @@ class _Positions:
 
 
 def _read(text: str, file: Path) -> dict[str, Any]:
-    """Parse a text to a JSON object.
-
-    Raises:
-        InputError: It is not JSON, or not an object.
-    """
+    """Parse a text to a JSON object; raises InputError."""
     try:
         check_nesting(text)
         values = json.JSONDecoder(object_pairs_hook=_once, parse_constant=_refuse).decode(text)

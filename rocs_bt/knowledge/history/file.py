@@ -184,12 +184,7 @@ def read_stretches(
 ) -> Iterator[Stretch]:
     """The stretches of a run, oldest first, read in one transaction.
 
-    Args:
-        connection: Connection to the file.
-        run: Number of the run.
-        agent: Agent of the run.
-        schema: Types of the values.
-        known: Stretches that were read earlier; for these, only new changes are read.
+    Of the `known` stretches only new changes are read.
     """
     earlier = {stretch.id: stretch for stretch in known}
     connection.execute("BEGIN")

@@ -45,17 +45,7 @@ class EdgeEntry(msgspec.Struct, forbid_unknown_fields=True):
 
 
 class Importer:
-    """Builds a state from imported entries.
-
-    Args:
-        file: Import file, for messages.
-        agent: Agent that owns the imported knowledge.
-        schema: Allowed kinds and relations.
-
-    Attributes:
-        faults: Faults of the refused entries.
-        state: State with the accepted entries.
-    """
+    """Builds a state from imported entries."""
 
     def __init__(self, file: Path, agent: str, schema: Schema) -> None:
         self.faults: list[Fault] = []

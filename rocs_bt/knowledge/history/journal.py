@@ -164,13 +164,7 @@ class Journal:
 
 
 class _WriterQueue:
-    """Queue of one graph's writes for the file.
-
-    Attributes:
-        graph: The graph.
-        stretch: Number of the stretch in the file to which the writes are appended.
-        lost: Number of dropped changes.
-    """
+    """Queue of one graph's writes for the file."""
 
     def __init__(self, graph: KnowledgeGraph, base: State, limit: int, blocking: bool, wake: threading.Event) -> None:
         self.graph = graph

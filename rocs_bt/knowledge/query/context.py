@@ -33,15 +33,7 @@ class QueryContext(NamedTuple):
 
 
 class Execution:
-    """Data of one execution of a query, named `c` in the query's generated code.
-
-    Args:
-        graph: Graph to query.
-        context: Querying robot, its pose, the time, its signals and its past.
-        parameters: Values of the parameters.
-        texts: The query's quoted texts.
-        signals: Signals that the query reads, with their sizes.
-    """
+    """Data of one execution of a query, named `c` in the query's generated code."""
 
     __slots__ = ("graph", "here", "k", "me", "p", "s", "t")
 

@@ -136,16 +136,11 @@ AbsentClause = tuple[tuple[int, ...], list[Link]]
 
 @dataclass
 class Pattern:
-    """Variables of a query and links between them, in the order of the query's text.
-
-    Attributes:
-        variables: All variables, including the hidden ones.
-        links: Links that must exist.
-        absent: The `no` clauses; a variable of one of them is not visible in the others.
-    """
+    """Variables of a query and links between them, in the order of the query's text."""
 
     variables: list[Variable] = field(default_factory=list)
     links: list[Link] = field(default_factory=list)
+    # `no` clauses; a variable of one of them is not visible in the others.
     absent: list[AbsentClause] = field(default_factory=list)
 
     @property

@@ -17,15 +17,7 @@ from .sample import Array
 
 
 class Case:
-    """Rule set under analysis, with the findings so far.
-
-    Args:
-        rules: Rules of the set.
-        environment: Signals of the robot.
-
-    Attributes:
-        faults: Findings so far: warnings, errors and notes.
-    """
+    """Rule set under analysis, with the findings so far."""
 
     def __init__(self, rules: Sequence[Rule], environment: Environment) -> None:
         self.rules = rules
@@ -50,14 +42,7 @@ class Case:
     ) -> None:
         """Add a warning at the position of a rule's key.
 
-        Args:
-            rule: Rule that the finding is about.
-            key: Key of the rule, such as `when`; if the rule omits it, the finding is at the rule's position.
-            message: Text of the finding, with an example.
-            hint: Text that says how to correct the rule.
-            node: Subexpression of the key's expression at which the finding is placed.
-            column: Column of this subexpression in the expression, 1-based; by default `node.column`.
-            note: Whether the finding is only a note, because nothing is known to be wrong.
+        If the rule omits the key, the finding is at the rule's position. Columns are 1-based.
         """
         position = rule.positions.get(key) or rule.positions.get("")
         found = Fault(message, hint=hint, warning=True, note=note)

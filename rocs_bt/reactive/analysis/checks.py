@@ -92,13 +92,7 @@ def check_period(case: Case, rule: Rule, period: float) -> None:
 
 
 def check_modes(case: Case, rule: Rule, modes: Collection[str]) -> None:
-    """Report modes of a rule that the mission never sets.
-
-    Args:
-        case: Rule set.
-        rule: Rule of the set.
-        modes: Modes that the agent's mission can set.
-    """
+    """Report modes of a rule that the mission never sets."""
     for mode in rule.modes:
         if mode not in modes:
             rest = [other for other in rule.modes if other in modes]
@@ -119,13 +113,9 @@ _TIME = TIME.exponents.index(1)
 def check_holding(case: Case, rule: Rule, action: type[Action]) -> None:
     """Report a rule that can hold the robot for ever, because its action cannot cause its release; see `waits_for`.
 
-    An action that does not move the robot changes only the speed signals, which become 0. The rule is reported if it
-    is proved that its release condition is then false whenever its guard was true.
-
-    Args:
-        case: Rule set.
-        rule: Rule of the set. Its guard must be known to be satisfiable while all signals are valid.
-        action: Action of the rule.
+    An action that does not move the robot changes only the speed signals, which become 0. The rule is reported if it is
+    proved that its release condition is then false whenever its guard was true. The guard must be known to be
+    satisfiable while all signals are valid.
     """
     if rule.waits_for or any(argument.value is None for argument in rule.arguments.values()):
         return  # planned; or an invalid parameter, which is reported separately
@@ -307,14 +297,13 @@ def _measured(comparison: Node) -> bool:
 def _edge(holds: Callable[[Array], bool], on: Array, off: Array, read: Sequence[int]) -> tuple[Array, Array, int]:
     """Find two snapshots that differ slightly in one value, with the guard true on the first and false on the second.
 
+    Returns both, and the index of the value in which they differ.
+
     Args:
         holds: Function that evaluates the guard on a snapshot.
         on: Snapshot on which the guard is true, shape (size,).
         off: Snapshot on which the guard is false, shape (size,).
         read: Indices of the values that the guard reads.
-
-    Returns:
-        The two snapshots, and the index of the value in which they differ.
     """
     off = np.where(np.isin(np.arange(len(on)), read), off, on)
     for at in read:
@@ -368,12 +357,7 @@ def check_parameters(case: Case, rule: Rule, action: type[Action]) -> None:
 
 
 def _outside(node: Node, parameter: Parameter) -> Iterator[Node]:
-    """Conditions, as expressions, under which an action parameter is out of its declared bounds.
-
-    Args:
-        node: Expression of the parameter's value.
-        parameter: Declaration of the parameter.
-    """
+    """Conditions, as expressions, under which an action parameter is out of its declared bounds."""
     if not math.isinf(parameter.bounds.low):
         yield _compared(node, "<=" if parameter.bounds.above else "<", parameter.bounds.low)
     if not parameter.bounds.infinite:

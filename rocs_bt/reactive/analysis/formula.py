@@ -25,12 +25,7 @@ class Exhausted(Undecided):
 
 
 class Effort:
-    """Budget of solver steps for each question, and for all questions together. A step takes about 20 us.
-
-    Args:
-        each: Steps per question.
-        total: Steps for all questions.
-    """
+    """Budget of solver steps for each question, and for all questions together. A step takes about 20 us."""
 
     def __init__(self, each: int, total: int) -> None:
         self._each, self._total = each, total
@@ -56,18 +51,11 @@ class Effort:
 
 @dataclass(frozen=True)
 class Bound:
-    """Formula `variable <= value` or `variable >= value`; `<` or `>` if `strict`.
-
-    Attributes:
-        var: Variable that is bounded.
-        upper: Whether it is an upper bound; otherwise a lower one.
-        value: Value of the bound; a float only if infinite.
-        strict: Whether equality is excluded.
-    """
+    """Formula `variable <= value` or `variable >= value`; `<` or `>` if `strict`."""
 
     var: int
-    upper: bool
-    value: Fraction | float
+    upper: bool  # else a lower bound
+    value: Fraction | float  # a float only if infinite
     strict: bool
 
     @property
@@ -78,19 +66,12 @@ class Bound:
 
 @dataclass(frozen=True)
 class Row:
-    """Linear inequality of several variables: terms + constant < 0, or <= 0 unless `strict`.
+    """Linear inequality of several variables: terms + constant < 0, or <= 0 unless `strict`."""
 
-    Attributes:
-        terms: Coefficients of the variables, nonzero integers without a common divisor.
-        constant: Constant term.
-        strict: Whether equality is excluded.
-        why: Bit set of the search decisions from which this inequality follows.
-    """
-
-    terms: Mapping[int, int]
+    terms: Mapping[int, int]  # nonzero integers without a common divisor
     constant: Fraction
     strict: bool
-    why: int = 0
+    why: int = 0  # bit set of the search decisions from which it follows
 
     @cached_property
     def vars(self) -> int:
@@ -100,17 +81,11 @@ class Row:
 
 @dataclass(frozen=True)
 class Join:
-    """Conjunction or disjunction of formulas.
+    """Conjunction or disjunction of formulas."""
 
-    Attributes:
-        every: Whether it is a conjunction; otherwise a disjunction.
-        parts: Formulas that are joined.
-        defines: Variable that is bounded by each alternative of a disjunction; -1 for none.
-    """
-
-    every: bool
+    every: bool  # conjunction; else disjunction
     parts: tuple[Formula, ...]
-    defines: int = -1
+    defines: int = -1  # variable that each alternative of a disjunction bounds; -1 for none
 
     @cached_property
     def vars(self) -> int:
@@ -140,12 +115,6 @@ def below_zero(
     terms: Mapping[int, Fraction], constant: Fraction | float, strict: bool, finite: Callable[[int], bool]
 ) -> Formula:
     """Formula `sum of the terms + constant < 0`, or `<= 0` unless `strict`.
-
-    Args:
-        terms: Coefficient of each variable.
-        constant: Constant term; it may be infinite.
-        strict: Whether equality is excluded.
-        finite: Function from a variable to whether it is always finite.
 
     Raises:
         Undecided: Infinite numbers of opposite signs can occur in the sum.

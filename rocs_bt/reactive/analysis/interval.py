@@ -16,12 +16,7 @@ ANY: Range = (-math.inf, math.inf)
 
 
 def range_of(node: Node, bounds: Callable[[int], Range]) -> Range:
-    """Minimum and maximum of an expression; for an expression with a group of values, over the whole group.
-
-    Args:
-        node: Numeric expression.
-        bounds: Function from an index of the snapshot to the minimum and maximum of the value at this index.
-    """
+    """Minimum and maximum of an expression; for an expression with a group of values, over the whole group."""
     match node.op:
         case "number":
             return float(node.value), float(node.value)

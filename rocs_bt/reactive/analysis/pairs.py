@@ -39,13 +39,12 @@ def _covering(
 ) -> Iterator[tuple[int, list[int]]]:
     """Find candidates for shadowing: rules of higher priority that held on all samples on which a rule held.
 
+    Yields the index of a rule, and those of at most TRIED candidates.
+
     Args:
         rules: The R rules.
         truths: 1 for each rule and sample on which the guard held, else 0; shape (R, samples).
         alive: Whether a snapshot is known on which each guard holds, shape (R,).
-
-    Yields:
-        Index of a rule, and the indices of at most TRIED candidates.
     """
     uncovered = truths @ (1.0 - truths).T  # [i, k]: number of samples on which i held and k did not
     priority = np.array([rule.priority for rule in rules])
@@ -87,13 +86,7 @@ def _hides_invalid(above: Rule, rule: Rule) -> bool:
 
 
 def _shadowed(case: Case, rule: Rule, others: Sequence[Rule]) -> None:
-    """Report that a rule never acts, if one of the candidates is proved to be latched whenever the rule is.
-
-    Args:
-        case: Rule set.
-        rule: Rule of the set.
-        others: Candidates, of higher priority.
-    """
+    """Report that a rule never acts, if one of the candidates is proved to be latched whenever the rule is."""
     guard, why = rule.when.node, ""
     for above in others:
         questions = [(guard, negation(above.when.node)), (released(above), kept(rule)), (released(above), guard)]

@@ -44,12 +44,7 @@ class Answer:
 
 
 class Prover:
-    """Prover for expressions over a robot's signals.
-
-    Args:
-        environment: Signals, with their bounds.
-        nodes: Expressions from which questions will be built.
-    """
+    """Prover for expressions over a robot's signals."""
 
     def __init__(self, environment: Environment, nodes: Sequence[Node]) -> None:
         self.bounds = _bounds(environment)

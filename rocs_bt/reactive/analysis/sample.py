@@ -137,11 +137,6 @@ _SINGLE: Mapping[str, Callable[..., Array]] = {
 def sample_rows(nodes: Iterable[Node], bounds: list[Range], count: int) -> Array:
     """Sample snapshots with many values near the constants of expressions; deterministic.
 
-    Args:
-        nodes: Expressions; their truth values change at their constants.
-        bounds: Minimum and maximum of each value of a snapshot.
-        count: Number of snapshots.
-
     Returns:
         Snapshots, shape (count, size).
     """

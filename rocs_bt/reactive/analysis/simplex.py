@@ -16,23 +16,14 @@ from .formula import Effort, Row
 
 @dataclass(frozen=True)
 class Span:
-    """Interval of a variable; an end is a float only if it is infinite.
-
-    Attributes:
-        low: Lower end.
-        high: Upper end.
-        above: Whether `low` itself is excluded.
-        under: Whether `high` itself is excluded.
-        low_why: Bit set of the search decisions from which `low` follows.
-        high_why: Bit set of the search decisions from which `high` follows.
-    """
+    """Interval of a variable; an end is a float only if it is infinite."""
 
     low: Fraction | float = -math.inf
     high: Fraction | float = math.inf
-    above: bool = False
-    under: bool = False
-    low_why: int = 0
-    high_why: int = 0
+    above: bool = False  # whether `low` itself is excluded
+    under: bool = False  # whether `high` itself is excluded
+    low_why: int = 0  # bit set of the search decisions from which `low` follows
+    high_why: int = 0  # the same of `high`
 
     @property
     def empty(self) -> bool:
@@ -45,14 +36,7 @@ class Span:
         return Span(low if math.isinf(low) else Fraction(low), high if math.isinf(high) else Fraction(high))
 
     def cut(self, value: Fraction | float, upper: bool, strict: bool, why: int = 0) -> Span:
-        """Intersect the interval with a bound; returns `self` if the bound does not narrow it.
-
-        Args:
-            value: Value of the bound.
-            upper: Whether it is an upper bound; otherwise a lower one.
-            strict: Whether equality is excluded.
-            why: Bit set of the search decisions from which the bound follows.
-        """
+        """Intersect the interval with a bound; returns `self` if the bound does not narrow it."""
         if upper and (value < self.high or (value == self.high and strict and not self.under)):
             return Span(self.low, value, self.above, strict, self.low_why, why)
         if not upper and (value > self.low or (value == self.low and strict and not self.above)):
@@ -81,11 +65,6 @@ class Span:
 def solution(rows: Sequence[Row], spans: Mapping[int, Span], effort: Effort) -> tuple[dict[int, Fraction] | None, int]:
     """Find finite values of the variables that satisfy all inequalities.
 
-    Args:
-        rows: Inequalities.
-        spans: Interval of each variable in the inequalities.
-        effort: Step budget.
-
     Returns:
         Value of each variable, and 0. If there is no solution: None, and the bit set of search decisions that exclude
         one.
@@ -110,16 +89,12 @@ class _Tableau:
     """Simplex tableau: each basic variable as a linear sum of the nonbasic variables.
 
     The slack variable of inequality i, which is the sum of its terms, has the number -1 - i.
-
-    Attributes:
-        rows: Coefficients of the nonbasic variables in the sum of each basic variable.
-        values: Value of each variable. Nonbasic variables are always within their bounds.
     """
 
     def __init__(self, rows: Sequence[Row], spans: Mapping[int, Span]) -> None:
         self._low: dict[int, _Limit] = {}
         self._high: dict[int, _Limit] = {}
-        self.values: dict[int, _Value] = {}
+        self.values: dict[int, _Value] = {}  # those of nonbasic variables are always within their bounds
         for var in {var: None for row in rows for var in row.terms}:
             span = spans[var]
             if not isinstance(span.low, float):
@@ -178,13 +153,7 @@ class _Tableau:
         )
 
     def _exchange(self, basic: int, other: int, value: _Value) -> None:
-        """Pivot: set a basic variable to a value and exchange its role with that of a nonbasic variable.
-
-        Args:
-            basic: Basic variable, which becomes nonbasic.
-            other: Nonbasic variable, which becomes basic.
-            value: New value of `basic`.
-        """
+        """Pivot: set a basic variable to a value and exchange its role with that of a nonbasic variable."""
         row = self.rows.pop(basic)
         factor = row.pop(other)
         step = tuple((a - b) / factor for a, b in zip(value, self.values[basic], strict=True))

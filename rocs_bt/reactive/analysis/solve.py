@@ -25,15 +25,10 @@ GAIN, HUGE = 8, 10**6  # a derived bound must cut 1/8 of the interval and be bel
 
 @dataclass(frozen=True)
 class Solution:
-    """Values of variables that satisfy a formula.
+    """Values of variables that satisfy a formula."""
 
-    Attributes:
-        spans: Intervals of the variables that the formula restricts.
-        values: Values of the variables that occur in an inequality together with others.
-    """
-
-    spans: Mapping[int, Span]
-    values: Mapping[int, Fraction | float]
+    spans: Mapping[int, Span]  # of the variables that the formula restricts
+    values: Mapping[int, Fraction | float]  # of the variables that occur in an inequality together with others
 
     def value(self, var: int) -> float | None:
         """Value of a variable; None if the formula does not restrict it."""
@@ -95,12 +90,7 @@ class _State:
 
 
 class Solver:
-    """Search for values of variables that satisfy a formula.
-
-    Args:
-        ranges: Function from a variable to its range.
-        effort: Step budget.
-    """
+    """Search for values of variables that satisfy a formula."""
 
     def __init__(self, ranges: Callable[[int], Range], effort: Effort) -> None:
         self._ranges = ranges
@@ -117,16 +107,7 @@ class Solver:
         return found if isinstance(found, Solution) else None
 
     def _search(self, state: _State, todo: list[_Part], level: int) -> Solution | int:
-        """Assert formulas, then branch until all are decided.
-
-        Args:
-            state: State of the branch; changed in place.
-            todo: Formulas to assert.
-            level: Number of decisions above.
-
-        Returns:
-            A solution, or the bit set of decisions that exclude one.
-        """
+        """Assert formulas, then branch until all are decided: a solution, or the decisions that exclude one."""
         failed = self._settle(state, todo)
         if failed is not None:
             return failed
@@ -140,17 +121,7 @@ class Solver:
         return self._branch(_State(state.spans, left), choice.parts, why, level)
 
     def _branch(self, state: _State, parts: Sequence[Formula], why: int, level: int) -> Solution | int:
-        """Try the alternatives of a disjunction in turn.
-
-        Args:
-            state: State without the disjunction.
-            parts: Alternatives.
-            why: Bit set of the decisions from which the disjunction follows.
-            level: Number of decisions above.
-
-        Returns:
-            A solution, or the bit set of decisions that exclude one.
-        """
+        """Try the alternatives of a disjunction in turn: a solution, or the decisions that exclude one."""
         if level > DEPTH:
             raise Undecided(f"it takes more than {DEPTH} decisions")
         made = 1 << level
@@ -235,12 +206,6 @@ class Solver:
     def _take(self, state: _State, part: Formula, why: int, todo: list[_Part]) -> int | None:
         """Assert a formula and append its consequences to `todo`.
 
-        Args:
-            state: State of the branch; changed in place.
-            part: Formula.
-            why: Bit set of the decisions from which the formula follows.
-            todo: Formulas to assert; extended in place.
-
         Returns:
             None, or the bit set of the decisions that are in conflict.
         """
@@ -289,14 +254,7 @@ class Solver:
         return None
 
     def _implied(self, state: _State, part: Formula, var: int, upper: bool) -> tuple[Bound, int] | None:
-        """Bound of a variable that a formula implies, and the decisions from which it follows; None without a bound.
-
-        Args:
-            state: State of the branch.
-            part: Formula.
-            var: Variable.
-            upper: Whether an upper bound is wanted; otherwise a lower one.
-        """
+        """Bound of a variable that a formula implies, and the decisions from which it follows; None without a bound."""
         if isinstance(part, Bound):
             return (part, 0) if part.var == var and part.upper is upper else None
         if isinstance(part, Row):
@@ -316,8 +274,7 @@ class Solver:
     def _judge(self, state: _State, part: Formula) -> tuple[bool | None, int]:
         """Whether a formula always holds (True), never holds (False), or is undecided (None) within the intervals.
 
-        Returns:
-            The verdict, and the bit set of the decisions that exclude the formula.
+        Returns the verdict, and the bit set of the decisions that exclude the formula.
         """
         self._effort.spend()
         if isinstance(part, Bound):
@@ -356,12 +313,6 @@ class Solver:
     def _rest(self, state: _State, row: Row, var: int, low: _End) -> Bound | None:
         """Bound of a variable that follows from an inequality with all other terms at their minimum.
 
-        Args:
-            state: State of the branch.
-            row: Inequality.
-            var: Variable.
-            low: Minimum of the sum in the inequality.
-
         Returns:
             The bound, or None if another term has no minimum.
         """
@@ -376,13 +327,7 @@ class Solver:
         return Bound(var, factor > 0, -rest / factor, row.strict or low.open > left_out)
 
     def _row_holds(self, state: _State, row: Row, low: _End) -> bool | None:
-        """Whether an inequality always holds (True), never holds (False), or is undecided (None).
-
-        Args:
-            state: State of the branch.
-            row: Inequality.
-            low: Minimum of the sum in the inequality.
-        """
+        """Whether an inequality always holds (True), never holds (False), or is undecided (None)."""
         if low.value > 0 or (low.value == 0 and (low.open or row.strict)) or (math.isnan(low.value) and row.strict):
             return False
         high = self._end(state, row, 1)

@@ -30,28 +30,17 @@ _FLIPPED = {"<": ">=", "<=": ">", ">": "<=", ">=": "<", "==": "!=", "!=": "=="}
 
 @dataclass
 class _Sum:
-    """Linear sum of variables, and of subexpressions with cases to which no variable is assigned yet.
-
-    Attributes:
-        terms: Coefficient of each variable.
-        parts: Coefficient of each such subexpression.
-        constant: Constant term; it may be infinite.
-        met: Variables that can be infinite and that were both added and subtracted.
-    """
+    """Linear sum of variables, and of subexpressions with cases to which no variable is assigned yet."""
 
     terms: dict[int, Fraction] = field(default_factory=dict)
+    # Subexpressions with cases to which no variable is assigned yet.
     parts: dict[Node, Fraction] = field(default_factory=dict)
     constant: Fraction | float = Fraction(0)
-    met: set[int] = field(default_factory=set)
+    met: set[int] = field(default_factory=set)  # variables that can be infinite and were both added and subtracted
 
 
 class Translator:
     """Translator of expressions over the same signals. All formulas share their variables, so they can be joined.
-
-    Args:
-        size: Number of values of a snapshot.
-        bounds: Function from an index of the snapshot to the range of the value at this index.
-        effort: Step budget.
 
     Attributes:
         unknown: Subexpressions of which only the range is known, keyed by their variable.

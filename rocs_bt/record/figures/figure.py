@@ -81,12 +81,7 @@ class Figure(ABC):
         return make_canvas(self.size, lambda canvas: self.draw(canvas, runs))
 
     def render(self, runs: Sequence[History], form: str) -> bytes:
-        """Render the figure as the content of a file; equal runs give equal bytes.
-
-        Args:
-            runs: Runs to draw.
-            form: `png`, `svg` or `pdf`.
-        """
+        """Render the figure as a `png`, `svg` or `pdf` file; equal runs give equal bytes."""
         return render_canvas(self.name, lambda: self.make(runs), form)
 
 
@@ -102,13 +97,7 @@ def make_canvas(size: tuple[float, float], draw: Callable[[Canvas], None]) -> Ca
 
 
 def render_canvas(name: str, make: Callable[[], Canvas], form: str) -> bytes:
-    """Render a canvas as the content of a file; equal drawings give equal bytes.
-
-    Args:
-        name: Name of the figure.
-        make: Makes the canvas.
-        form: `png`, `svg` or `pdf`.
-    """
+    """Render a canvas as a `png`, `svg` or `pdf` file; equal drawings give equal bytes."""
     import matplotlib
 
     undated: dict[str, Any] = {"svg": {"Date": None, "Creator": None}, "pdf": {"CreationDate": None}}
@@ -141,14 +130,7 @@ def shade_reflexes(axes: Axes, agent: AgentHistory) -> None:
 
 
 def mark_worst(axes: Axes, agent: AgentHistory, gid: str, *, named: bool) -> None:
-    """Draw a line at the time of the minimum margin of each requirement.
-
-    Args:
-        axes: Axes with time on x.
-        agent: History of the agent.
-        gid: Prefix of the ids of the lines.
-        named: Whether to label the lines with the requirements' names.
-    """
+    """Draw a line at the time of the minimum margin of each requirement."""
     for k, (name, t) in enumerate(agent.worst):
         axes.axvline(t, color=WORST, lw=1.0, ls=(0, (1, 1.5)), gid=f"{gid}-worst-{k}")
         if named:
@@ -174,16 +156,7 @@ def route_legend(
     width: int = 200,
     **place: Any,
 ) -> None:
-    """Draw the legend: routes, bodies without an agent, and line styles of several runs.
-
-    Args:
-        axes: Axes of the legend.
-        runs: Runs that are drawn.
-        extra: Further entries.
-        bodies: Names of the drawn bodies; all by default.
-        width: Maximum number of characters in a line of the list of bodies.
-        place: Placement options of the legend.
-    """
+    """Draw the legend: routes, bodies without an agent, and line styles of several runs."""
     from matplotlib.lines import Line2D
 
     agents = [a for run in runs for name, a in run.agents.items() if bodies is None or name in bodies]

@@ -21,11 +21,6 @@ STRETCH = 1.45  # horizontal stretch, since names are wider than high
 def layout(kinds: Mapping[str, str], edges: Iterable[tuple[str, str]], root: str) -> dict[str, Point]:
     """Ring layout of a graph; deterministic.
 
-    Args:
-        kinds: Kind by node; nodes of the same kind that are related to the same node are neighbours.
-        edges: Pairs of related nodes, in any direction.
-        root: Node in the middle.
-
     Returns:
         Position of each node [px], x right and y down, relative to the root.
     """

@@ -34,28 +34,17 @@ class BagMessage(NamedTuple):
 
 @dataclass(frozen=True)
 class BagTopic:
-    """Topic in a bag.
-
-    Attributes:
-        type: Message type.
-        count: Number of messages, as the bag declares it.
-        definition: Text of the type's definition, with those of its fields; empty if the bag has none.
-        idl: Whether the definition is IDL.
-        digest: Hash of the type (RIHS01), or empty.
-    """
+    """Topic in a bag."""
 
     type: str
-    count: int
-    definition: str = ""
+    count: int  # as the bag declares it
+    definition: str = ""  # text with those of its fields; empty if the bag has none
     idl: bool = False
-    digest: str = ""
+    digest: str = ""  # hash of the type (RIHS01), or empty
 
 
 class Bag:
-    """Opened bag.
-
-    Args:
-        path: Folder of a rosbag2, or its file; or a ROS 1 bag.
+    """Opened bag: the folder of a rosbag2, its file, or a ROS 1 bag.
 
     Attributes:
         path: Folder or file.
@@ -94,9 +83,7 @@ class Bag:
     def types(self, distro: str, topics: Iterable[str]) -> MessageTypes:
         """Message types: those of a distribution, and in place of these the ones that the bag defines for some topics.
 
-        Args:
-            distro: Distribution of ROS 2.
-            topics: Topics that will be read; topics that the bag lacks are ignored.
+        Topics that the bag lacks are ignored.
 
         Raises:
             InputError: A type is unknown, or is not that of the distribution; contains all faults.
@@ -154,11 +141,7 @@ class Bag:
 
 
 def _bag_file(path: Path) -> Path:
-    """Path for the reader: the folder of a rosbag2, or a file; a folder without metadata.yaml has one file.
-
-    Raises:
-        InputError: There is no bag.
-    """
+    """Path for the reader: the folder of a rosbag2, or a file; a folder without metadata.yaml has one file."""
     if not path.exists():
         raise InputError(Fault(f"there is no bag '{path}'.", hint="Give the folder of a rosbag2, or its file."))
     if not path.is_dir():
@@ -178,11 +161,7 @@ def _bag_file(path: Path) -> Path:
 
 @contextmanager
 def _readable(path: Path) -> Iterator[None]:
-    """Convert all exceptions of rosbags, which raises whatever malformed data causes.
-
-    Raises:
-        InputError: The bag cannot be read.
-    """
+    """Convert all exceptions of rosbags, which raises whatever malformed data causes."""
     try:
         yield
     except (RocsError, OSError):

@@ -92,11 +92,7 @@ def export_rosbag(
 
 @contextmanager
 def _written(folder: Path) -> Iterator[None]:
-    """Context that names the bag in errors of writing, which SQLite and MCAP raise without a file.
-
-    Raises:
-        OSError: The bag cannot be written.
-    """
+    """Context that names the bag in errors of writing, which SQLite and MCAP raise without a file."""
     try:
         yield
     except sqlite3.Error as error:

@@ -38,17 +38,11 @@ GOAL_TOPIC, GOAL_TYPE = "goal_pose", "geometry_msgs/msg/PoseStamped"
 
 @dataclass(frozen=True)
 class BagReplay:
-    """Result of a replay.
-
-    Attributes:
-        recording: Recording of the agent, with its readings and signals.
-        topics: Topics by sensor; empty for a sensor that the bag does not have.
-        counts: Number of messages in the bag by topic.
-    """
+    """Result of a replay."""
 
     recording: Recording
-    topics: Mapping[str, tuple[str, ...]]
-    counts: Mapping[str, int]
+    topics: Mapping[str, tuple[str, ...]]  # by sensor; empty for a sensor that the bag does not have
+    counts: Mapping[str, int]  # number of messages in the bag by topic
 
 
 def replay_bag(
@@ -126,11 +120,7 @@ def replay_bag(
 
 
 def _topics(robot: RobotSpec, settings: Ros2Settings, bag: Bag) -> dict[str, tuple[str, ...]]:
-    """Topics by sensor, of which the bag has all; empty for other sensors.
-
-    Raises:
-        InputError: The bag lacks the topics of a sensor that is not optional, or has another type; contains all faults.
-    """
+    """Topics by sensor, of which the bag has all; empty for other sensors. Raises InputError."""
     found: dict[str, tuple[str, ...]] = {}
     faults = []
     for sensor in robot.sensors:

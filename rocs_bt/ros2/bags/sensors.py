@@ -28,10 +28,6 @@ class SensorTopics:
         joints: Joints of the robot by motor.
         names: Names and times of its messages.
         period: Control period [s].
-
-    Attributes:
-        ranging: Signals with the ranges of these sensors.
-        ros2: Topics of the sensors with `driver = "ros2"`.
     """
 
     def __init__(

@@ -58,11 +58,7 @@ class RecordedTopics:
         self._movers = {body.name: names[body.name] for body in header.bodies if body.name not in self._agents}
 
     def published(self, events: Iterable[Event]) -> Iterator[Published]:
-        """Messages in the order of their times.
-
-        Args:
-            events: Events of the recording, in order.
-        """
+        """Messages in the order of their times."""
         yield from self._static()
         count = 0
         begin = now = self._header.start

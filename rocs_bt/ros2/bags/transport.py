@@ -141,13 +141,7 @@ class BagTransport:
 
 
 class BagReader:
-    """Subscription of a topic in a bag.
-
-    Attributes:
-        topic: Full name of the topic.
-        type: Message type.
-        samples: Messages that have not been taken.
-    """
+    """Subscription of a topic in a bag."""
 
     def __init__(self, topic: str, type: str, depth: int) -> None:
         self.topic = topic

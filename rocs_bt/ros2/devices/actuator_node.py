@@ -28,12 +28,6 @@ class ActuatorNode(Actuator):
     The twist is that of the locomotion for the command: the command itself for a body that accepts twists, and the
     forward kinematics for wheels. Neutral is the twist zero.
 
-    Args:
-        name: Name of the actuator in robot.toml.
-        node: Connection of the robot.
-        parameters: Keys of the actuator.
-        locomotion: Locomotion of the robot.
-
     Raises:
         DeviceError: The network refuses the publisher.
     """

@@ -11,12 +11,7 @@ from ..network.transport import Endpoint
 class CommandWatch:
     """Reports other publishers of a robot's command topic, each once: their commands override stops.
 
-    Args:
-        node: Connection of the robot.
-        topic: Full name of the topic.
-        type: Message type of the commands; nodes with another type do not reach the robot.
-        own: Identifiers of the actuator's publishers; those of the node are known.
-        report: Function that is called with the name of each node, such as `the node '/teleop'`.
+    Nodes with another message type do not reach the robot.
     """
 
     def __init__(

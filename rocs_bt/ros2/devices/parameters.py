@@ -173,9 +173,6 @@ class Ros2SensorParameters:
         """Factor from the numbers of a message to the values of a reading.
 
         `unit` is the unit of fields (`values`) and of a Float64; all other short forms are in SI by definition.
-
-        Args:
-            declared: Factor from the sensor's `unit` to SI.
         """
         return declared if self.values or self.type == NUMBER else 1.0
 

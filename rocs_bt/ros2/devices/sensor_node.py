@@ -96,20 +96,12 @@ class SensorNode(Sensor):
 
 
 class _Source(Protocol):
-    """Source of readings from one topic.
-
-    Attributes:
-        reader: Subscription of the topic.
-    """
+    """Source of readings from one topic."""
 
     reader: Reader
 
     def newest(self) -> Reading | None:
-        """Reading of the newest message; None if none has arrived since the last call.
-
-        Raises:
-            DeviceError: The message is faulty.
-        """
+        """Reading of the newest message; None if none has arrived since the last call. Raises DeviceError."""
         ...
 
     def close(self) -> None:
@@ -138,11 +130,7 @@ class _Stamps:
         self._max_ahead = max_ahead
 
     def of(self, reader: Reader, sample: Sample, message: Any) -> float:
-        """Time of a message on the clock of the run [s].
-
-        Raises:
-            DeviceError: The stamp is in the future, or no time.
-        """
+        """Time of a message on the clock of the run [s]; raises DeviceError."""
         node, header = self._node, hasattr(message, "header")
         try:
             if node.settings.use_sim_time and not self._header and not header:

@@ -45,10 +45,6 @@ class StopTopics:
     True on the topic `go` lets the robot move again. It must be the act of a person, so it counts only after false or
     after a second without a message, and not together with a message of the emergency stop.
 
-    Args:
-        node: Connection of the robot.
-        host: Host of the robot's devices, to which stops and goes are reported.
-
     Raises:
         DeviceError: The network refuses a subscription.
     """

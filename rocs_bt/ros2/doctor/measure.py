@@ -77,16 +77,7 @@ class TopicState:
 
 @dataclass(frozen=True)
 class Examination:
-    """Result of an examination.
-
-    Attributes:
-        transport: `rclpy` or `dds`.
-        distro: Distribution of the message types.
-        domain: ROS domain.
-        network: `loopback` or `lan`.
-        topics: Topics of the robot; empty without a robot.
-        endpoints: Discovered endpoints of all other nodes.
-    """
+    """Result of an examination."""
 
     transport: str
     distro: str

@@ -35,14 +35,7 @@ class FieldPath:
         return self.text
 
     def check(self, types: MessageTypes, name: str) -> Any:
-        """Check that messages of a type have this field.
-
-        Args:
-            types: Message types.
-            name: Name of the message type.
-
-        Returns:
-            rosbags' description of the field's type.
+        """Check that messages of a type have this field; returns rosbags' description of its type.
 
         Raises:
             InputError: The type is unknown, or has no such field.

@@ -44,10 +44,6 @@ def message_size(types: MessageTypes, given: Ros2SensorParameters) -> int | None
 def make_take(types: MessageTypes, given: Ros2SensorParameters) -> Take:
     """Create the function that takes a sensor's values from messages.
 
-    Args:
-        types: Message types.
-        given: Keys of the sensor.
-
     Raises:
         InputError: The message type is unknown, or lacks a field.
     """
@@ -150,10 +146,8 @@ STALE = 5.0
 class WorstLevel:
     """Worst level of the diagnostics: 0 for OK, 1 for a warning, 2 for an error, 3 for stale.
 
-    A status that its node does not publish any more is stale, by the stamps in the headers.
-
-    Args:
-        status: Part of the names of the statuses that count; all if empty.
+    A status that its node does not publish any more is stale, by the stamps in the headers. Only statuses with `status`
+    in their names count.
     """
 
     def __init__(self, status: str) -> None:

@@ -37,13 +37,7 @@ def import_rosbags(module: str) -> Any:
 class MessageTypes:
     """Message types of a ROS 2 distribution.
 
-    Args:
-        distro: Distribution, such as `jazzy`; it must be that of the network, because some types differ.
-        find: Finds definitions of types that are not among those of the distribution.
-
-    Attributes:
-        distro: Distribution.
-        store: Type store of the package rosbags.
+    The distribution must be that of the network, because some types differ.
 
     Raises:
         InputError: The distribution is unknown, or the package rosbags is not installed.
@@ -59,9 +53,6 @@ class MessageTypes:
 
     def message(self, name: str) -> Any:
         """Class of a message type.
-
-        Args:
-            name: Name of the type, such as `sensor_msgs/msg/LaserScan`.
 
         Raises:
             InputError: The type is unknown, or its definition is faulty.
@@ -79,10 +70,7 @@ class MessageTypes:
         return dict(self.store.fielddefs[name][1])
 
     def register(self, definitions: Mapping[str, str]) -> None:
-        """Add message types.
-
-        Args:
-            definitions: Texts of .msg files by the names of the types.
+        """Add message types: texts of .msg files by the names of the types.
 
         Raises:
             InputError: A definition is faulty, or contains an unknown type.
@@ -102,11 +90,7 @@ class MessageTypes:
                     self.message(inner)
 
     def make(self, name: str, /, **values: Any) -> Any:
-        """Create a message.
-
-        Args:
-            name: Name of the message type.
-            values: Values of fields; those of nested messages as messages or mappings. Other fields are 0 or empty.
+        """Create a message; nested ones are messages or mappings, and other fields are 0 or empty.
 
         Raises:
             InputError: The type or a field is unknown.

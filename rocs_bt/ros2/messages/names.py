@@ -12,9 +12,7 @@ MAP, ODOM, FOOTPRINT, BASE = "map", "odom", "base_footprint", "base_link"
 class RosNames:
     """Names of the topics and frames of a robot.
 
-    Args:
-        namespace: Namespace of its topics, without slashes at the ends; empty for none.
-        prefix: Prefix of its frames; by default the namespace.
+    The prefix of frames is by default the namespace.
     """
 
     def __init__(self, namespace: str, prefix: str | None = None) -> None:

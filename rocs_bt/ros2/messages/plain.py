@@ -15,11 +15,7 @@ _ARRAY = re.compile(r"sequence<(?P<element>[^,]+)(?:, ?\d+)?>|(?P<fixed>.+)\[(?P
 
 
 class PlainMessage:
-    """Received message of rosbags or of rclpy.
-
-    Args:
-        message: The message.
-    """
+    """Received message of rosbags or of rclpy."""
 
     def __init__(self, message: Any) -> None:
         self._message = message
@@ -62,11 +58,7 @@ def plain(value: Any) -> Any:
 
 
 def filled(cls: Any, values: Mapping[str, Any]) -> Any:
-    """Create a message of rclpy.
-
-    Args:
-        cls: Class of the message, or of a part of a service or action.
-        values: Plain values of fields; other fields keep their defaults.
+    """Create a message of rclpy from plain values; other fields keep their defaults.
 
     Raises:
         InputError: A field is unknown, or a value does not fit it.

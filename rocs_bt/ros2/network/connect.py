@@ -14,10 +14,6 @@ from .transport import Transport
 def open_transport(settings: Ros2Settings, node: str = "rocs_bt") -> Transport:
     """Join a ROS 2 network.
 
-    Args:
-        settings: Settings of the connection.
-        node: Name of the node.
-
     Raises:
         InputError: A package is not installed; the hint says which.
         DeviceError: The network cannot be joined.

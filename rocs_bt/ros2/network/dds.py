@@ -38,11 +38,6 @@ _opening = threading.Lock()  # concurrent opening of endpoints raises in cyclone
 class DdsTransport:
     """Participant of a ROS 2 network through DDS, for topics only; services and actions need rclpy.
 
-    Args:
-        settings: Settings of the connection.
-        types: Message types.
-        node: Name of the node.
-
     Raises:
         InputError: The package cyclonedds is not installed, or the process uses the domain with another configuration.
         DeviceError: The network cannot be joined.
@@ -148,16 +143,12 @@ class DdsTransport:
 
 
 class _Endpoint:
-    """Publisher or subscription of a transport.
-
-    Attributes:
-        gid: Global identifier, 16 bytes.
-    """
+    """Publisher or subscription of a transport."""
 
     def __init__(self, topic: str, type: str, entity: Any) -> None:
         self.topic = topic
         self.type = type
-        self.gid: bytes = entity.guid.bytes
+        self.gid: bytes = entity.guid.bytes  # 16 bytes
         self._entity = entity
         self._lock = threading.Lock()
 
@@ -226,11 +217,7 @@ class _Raw:
 
 
 def _import(module: str) -> Any:
-    """Import a module of cyclonedds.
-
-    Raises:
-        InputError: The package is not installed.
-    """
+    """Import a module of cyclonedds; raises InputError."""
     try:
         return importlib.import_module(f"cyclonedds.{module}")
     except ModuleNotFoundError as error:

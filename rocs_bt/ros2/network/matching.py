@@ -14,17 +14,11 @@ KEYS = ("reliability", "durability")
 
 @dataclass(frozen=True, eq=False)
 class Side:
-    """Place where type and quality of service of an endpoint are written.
-
-    Attributes:
-        name: Name in messages.
-        editable: Whether a user writes them.
-        qualities: Values of the attribute `qos` of a mission's node; empty for robot.toml, which has a key for each
-            policy.
-    """
+    """Place where type and quality of service of an endpoint are written."""
 
     name: str
-    editable: bool = True
+    editable: bool = True  # whether a user writes type and quality
+    # Values of `qos` of a mission's node; empty for robot.toml, with a key for each policy.
     qualities: Mapping[str, QoS] = field(default_factory=dict)
 
     def other_type(self, type: str) -> str:
@@ -50,15 +44,7 @@ FIXED = Side("rocs_bt", editable=False)
 
 @dataclass(frozen=True)
 class OwnEndpoint:
-    """Publisher or subscription of this robot.
-
-    Attributes:
-        topic: Full name of the topic.
-        type: Message type.
-        qos: Quality of service that it offers or requests.
-        publishes: Whether it is a publisher.
-        side: Place where type and quality are written.
-    """
+    """Publisher or subscription of this robot."""
 
     topic: str
     type: str

@@ -116,16 +116,7 @@ class RosNode:
         return self._clock.now() - max(age, 0.0), max(-age, 0.0)
 
     def fault(self, topic: str, kind: str, error: DeviceError) -> DeviceError:
-        """Count a faulty message.
-
-        Args:
-            topic: Name of the topic.
-            kind: Kind of fault, such as `malformed`.
-            error: Description of the fault.
-
-        Returns:
-            The error with topic and count, to be raised.
-        """
+        """Count a faulty message; returns the error with topic and count, to be raised."""
         with self._lock:
             count = self._faults.setdefault(topic, Counter())
             count[kind] += 1
@@ -159,11 +150,7 @@ class RosNode:
             self._watched.setdefault(topic, None)
 
     def publishers_now(self, topic: str) -> Sequence[Endpoint] | None:
-        """Publishers of a watched topic in the last look; None before the first. It never waits, as `why_silent`.
-
-        Args:
-            topic: Full name of the topic.
-        """
+        """Publishers of a watched topic in the last look; None before the first. It never waits, as `why_silent`."""
         self._asked.set()
         with self._lock:
             return self._watched[topic]
@@ -208,11 +195,7 @@ class RosNode:
         return f"nothing is published on {wanted}; no topic of this type was discovered in {where}"
 
     def counterparts(self, own: OwnEndpoint) -> tuple[int, str]:
-        """Discovered endpoints that match.
-
-        Returns:
-            Number of endpoints; and for 0 the reason, as far as the discovered ones tell.
-        """
+        """Number of discovered endpoints that match; and for 0 the reason, as far as known."""
         endpoints = self.transport.endpoints()
         count = sum(map(own.matches, own.found(endpoints)))
         none = f"no node subscribes to '{own.topic}'" if own.publishes else f"nothing is published on '{own.topic}'"

@@ -57,15 +57,7 @@ QoS.LATCHED = QoS("reliable", "transient_local", 1)
 
 
 def mismatch(offered: QoS, requested: QoS) -> str:
-    """Reason why a publisher and a subscription do not match.
-
-    Args:
-        offered: Policies of the publisher.
-        requested: Policies of the subscription.
-
-    Returns:
-        Names of the incompatible policies with both sides' values; empty if the endpoints match.
-    """
+    """Incompatible policies of a publisher and a subscription, with both sides' values; empty if they match."""
     found = []
     if requested.reliability == "reliable" and offered.reliability == "best_effort":
         found.append("reliability (offered best_effort, requested reliable)")

@@ -44,15 +44,6 @@ def definition(name: str) -> str | None:
 class RclpyTransport:
     """Node of rclpy, without an executor: endpoints are polled and carry raw CDR.
 
-    Args:
-        settings: Settings of the connection.
-        types: Message types.
-        node: Name of the node.
-
-    Attributes:
-        node: Node of rclpy, for services and actions.
-        context: Context of rclpy.
-
     Raises:
         InputError: rclpy is not installed, or the environment contradicts `network = "lan"`.
         DeviceError: The network cannot be joined.
@@ -222,12 +213,9 @@ def _no_signals() -> Any:
 
 @contextmanager
 def _discovery(network: str) -> Iterator[None]:
-    """Environment in which a context is initialised, because discovery has no other setting.
+    """Environment in which a context is initialised, because discovery has no other setting; raises InputError.
 
     For the loopback, other variables of discovery do not apply. For the local network, those of the user apply.
-
-    Raises:
-        InputError: The environment restricts discovery to this computer, although the network is `lan`.
     """
     before = {key: os.environ[key] for key in (_RANGE, *_OTHERS) if key in os.environ}
     if network == "lan":

@@ -19,13 +19,7 @@ def action_servers(node: Any, name: str, type: str) -> dict[str, str]:
 
 
 def service_mismatch(node: Any, name: str, type: str) -> str:
-    """Reason why a server of a service with a full name does not match; empty if there is none, or no such server.
-
-    Args:
-        node: Node of rclpy.
-        name: Full name of the service.
-        type: Type that the client wants.
-    """
+    """Reason why a server of a service with a full name does not match; empty if there is none, or no such server."""
     replies = node.get_publishers_info_by_topic(f"rr{name}Reply", no_mangle=True)
     requests = node.get_subscriptions_info_by_topic(f"rq{name}Request", no_mangle=True)
     return next(_service_mismatches(replies, requests, type), "")

@@ -24,11 +24,6 @@ class RosServices:
 
     All calls of rclpy happen on a thread of this object, because its clients lose responses that arrive while another
     thread sends a request. Nothing else waits for that thread.
-
-    Args:
-        context: Context of rclpy.
-        namespace: Namespace of the node; empty for none.
-        name: Name of the node.
     """
 
     def __init__(self, context: Any, namespace: str, name: str = "rocs_bt_services") -> None:
@@ -91,11 +86,7 @@ class RosServices:
             self._going_on.pop(goal, None)
 
     def close(self) -> list[str]:
-        """Send what is still to be sent, then end the thread and the node.
-
-        Returns:
-            Reasons why goals that were to be cancelled may go on.
-        """
+        """Send what is still to be sent, then end thread and node; returns why goals may go on."""
         until = time.monotonic() + CLOSING
         while self._unsettled and self._thread.is_alive() and time.monotonic() < until:
             time.sleep(0.005)

@@ -28,9 +28,6 @@ class SimTimeClock(WallClock):
     therefore stops when `/clock` stops, as in a paused simulator. It never goes back. Thread-safe; each request for the
     time polls for messages.
 
-    Args:
-        transport: Network of the simulator.
-
     Raises:
         DeviceError: The network refuses the subscription.
     """

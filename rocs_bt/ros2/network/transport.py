@@ -21,23 +21,14 @@ class Sample(NamedTuple):
 
 
 class Endpoint(NamedTuple):
-    """Publisher or subscription that was discovered on the network.
-
-    Attributes:
-        topic: Full name of the topic.
-        type: Message type, such as `sensor_msgs/msg/LaserScan`.
-        node: Full name of the node; empty if unknown.
-        publishes: Whether it is a publisher.
-        qos: Quality of service that it offers or requests.
-        gid: Global identifier on the network; empty if unknown.
-    """
+    """Publisher or subscription that was discovered on the network."""
 
     topic: str
     type: str
-    node: str
+    node: str  # full name; empty if unknown
     publishes: bool
     qos: QoS
-    gid: bytes = b""
+    gid: bytes = b""  # empty if unknown
 
     @property
     def owner(self) -> str:
@@ -46,12 +37,7 @@ class Endpoint(NamedTuple):
 
 
 class Reader(Protocol):
-    """Subscription that is polled; thread-safe.
-
-    Attributes:
-        topic: Full name of the topic.
-        type: Message type.
-    """
+    """Subscription that is polled; thread-safe."""
 
     topic: str
     type: str
@@ -70,23 +56,14 @@ class Reader(Protocol):
 
 
 class Writer(Protocol):
-    """Publisher; thread-safe.
-
-    Attributes:
-        topic: Full name of the topic.
-        type: Message type.
-        gid: Global identifier on the network.
-    """
+    """Publisher; thread-safe."""
 
     topic: str
     type: str
     gid: bytes
 
     def write(self, data: bytes) -> None:
-        """Publish a message.
-
-        Args:
-            data: Message as CDR, with its encapsulation header.
+        """Publish a message as CDR, with its encapsulation header.
 
         Raises:
             DeviceError: The message cannot be sent.
@@ -103,23 +80,13 @@ class Writer(Protocol):
 
 
 class Transport(Protocol):
-    """Participant of a ROS 2 network. Endpoints are opened from one thread, before the run.
+    """Participant of a ROS 2 network. Endpoints are opened from one thread, before the run."""
 
-    Attributes:
-        name: `rclpy`, `dds` or `bag`.
-        types: Message types of the network's distribution.
-    """
-
-    name: str
+    name: str  # `rclpy`, `dds` or `bag`
     types: MessageTypes
 
     def reader(self, topic: str, type: str, qos: QoS) -> Reader:
         """Open a subscription.
-
-        Args:
-            topic: Full name of the topic.
-            type: Message type.
-            qos: Requested quality of service.
 
         Raises:
             InputError: The type is unknown, or the name is not valid.

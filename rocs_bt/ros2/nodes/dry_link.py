@@ -20,11 +20,7 @@ from ..ros_link import (
 
 
 class DryLink:
-    """ROS connection of a dry run: topics are received, but nothing is published, called or served; see `RosLink`.
-
-    Args:
-        link: Connection of the robot.
-    """
+    """ROS connection of a dry run: topics are received, but nothing is published, called or served; see `RosLink`."""
 
     def __init__(self, link: RosLink) -> None:
         self._link = link

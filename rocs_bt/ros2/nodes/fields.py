@@ -21,12 +21,7 @@ MAX_INDEX = 10_000
 
 
 def field_at(types: RosTypes, type: str, path: FieldPath) -> RosField | None:
-    """Type of the field at a path.
-
-    Args:
-        types: Known types.
-        type: Type of the message.
-        path: Path of the field; empty for the message itself.
+    """Type of the field at a path; the empty path is the message itself.
 
     Returns:
         Field; None if a type on the path is not installed here.
@@ -65,10 +60,7 @@ def primitive(field: RosField) -> bool:
 def message(types: RosTypes, type: str, values: Iterable[tuple[FieldPath, Any]]) -> dict[str, Any]:
     """Create the plain values of a message.
 
-    Args:
-        types: Known types.
-        type: Type of the message.
-        values: Paths of fields and their values; an empty path for a mapping with several fields.
+    The value of an empty path is a mapping with several fields.
 
     Raises:
         InputError: A field is unknown, or a value does not fit its field.

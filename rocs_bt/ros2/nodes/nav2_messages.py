@@ -83,9 +83,6 @@ class Nav2Caller(Lenient, UsesRos[Any]):
     def filled(self, part: str) -> dict[str, Any]:
         """Plain values of the goal or request.
 
-        Args:
-            part: `Goal` or `Request`.
-
         Raises:
             InputError: The type is not installed, or a pose or a path is not known.
         """
@@ -106,10 +103,7 @@ class Nav2Caller(Lenient, UsesRos[Any]):
                     self.write(name, seconds(value) if isinstance(value, Mapping) and "nanosec" in value else value)
 
     def stamped(self, value: Any) -> dict[str, Any]:
-        """PoseStamped of a place.
-
-        Args:
-            value: Pose, text of a PoseStamped, or name of a place in the world model.
+        """PoseStamped of a pose, of a PoseStamped's text, or of a place in the world model by its name.
 
         Raises:
             InputError: The pose is not known.
@@ -134,12 +128,7 @@ def field_of(received: RosMessage, name: str, default: Any) -> Any:
 
 
 def stamped_message(pose: Pose2, frame: str) -> dict[str, Any]:
-    """Plain values of a geometry_msgs/PoseStamped; its stamp is 0, which means the latest transform.
-
-    Args:
-        pose: Pose in the frame.
-        frame: Name of the frame.
-    """
+    """Plain values of a geometry_msgs/PoseStamped; its stamp is 0, which means the latest transform."""
     position, turned = {"x": pose.x, "y": pose.y}, {"z": math.sin(pose.yaw / 2.0), "w": math.cos(pose.yaw / 2.0)}
     return {"header": {"frame_id": frame}, "pose": {"position": position, "orientation": turned}}
 

@@ -31,11 +31,7 @@ NOT_SENT = 2
 
 
 class Nav2Action(Nav2Caller, Served, GoalLeaf):
-    """Base of nodes that call an action server of Nav2.
-
-    Attributes:
-        emptied: Outputs that are empty after a failure.
-    """
+    """Base of nodes that call an action server of Nav2."""
 
     named = "server_name"
     parts = {"feedback": "_Feedback", "result": "_Result"}  # noqa: RUF012 - a table of the class

@@ -25,12 +25,7 @@ class RelayTwist(AtomicAction):
 
     @classmethod
     def of(cls, topic: RosSubscription, type: str) -> RelayTwist:
-        """Create the action for a subscription.
-
-        Args:
-            topic: Subscription; only this action reads it.
-            type: Type of its messages, one of `TWISTS`.
-        """
+        """Create the action for a subscription, which only it reads, with messages of one of `TWISTS`."""
         made = cls()
         made._topic, made._type = topic, type
         return made

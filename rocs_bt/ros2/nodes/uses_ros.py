@@ -218,11 +218,7 @@ def mismatched(endpoint: Matched) -> str:
 
 
 def interface_type(kind: str) -> Callable[[str], str]:
-    """Parser of a port with a type of ROS.
-
-    Args:
-        kind: `msg`, `srv` or `action`.
-    """
+    """Parser of a port with a type of ROS; the kind is `msg`, `srv` or `action`."""
     example = {"msg": "std_msgs/msg/String", "srv": "std_srvs/srv/SetBool", "action": "nav2_msgs/action/Spin"}[kind]
 
     def parse(text: str) -> str:

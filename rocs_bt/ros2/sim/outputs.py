@@ -171,14 +171,7 @@ def _values(sensor: Sensor, rate: Rate, names: RobotPublishers) -> Output:
 def robot_outputs(
     devices: RobotDevices, locomotion: Locomotion, names: RobotPublishers, links: RobotLinks
 ) -> list[Output]:
-    """Outputs for all sensors of a robot; constant transforms are added to `names`.
-
-    Args:
-        devices: Devices of the robot, in MuJoCo.
-        locomotion: Locomotion of the robot.
-        names: RobotPublishers of the robot on the network.
-        links: Links of the robot.
-    """
+    """Outputs for all sensors of a robot; constant transforms are added to `names`."""
     names.fix(names.frame(FOOTPRINT), names.frame(BASE), Pose3(0.0, 0.0, links.height))
     found = [*_pose_outputs(devices, locomotion, names, links), *_sensor_outputs(devices, names, links)]
     if names.tf is not None and len(links.links) > 1:

@@ -46,10 +46,6 @@ class Publisher:
 class TfPublishers:
     """Publishers of the transforms of one robot or several: `tf` and `tf_static`.
 
-    Args:
-        transport: Network.
-        namespace: Namespace of both topics; empty for none.
-
     Raises:
         InputError: The ROS 2 installation has no tf2_msgs.
     """
@@ -97,10 +93,6 @@ class RobotPublishers(RosNames):
         transport: Network.
         tf: Publishers of transforms; None without them.
         options: Transforms that are published.
-
-    Attributes:
-        statics: Constant transforms, which the outputs add: parent, frame, and pose in the parent.
-        publishers: Publishers of the robot.
     """
 
     def __init__(
@@ -116,6 +108,7 @@ class RobotPublishers(RosNames):
         self.transport = transport
         self.tf = tf
         self.options = options
+        # Constant transforms, which the outputs add: parent, frame, pose in the parent.
         self.statics: list[tuple[str, str, Pose3]] = []
         self.publishers: list[Publisher] = []
 

@@ -40,14 +40,6 @@ class Ros2Robot:
         sink: Sink for CommandExpired events.
         command_type: Message type of the commands.
         timeout: Time without a command after which the robot stops [s].
-
-    Attributes:
-        names: Names and publishers of the robot.
-        outputs: Publishers of its sensors' readings.
-        command_topic: Full name of the topic of commands.
-        commands: Number of commands that were obeyed.
-        expired: Number of times that commands stopped coming.
-        faults: Last fault of each sensor, and of the commands, by name.
     """
 
     def __init__(

@@ -72,12 +72,6 @@ class Ros2Simulation:
         frames: Transforms that are published.
         notice: Function that is called with each notice about nodes that do not match; None for none.
 
-    Attributes:
-        simulated: The world.
-        robots: The robots.
-        shared: Publishers of the time and of transforms.
-        without_tf: Reason why no transforms are published; empty if they are.
-
     Raises:
         InputError: The content is invalid, or two robots would have the same namespace.
         DeviceError: The network refuses a topic.
@@ -109,7 +103,7 @@ class Ros2Simulation:
             for space in set(spaces.values()) if frames.per_namespace else ("",):
                 tf[space] = TfPublishers(transport, space)
         except InputError as error:  # rclpy of a ROS 2 installation without tf2_msgs
-            self.without_tf = str(error)
+            self.without_tf = str(error)  # reason why no transforms are published; empty if they are
         self.shared = [self._time, *(each for one in tf.values() for each in one.publishers)]
         self.robots = [
             Ros2Robot(
@@ -184,11 +178,7 @@ class Ros2Simulation:
 
 
 def _namespaces(agents: Sequence[str], namespace: str) -> dict[str, str]:
-    """Namespace of each agent's robot, without slashes at the ends.
-
-    Raises:
-        InputError: Two robots would have the same namespace.
-    """
+    """Namespace of each agent's robot, without slashes at the ends; raises InputError."""
     outer = namespace.strip("/")
     if len(agents) == 1:
         return {agents[0]: outer}

@@ -27,11 +27,7 @@ _MAX_OBSTACLES = 20_000
 
 
 def read_barn(folder: Path, setup: AgentSetup | None = None) -> Iterator[Scene]:
-    """Yield the scenes in a user's clone, ordered by number, with the challenge's start, goal and time limit.
-
-    Args:
-        folder: The clone, or its folder of world files.
-        setup: Robot, mission and rules; the Jackal by default.
+    """Yield the scenes in a user's clone, by number, with the challenge's start, goal and time limit.
 
     Raises:
         InputError: There are no world files, or one is invalid; with file and line.

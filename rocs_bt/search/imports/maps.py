@@ -38,12 +38,7 @@ _SAMPLES = 1000
 
 
 def read_maps(path: Path, setup: AgentSetup | None = None, *, pairs: int = 5) -> Iterator[Scene]:
-    """Yield scenes on each map: `map_<name>-0`, `map_<name>-1` ...
-
-    Args:
-        path: A map's YAML file, or a folder with maps in it and its subfolders.
-        setup: Robot, mission and rules; the Jackal by default.
-        pairs: Number of start-goal pairs per map.
+    """Yield `pairs` scenes on each map of a YAML file, or of a folder and its subfolders: `map_<name>-0` ...
 
     Raises:
         InputError: There is no map, a map is invalid, or it has no room for a scene; with the file.

@@ -52,15 +52,10 @@ class MapFile:
 
 @dataclass(frozen=True)
 class RosMap:
-    """A map of ROS: what is occupied, and where a robot may be sent.
-
-    Attributes:
-        walls: Grid of the occupied cells.
-        barred: Grid of the cells that are occupied or unknown.
-    """
+    """A map of ROS: what is occupied, and where a robot may be sent."""
 
     walls: FloorGrid
-    barred: FloorGrid
+    barred: FloorGrid  # occupied or unknown cells
 
 
 def read_map(file: Path) -> RosMap:

@@ -231,13 +231,7 @@ def _taken(text: str, path: Path) -> tuple[str, str]:
 
 
 def _fitted(block: str, old: str, new: str) -> str:
-    """The block with the indentation of its new place.
-
-    Args:
-        block: Block as taken.
-        old: White space with which blocks begin at the old place.
-        new: White space with which blocks begin at the new place.
-    """
+    """The block with the indentation of its new place."""
     lead = _lead(block, 0)
     body, lines = block[len(lead) :], "\n" in lead
     if lines and "\n" in old and "\n" in new:

@@ -62,15 +62,7 @@ class Place(NamedTuple):
 
 
 def names_instead(path: Path, text: str, start: int, end: int, *, code: bool = True) -> tuple[str, ...]:
-    """Names that are valid instead of a span: those that the check lists for a name that does not exist.
-
-    Args:
-        path: File of the text.
-        text: The text.
-        start: Offset of the span.
-        end: Offset after it.
-        code: Whether Python content may run.
-    """
+    """Names that are valid instead of a span: those that the check lists for a name that does not exist."""
     tried = text[:start] + _NO_NAME + text[end:]
     line = tried.count("\n", 0, start) + 1
     begin = tried.rfind("\n", 0, start) + 1

@@ -61,13 +61,7 @@ def findings(path: Path, text: str, texts: Mapping[Path, str], code: bool) -> Fi
 
 
 def marks(found: Findings, path: Path, text: str) -> tuple[Mark, ...]:
-    """Marks of the faults of a check, in the order of the text; those of other files are last.
-
-    Args:
-        found: Result of the check.
-        path: File of the text.
-        text: The text.
-    """
+    """Marks of the faults of a check, in the order of the text; those of other files are last."""
     lines, own = text.split("\n"), path.resolve()
     here = [_mark(f, lines) for f in found.faults if f.file is None or f.file.resolve() == own]
     there = [

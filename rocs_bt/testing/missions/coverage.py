@@ -124,13 +124,7 @@ class TreeCoverage:
 def outline(
     root: Behaviour, original: Callable[[Behaviour], Behaviour] = lambda node: node
 ) -> Iterator[tuple[Behaviour, str, int]]:
-    """Iterate over the nodes of a tree, each with its path and depth, parents before children.
-
-    Args:
-        root: Root of the tree.
-        original: Function that maps a node to the node that provides its name and children: the node inside a decorator
-            from `inject`.
-    """
+    """Iterate over the nodes of a tree, each with its path and depth, parents before children."""
     todo = [(root, original(root).name, 0)]
     while todo:
         node, path, depth = todo.pop()

@@ -35,10 +35,6 @@ class Filters:
 
     A filter may match a node in three ways, which take precedence in this order: the filter is the node's name or path;
     it is its `identity`; its wildcards match the path.
-
-    Args:
-        root: Root of the tree.
-        filters: The filters; of two that match a node in the same way, the first takes precedence.
     """
 
     def __init__(self, root: Behaviour, filters: Iterable[str]) -> None:
@@ -48,12 +44,7 @@ class Filters:
         self._found = {node.id: tuple(dict.fromkeys(self._candidates(node))) for node in tree.nodes}
 
     def match(self, node: Behaviour, skip: Iterable[str] = ()) -> str | None:
-        """Return the filter that takes precedence for a node; None if no filter matches it.
-
-        Args:
-            node: The node.
-            skip: Filters to ignore.
-        """
+        """Return the filter that takes precedence for a node; None if no filter matches it."""
         return next((text for text in self._found[node.id] if text not in skip), None)
 
     def refuse_unused(self) -> None:

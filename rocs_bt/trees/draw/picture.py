@@ -177,14 +177,7 @@ def _lines(node: Node, tree: Tree, flow: Flow) -> Iterator[Line]:
 
 
 def _origin(node: Node, board: Board, key: str, flow: Flow) -> str:
-    """Describe where the value of a key comes from: from which blackboard, and given or written by which nodes.
-
-    Args:
-        node: Node that uses the key.
-        board: Blackboard of the node.
-        key: Key, as the node names it.
-        flow: Uses of all keys of the tree.
-    """
+    """Describe where the value of a key comes from: from which blackboard, and given or written by which nodes."""
     try:
         home, name = board.resolve(key)
     except ValueError:

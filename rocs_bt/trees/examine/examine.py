@@ -164,14 +164,7 @@ def _outcomes_of(node: Behaviour, known: dict[Any, Outcomes], found: list[Fault]
 
 
 def _in_order(node: Behaviour, below: list[Outcomes], passes: str, found: list[Fault]) -> Outcomes:
-    """Possible outcomes of a Sequence or a Fallback.
-
-    Args:
-        node: Sequence or Fallback.
-        below: Possible outcomes of each child.
-        passes: Outcome of a child after which the next child is ticked: S for a Sequence, F for a Fallback.
-        found: List to which a warning about a child that is never ticked is added.
-    """
+    """Possible outcomes of a Sequence (`passes` is S) or a Fallback (F)."""
     outcomes, reached = set[str](), True
     for child, its in zip(node.children, below, strict=True):
         if not reached:
@@ -215,11 +208,7 @@ def _guarded(node: Behaviour, own: Outcomes) -> Outcomes:
 
 
 def examine(tree: Tree) -> list[Fault]:
-    """Errors and warnings of a tree: keys, their values, scripts, the nodes' own checks, nodes that are never ticked.
-
-    Args:
-        tree: Tree to check.
-    """
+    """Errors and warnings of a tree: keys, values, scripts, the nodes' own checks, nodes that are never ticked."""
     return list(dict.fromkeys(_all(tree)))  # a subtree that is used twice has the same faults twice
 
 

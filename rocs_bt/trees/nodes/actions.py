@@ -85,13 +85,7 @@ class SetBlackboard(Instant):
         return SUCCESS
 
     def _as_number(self, key: str, entry: Entry, value: Any) -> Any:
-        """Convert the literal to the key's type; the result is cached.
-
-        Args:
-            key: Key, for messages.
-            entry: Entry of the key, of type bool, int or float.
-            value: Literal.
-        """
+        """Convert the literal to the key's type; the result is cached."""
         enums = self.board.enums
         if self._number[0] is not entry or self._number[1] is not enums:
             self._number = entry, enums, self.board.fitted(key, entry, value)

@@ -158,13 +158,7 @@ class _Loop(Decorator):
 
 
 def _loop(name: str, item: type[Any], what: str) -> type[_Loop]:
-    """Create a loop class.
-
-    Args:
-        name: Name of the class.
-        item: Type of the items.
-        what: Plural of the items, for the description.
-    """
+    """Create a loop class."""
     value = Output(item, "current item")
     doc = f"Loop over {what}. {_Loop.__doc__}"
     return type(name, (_Loop,), {"item": item, "value": value, "__doc__": doc, "__module__": __name__})
@@ -316,11 +310,7 @@ class _Timed(Decorator):
         return now >= self._deadline - TIME_TOLERANCE
 
     def _ended(self, outcome: Outcome) -> Outcome:
-        """End the node with the outcome of its child, unless the child was skipped.
-
-        Raises:
-            TreeError: The child has no outcome.
-        """
+        """End the node with the outcome of its child, unless the child was skipped; raises TreeError."""
         if outcome is IDLE:
             raise no_outcome(self.decorated, outcome)
         if outcome is not SKIPPED:

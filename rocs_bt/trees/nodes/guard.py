@@ -39,11 +39,6 @@ def guarded(node: Guarded, conditions: Mapping[str, Script], board: Board) -> tu
     the node is skipped. While the node is RUNNING, only `_while` is evaluated; if it is false, the node is halted.
     After SUCCESS or FAILURE, even if a condition decided it, `_onSuccess` or `_onFailure` runs, then `_post`. A halt
     runs `_onHalted` once, and not `_post`.
-
-    Args:
-        node: Node with the conditions.
-        conditions: Scripts by the name of the condition.
-        board: Blackboard on which the scripts run.
     """
     run: dict[str, Run] = {}
     tick: Any = type(node).tick_once

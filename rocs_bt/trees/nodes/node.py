@@ -26,11 +26,7 @@ from .visits import Visits
 
 
 class LazyAttribute:
-    """Attribute that is created on first access.
-
-    Args:
-        make: Function that creates the value for a node.
-    """
+    """Attribute that is created on first access."""
 
     def __init__(self, make: Callable[[Any], Any]) -> None:
         self._make = make
@@ -170,11 +166,7 @@ class Node(Behaviour):
                 delattr(self, later)
 
     def _prepare(self, attributes: Mapping[str, Any]) -> None:
-        """Check and store the ports, conditions and other attributes of the node.
-
-        Raises:
-            InputError: All faults of the attributes.
-        """
+        """Check and store the ports, conditions and other attributes of the node; raises InputError."""
         if not attributes and not self._required:
             return
         for name in attributes:
@@ -444,12 +436,7 @@ def _check_value(port: Port[Any], value: Any) -> None:
 
 
 def _literal(port: Port[Any], value: Any, enums: Enums | None = None) -> Any:
-    """Value of a literal or default of a port.
-
-    Raises:
-        ScriptError: The literal is no script, but the port is one for scripts.
-        TreeError: The literal cannot be converted; the message names the port.
-    """
+    """Value of a literal or default of a port; raises ScriptError or TreeError."""
     try:
         return port.converted(value, enums)
     except ScriptError:

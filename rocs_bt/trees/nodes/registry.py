@@ -22,9 +22,6 @@ class Registry(Mapping[str, type[Node]]):
     The name of a class is its attribute `tag`, by default the class name. Defining a class does not register it: a
     registry contains only the classes that it is given.
 
-    Args:
-        classes: Node classes.
-
     Raises:
         InputError: Two classes have the same name.
     """
@@ -85,13 +82,7 @@ class Registry(Mapping[str, type[Node]]):
 
 
 def children_faults(node: type[Node], name: str, count: int) -> list[Fault]:
-    """Faults of a node with a wrong number of children; empty if its class allows the number.
-
-    Args:
-        node: Class of the node.
-        name: Name of the node.
-        count: Number of children.
-    """
+    """Faults of a node with a wrong number of children; empty if its class allows the number."""
     least, most = node.min_children, node.max_children
     if count >= least and (most is None or count <= most):
         return []

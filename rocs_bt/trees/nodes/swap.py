@@ -19,11 +19,6 @@ from .subtree import SubTree
 def find_node(nodes: Iterable[Behaviour], paths: Mapping[Any, str], name: str) -> Behaviour:
     """Find a node by its path, or else by its name if only one node has this name.
 
-    Args:
-        nodes: Nodes to search.
-        paths: Paths of the nodes, keyed by `id`.
-        name: Path or name of the node.
-
     Raises:
         TreeError: No node, or more than one, matches.
     """

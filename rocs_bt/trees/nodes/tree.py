@@ -128,16 +128,7 @@ class Tree:
         return find_node(self.nodes, self.paths(), name)
 
     def _bind_below(self, root: Behaviour, board: Board, depth: int = 0) -> tuple[list[Behaviour], list[Board]]:
-        """Bind a node and its descendants.
-
-        Args:
-            root: Node.
-            board: Blackboard of the node.
-            depth: Number of ancestors of the node.
-
-        Returns:
-            Nodes, parents before children, and the blackboard of each.
-        """
+        """Bind a node and its descendants; returns them, parents first, and the blackboard of each."""
         nodes, boards, deepest = list[Behaviour](), list[Board](), 0
         stack = [iter([(root, board)])]
         with _no_collections():
@@ -340,13 +331,7 @@ def fault_at(
 ) -> Fault:
     """Create a fault of a node, located at one of the node's attributes in its document.
 
-    Args:
-        node: Node with the fault.
-        message: Description of the fault; the node's name is prepended.
-        hint: Suggested remedy.
-        attribute: Name of the attribute.
-        column: Position in the attribute's value, counted from 0.
-        warning: Whether the fault is a warning, so that the tree can still run.
+    `column` is the position in the attribute's value, counted from 0.
     """
     text, origin = f"'{node.name}': {message}", getattr(node, "origin", None)
     if origin is not None:

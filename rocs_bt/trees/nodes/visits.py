@@ -15,9 +15,6 @@ class Visits:
 
     Nodes of this package are ticked by direct calls, which yield nothing. A root that is ticked as a generator
     therefore wraps the ticks of its descendants, once, and records them only while its generator runs.
-
-    Args:
-        is_own: Function that returns whether a behaviour is a node of this package.
     """
 
     def __init__(self, is_own: Callable[[Any], bool]) -> None:

@@ -225,13 +225,6 @@ def existing_entry(board: Board, name: str) -> Entry:
 def assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) -> Any:
     """Compute the new value of an entry for an assignment.
 
-    Args:
-        board: Blackboard of the script; its enums are used in conversions.
-        name: The key.
-        entry: Entry of the key.
-        operator: `:=`, `=`, `+=`, `-=`, `*=` or `/=`.
-        value: Value on the right-hand side.
-
     Raises:
         Refused: The entry cannot hold the value.
     """
@@ -262,11 +255,7 @@ def _assigned(board: Board, name: str, entry: Entry, operator: str, value: Any) 
 
 
 def _fitted(board: Board, name: str, entry: Entry, value: Any) -> Any:
-    """Value of an entry with a type.
-
-    Raises:
-        Refused: The value cannot be converted to the type, or is too large for C++.
-    """
+    """Value of an entry with a type; raises Refused."""
     number = value.__class__ in NUMBERS and entry.kind is int
     return _as_stored(0, value) if number else board.fitted(name, entry, value)
 

@@ -287,12 +287,7 @@ _BY_CLASS: Mapping[type[Any], Callable[[_Compiler, Any], Run]] = {
 
 
 def _number(expression: Expression, value: Run) -> float | None:
-    """Value of a number literal as a float; None for any other expression.
-
-    Args:
-        expression: Expression.
-        value: Compiled expression.
-    """
+    """Value of a number literal as a float; None for any other expression."""
     if isinstance(expression, Literal) and not isinstance(expression.value, str):
         return as_double(value())
     return None

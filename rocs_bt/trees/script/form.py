@@ -37,11 +37,7 @@ _SAMPLES = {"N": "n", "I": "1", "F": "1.5", "S": "''", "T": "true"}
 
 @dataclass(frozen=True, eq=False)
 class Form:
-    """Syntax tree shared by all scripts that differ only in names and literals.
-
-    Attributes:
-        statements: Statements in which all names and literals are placeholders.
-    """
+    """Syntax tree shared by all scripts that differ only in names and literals."""
 
     statements: tuple[Expression, ...]
 

@@ -142,17 +142,11 @@ _TOKEN = re.compile(
 
 
 class Token(NamedTuple):
-    """Token of a script.
+    """Token of a script."""
 
-    Attributes:
-        kind: `number`, `string`, `name`, `operator` or `end`.
-        text: Text of the token.
-        at: Position of its first character, counted from 0.
-    """
-
-    kind: str
+    kind: str  # `number`, `string`, `name`, `operator` or `end`
     text: str
-    at: int
+    at: int  # position of its first character, counted from 0
 
 
 def tokens(text: str) -> list[Token]:

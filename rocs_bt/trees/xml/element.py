@@ -146,12 +146,7 @@ class Element:
         return self.source.fault(at, f"{path}: {message}" if path else message, hint, warning=warning)
 
     def _inside(self, at: int, column: int) -> int:
-        """Offset in the text of a character of an attribute's value; entities such as `&lt;` count as one character.
-
-        Args:
-            at: Offset of the value's first character.
-            column: Index of the character in the value with entities resolved.
-        """
+        """Offset in the text of a character of an attribute's value; entities such as `&lt;` count as one character."""
         text = self.source.text
         for _ in range(column):
             end = text.find(";", at, at + 10) if text[at : at + 1] == "&" else -1

@@ -24,19 +24,13 @@ Outside = Mapping[str, Callable[[Element], Behaviour]]
 
 
 class _Frame:
-    """Entry of the stack of enclosing nodes: a node during the creation of its children.
-
-    Args:
-        element: Element of the node.
-        todo: Elements of the children that are not yet created, in reverse order.
-        made: Children that are already created.
-    """
+    """Entry of the stack of enclosing nodes: a node during the creation of its children."""
 
     __slots__ = ("element", "made", "todo")
 
     def __init__(self, element: Element, todo: list[Element], made: list[Behaviour] | None = None) -> None:
         self.element = element
-        self.todo = todo
+        self.todo = todo  # not yet created, in reverse order
         self.made: list[Behaviour] = [] if made is None else made
 
 

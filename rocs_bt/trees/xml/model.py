@@ -63,12 +63,7 @@ class Model:
 
 
 def read_models(element: Element, faults: list[Fault]) -> Iterator[Model]:
-    """Read the models in a TreeNodesModel.
-
-    Args:
-        element: Element of the TreeNodesModel.
-        faults: List to which faults are added.
-    """
+    """Read the models in a TreeNodesModel."""
     for child in element.children:
         if child.tag not in KINDS:
             faults.append(

@@ -101,12 +101,7 @@ class _Scanner:
             self.add(element, bool(slash))
 
     def add(self, element: Element, closed: bool) -> None:
-        """Append an element to the innermost open element.
-
-        Args:
-            element: Element to append.
-            closed: Whether the tag closes itself (`/>`), so that the element has no children.
-        """
+        """Append an element to the innermost open element."""
         self.count += 1
         if self.count > MAX_ELEMENTS:
             raise self.refused(element.at, f"the document has more than {MAX_ELEMENTS} elements.")
@@ -198,13 +193,7 @@ class _Scanner:
         self.at = end + 1
 
     def check_raw(self, name: str, raw: str, begin: int) -> None:
-        """Add a warning about an unescaped `<` or `&`, which XML forbids and BehaviorTree.CPP accepts.
-
-        Args:
-            name: Name of the attribute.
-            raw: Value of the attribute, as written.
-            begin: Offset of the value in the text.
-        """
+        """Add a warning about an unescaped `<` or `&`, which XML forbids and BehaviorTree.CPP accepts."""
         bad = _RAW.search(raw)
         if bad is None:
             return

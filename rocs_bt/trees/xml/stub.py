@@ -48,12 +48,7 @@ class LenientStubWithChildren(_AcceptsAll, _Sequence):  # type: ignore[misc]  # 
 
 
 def lenient_stub(element: Element, document: Document) -> type[Node]:
-    """Create a stub class for an element with a node class that is unknown or rejects the element.
-
-    Args:
-        element: Element of the node.
-        document: Document of the element; its TreeNodesModel may declare the ports.
-    """
+    """Create a stub class for an element with a node class that is unknown or rejects the element."""
     tag = element.attributes.get("ID", "") if element.tag == "SubTree" else element.node_tag
     model = document.models.get(tag)
     ports: dict[str, Port[Any]] = {}
@@ -134,13 +129,7 @@ def _first(
 ) -> Iterator[Fault]:
     """Warning about a stub for an undeclared node.
 
-    Args:
-        document: Document that is checked.
-        tag: Name of the node class.
-        uses: Elements that use the class.
-        names: Names of known classes, for a suggestion.
-        elsewhere: Whether `uses` are those of all files that are checked together; then only the first file of these
-            gets the warning.
+    If `elsewhere`, `uses` are those of all files checked together, of which only the first gets the warning.
     """
     if not elsewhere or uses[0].source.file == document.root.source.file:
         near = difflib.get_close_matches(tag, names, 1)

@@ -22,9 +22,7 @@ FORBIDDEN = re.compile(r"""[ \t\r\n<>&"'/\\:*?|.\x00-\x1f\x7f]""")
 def name_faults(document: Document, strict: bool) -> Iterator[Fault]:
     """Faults of IDs and port names that Groot2 or BehaviorTree.CPP 4.10 rejects.
 
-    Args:
-        document: Document to check.
-        strict: Whether the faults are errors instead of warnings.
+    They are errors if `strict`, else warnings.
     """
     for tree in document.trees.values():
         if "ID" in tree.element.attributes:

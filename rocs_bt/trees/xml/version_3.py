@@ -42,12 +42,7 @@ def _outputs(model: Element) -> tuple[str, ...]:
 
 
 def _only_3(element: Element, outputs: tuple[str, ...]) -> bool:
-    """Whether an element uses a feature of version 3: a node, an attribute, or an output without braces.
-
-    Args:
-        element: The element.
-        outputs: Output ports of its node, as the document's models declare them.
-    """
+    """Whether an element uses a feature of version 3: a node, an attribute, or an output without braces."""
     given = element.attributes
     if element.node_tag in _ONLY_3 or any(name in given for name in _ONLY_3_ATTRIBUTES):
         return True
@@ -69,13 +64,7 @@ def convert(root: Element) -> list[Fault]:
 
 
 def convert_outputs(root: Element, nodes: Mapping[str, type[Node]], models: Mapping[str, Model]) -> None:
-    """Write the values of output ports in braces, which version 3 does not need.
-
-    Args:
-        root: Root element of a document of version 3.
-        nodes: Node classes that the document may use, by name.
-        models: Declarations of nodes without such a class, by name.
-    """
+    """Write the values of output ports in braces, which version 3 does not need."""
     for element in _nodes(root):
         declared = nodes.get(element.node_tag) or models.get(element.node_tag)
         for name, port in declared.ports.items() if declared is not None else ():

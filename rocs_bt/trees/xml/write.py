@@ -227,12 +227,7 @@ class Writer:
         return made[root.id]
 
     def subtree(self, node: SubTree, body: Element) -> Element:
-        """Element of a SubTree; the tree inside is added to `trees`, with a new ID if another tree has its ID.
-
-        Args:
-            node: The SubTree.
-            body: Element of the root of the tree inside.
-        """
+        """Element of a SubTree; the tree inside is added to `trees`, with a new ID if another tree has its ID."""
         text, name, count = to_text(body), node.tree, 1
         while self.written.get(name, text) != text or (name in self.trees and name not in self.written):
             count += 1

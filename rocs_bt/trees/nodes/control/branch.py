@@ -21,11 +21,7 @@ class _Branch(Control):
     min_children, max_children = 2, 3
 
     def _fails(self, outcome: Outcome) -> bool:
-        """Return False for a condition with the outcome FAILURE, and raise for any outcome that does not decide.
-
-        Raises:
-            TreeError: The condition was skipped or has no outcome.
-        """
+        """Return False for a condition with the outcome FAILURE, and raise for any outcome that does not decide."""
         if outcome is SKIPPED:
             hint = "Put the skip condition on the whole node instead."
             raise TreeError(Fault(f"the condition of '{self.name}' ({self.tag}) was skipped.", hint=hint))
@@ -75,12 +71,9 @@ class WhileDoElse(_Branch):
     When the condition changes, the RUNNING branch is halted. Without a third child the result is FAILURE if the
     condition fails. As in BehaviorTree.CPP, a condition with a state is ticked only once per run of the node, because
     nothing resets it while a branch is RUNNING.
-
-    Attributes:
-        run_aware_children: Children that keep state after they have ended; notified when a new run begins.
     """
 
-    run_aware_children: Sequence[Any] = ()
+    run_aware_children: Sequence[Any] = ()  # keep state after they have ended; notified when a new run begins
 
     def __init__(
         self, name: str, children: tuple[Behaviour, ...] | list[Behaviour] = (), /, **attributes: object

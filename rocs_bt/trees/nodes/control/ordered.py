@@ -36,11 +36,7 @@ class Ordered(Control):
 
 
 def ordered(passing: Status) -> Callable[[Any], Outcome]:
-    """Create the tick function of a subclass of `Ordered`.
-
-    Args:
-        passing: Outcome of a child after which the next child is ticked; also the node's outcome after its last child.
-    """
+    """Create the tick function of a subclass of `Ordered`; `passing` is also the outcome after its last child."""
 
     def tick_once(self: Ordered) -> Outcome:
         index = 0
@@ -82,13 +78,10 @@ class Reactive(Control):
     """Base of nodes that tick their children from the first one in each tick.
 
     If a child decides the outcome or is RUNNING, another child that is RUNNING from an earlier tick is halted.
-
-    Attributes:
-        run_aware_children: Children that keep state after they have ended; they are notified when a new run begins.
     """
 
     memory = False
-    run_aware_children: Many[Any] = ()
+    run_aware_children: Many[Any] = ()  # keep state after they have ended; notified when a new run begins
 
 
 def reactive(passing: Status) -> Callable[[Any], Outcome]:

@@ -56,11 +56,7 @@ class _ParallelBase(Control, StockParallel):
         return outcome
 
     def _read(self) -> tuple[int, ...]:
-        """Thresholds as numbers of children, in the order of the ports; cached unless a port is a blackboard key.
-
-        Raises:
-            TreeError: A threshold exceeds the number of children.
-        """
+        """Thresholds as numbers of children, in the order of the ports; cached unless a port is a blackboard key."""
         count = len(self.children)
         given = [self.read(port) for port in self.ports]
         limits = tuple(n if n >= 0 else max(count + n + 1, 0) for n in given)  # -1 is all children
