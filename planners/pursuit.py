@@ -5,7 +5,15 @@ from math import hypot, inf
 
 import numpy as np
 
-from rocs_bt import Fault, InputError, PositiveMetres, PositiveMetresPerSecond, PositiveSeconds, RadiansPerSecond
+from rocs_bt import (
+    Fault,
+    InputError,
+    MetresPerSecond,
+    PositiveMetres,
+    PositiveMetresPerSecond,
+    PositiveSeconds,
+    RadiansPerSecond,
+)
 from rocs_bt.plan import NoRoute, Observation, Task, Vehicle
 
 
@@ -25,6 +33,7 @@ class PurePursuit:
         movers: Whether the robot slows down and stops for predicted movers.
         horizon: Time to a predicted contact below which a speed is too high.
         comfort: Gap to a mover that counts as contact.
+        back: Maximum speed in reverse, with which the robot leaves a mover that comes toward it.
     """
 
     planner: str = "grid_astar"
@@ -35,6 +44,7 @@ class PurePursuit:
     movers: bool = False
     horizon: PositiveSeconds = 2.0
     comfort: PositiveMetres = 0.1
+    back: MetresPerSecond = 0.0
 
     def reset(self, task: Task, rng: np.random.Generator) -> None:
         """Create the route planner."""
@@ -59,17 +69,17 @@ class PurePursuit:
         """Largest share of a command without a contact within the horizon; else that with the latest contact."""
         robot = self._robot
         twist, ahead = robot.locomotion.twist(np.array(command)), np.linspace(0.0, self.horizon, 11)[1:]
-        shares = np.linspace(1.0, 0.0, 6)
+        shares = np.append(np.linspace(-self.back / self.cruise, 0.0, 3)[:-1], np.linspace(0.0, 1.0, 6))
         driven = shares[:, None] * ahead
         half = 0.5 * twist.turn * driven
         chord = twist.forward * driven * np.sinc(half / np.pi)
         arcs = np.stack([chord * np.cos(half), chord * np.sin(half), 2.0 * half], axis=-1)
         earliest, expected = robot.contact_times(robot.when_effective(observation), arcs, ahead, self.comfort)
         walls = robot.clearances(observation.pose, 3.0, arcs[:, :4])
-        expected[(walls < np.minimum(0.02, walls[-1] - 0.02)).any(axis=1)] = 0.0
+        expected[(walls < np.minimum(0.02, walls[2] - 0.02)).any(axis=1)] = 0.0
         free = (earliest >= self.horizon) & (expected > 0.0)
         # Of equally late contacts, that of the slowest motion is the best.
-        return float(shares[free].max()) if free.any() else float(shares[expected >= expected.max()].min())
+        return float(shares[free].max() if free.any() else min(shares[expected >= expected.max()], key=abs))
 
 
 @dataclass(kw_only=True)

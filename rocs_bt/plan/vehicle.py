@@ -162,14 +162,6 @@ class Vehicle:
         if movers is None or not len(movers):
             return never, never
         prediction = movers.predict(observation.t + np.append(0.0, ahead)).above(PROBABLE)
-        if getattr(self, "likeliest", False):
-            best = [
-                max(np.flatnonzero(prediction.owner == o), key=lambda i: prediction.weight[i])
-                for o in np.unique(prediction.owner)
-            ]
-            w = np.zeros(len(prediction))
-            w[best] = 1.0
-            prediction = replace(prediction, weight=w).above(0.5)
         c, s = math.cos(pose.yaw), math.sin(pose.yaw)
         there = poses @ np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]]) + pose
         now = prediction.gaps(self.footprint, np.array([pose]), prediction.times[:1])

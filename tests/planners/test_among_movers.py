@@ -23,8 +23,8 @@ PEERS = {
         "speed": 0.25,
         "back": 0.4,
     },
-    "mppi_among": {"back": 0.4},
-    "pure_pursuit_among": {},
+    "mppi_among": {"back": 0.4, "contact": 20.0, "temperature": 0.1},
+    "pure_pursuit_among": {"cruise": 1.2, "back": 0.4, "horizon": 1.0, "comfort": 0.2},
 }
 
 
@@ -69,3 +69,8 @@ def test_on_a_free_floor_they_drive_on(name):
 def test_none_drives_on_into_what_comes_however_near_it_is(name, gap):
     # The nearest one is within every margin, so that all motions end in a contact: the latest one is the best.
     assert speed(name, gap, calls=8) < 0.25
+
+
+@pytest.mark.parametrize("name", PEERS)
+def test_each_backs_off_from_what_comes_near(name):
+    assert speed(name, 0.4, calls=8) < -0.1
