@@ -79,66 +79,19 @@ def test_values(text, expected):
 @pytest.mark.parametrize(
     ("text", "column", "message"),
     [
-        ("min(frnt) < 0.5 m", 5, "no signal or alias is named 'frnt'. Did you mean 'front'?"),
-        ("speed < 0.5 m", 1, "speed is in m/s and 0.5 m is in m"),
-        ("speed > 0 m/s and min(front) < 0.5 m/s", 19, "min(front) is in m and 0.5 m/s is in m/s"),
-        ("min(front) < 0.5", 1, "Write the number with its unit"),
-        ("speed + 1 m", 1, "speed is in m/s and 1 m is in m"),
-        ("(speed if speed > 0 m/s else 1 m)", 2, "speed is in m/s and 1 m is in m"),
-        ("0.5 metres < rear", 5, "'metres' after a number is not a unit"),
-        ("front < 0.5 m and True", 1, "'and' needs one true or false, but front < 0.5 m has 3; use any or all"),
-        ("not speed", 1, "'not' needs true or false, but speed is in m/s"),
-        ("min(front < 1 m)", 1, "front < 1 m is true or false"),
-        ("any(front)", 1, "needs comparisons"),
-        ("pose + pose", 1, "pose has 3 values of different units; use an index"),
-        ("front + front[0:2]", 1, "front has 3 values and front[0:2] has 2"),
-        ("  front[3]", 3, "front has 3 values, so there is no front[3]"),
-        ("front[2:2]", 1, "is empty or beyond the 3 values"),
-        ("front[0:3:2]", 1, "no step"),
-        ("front[flag]", 7, "an index is a whole number"),
-        ("(front + front)[0]", 1, "only signals and their slices have an index"),
-        ("clip(speed, 1 m/s)", 1, "it takes 3 values, found 2. Write clip(a, low, high)"),
-        ("sqrt(speed)", 1, "needs a square"),
-        ("wrap_angle(speed)", 1, "needs an angle"),
-        ("min_valid(front, 4)", 1, "a whole number from 1 to 3"),
-        ("hypot(front, front)", 1, "it takes single values"),
-        ("rising(speed > 0 m/s)", 1, "no function is named 'rising'. Did you mean 'sign'? The language has: abs, all,"),
-        ("20 % 3", 6, "not an expression"),
-        ("open(front)", 1, "no function is named 'open'"),
-        ("front(1)", 1, "no function is named 'front'"),
-        ("min(a=1)", 1, "takes plain values"),
-        ("min < 1", 1, "'min' is a function"),
-        ("speed.real", 1, "'speed.real' is not allowed"),
-        ("flag ** 2", 1, "'flag ** 2' is not allowed"),
-        ("flag % 2", 6, "invalid character '%'"),
-        ("flag in front", 1, "'flag in front' is not allowed"),
-        ("(flag, flag)", 1, "is not allowed"),
-        ("[flag for flag in front]", 1, "is not allowed"),
-        ("lambda: 1", 1, "'lambda: 1' is not allowed"),
-        ("(flag := 2)", 2, "is not allowed"),
-        ("'text'", 1, 'invalid character "\'"'),
-        ("1j", 2, "'j' after a number is not a unit"),
         ("9" * 400, 1, "too large"),
-        ("min(front", 4, "not an expression: '(' was never closed"),
-        ("", 0, "the expression is empty"),
         ("1" + " + 1" * (MAX_LENGTH // 4), 0, f"at most {MAX_LENGTH} characters"),
         ("(" * (MAX_DEPTH + 1) + "1" + ")" * (MAX_DEPTH + 1), 0, f"at most {MAX_DEPTH} deep"),
         ("-" * 900 + "1", 0, f"at most {MAX_DEPTH} deep"),
         ("1" + " + 1" * MAX_DEPTH, 0, f"at most {MAX_DEPTH} deep"),
     ],
 )
-def test_refusals(text, column, message):
+def test_what_is_too_large_is_refused(text, column, message):
     with pytest.raises(InputError) as caught:
         parse(text, ENVIRONMENT)
     assert message in str(caught.value)
     if column:
         assert caught.value.faults[0].column == column
-
-
-def test_all_unknown_names_are_told_at_once():
-    with pytest.raises(InputError) as caught:
-        parse("foo < bar", ENVIRONMENT)
-    assert [f.column for f in caught.value.faults] == [1, 7]
 
 
 def test_aliases_stand_for_their_trees_and_keep_their_names():

@@ -58,28 +58,6 @@ def test_random_chains_have_the_values_of_python(tmp_path, seed):
     assert {name: found[name] for name in values} == pytest.approx(values, rel=1e-3)
 
 
-@pytest.mark.parametrize(
-    ("line", "told"),
-    [
-        ('gap = "near"\nnear = "2 * gap"', "the thresholds depend on each other: gap -> near -> gap"),
-        ('gap = "2 * gap"\nnear = "1 m"', "the thresholds depend on each other: gap -> gap"),
-        ('near = "2 * min(front)"', "a threshold is constant, but '2 * min(front)' reads the signal 'front'"),
-        ('near = "gapp + 1 m"\ngap = "1 m"', "'gapp'. Did you mean 'gap'?"),
-        ('gap = "1 s"\nnear = "gap + 1 m"', "'+' needs one unit"),
-        ('gap = "1 m"\nnear = "gap < 2 m"', "'near' must be a number, but gap < 2 m is true or false"),
-        ('gap = "0 m"\nnear = "1 m * (gap / gap)"', "cannot be computed"),
-        ('near = "0.4 m +"', "not an expression"),
-        ('near = "1 m"\n[robot]\nlatncy = "1 s"', "no value of a robot is named 'latncy'. Did you mean 'latency'?"),
-        ('near = "1 m"\n[robot]\nlatency = "1 m"', "'latency' must be in s"),
-        ('latency = "1 s"\nnear = "1 m"\n[robot]\nlatency = "1 s"', "'latency' is declared in [robot] already"),
-    ],
-)
-def test_mistakes_are_told_at_their_line(tmp_path, line, told):
-    file = write(tmp_path, f"[threshold]\n{line}\n")
-    faults = [str(f) for f in check_rules(file, SIGNALS, ACTIONS)]
-    assert any(told in fault and fault.startswith(str(file)) for fault in faults), faults
-
-
 def test_a_wrong_override_of_a_computed_threshold_is_told_at_the_robots_file(tmp_path):
     file, robot = write(tmp_path, ROBOT + NEAR), tmp_path / "robot.toml"
     (fault,) = check_rules(file, SIGNALS, ACTIONS, {"near": Override("1 s", robot, 7, 3)})
