@@ -52,7 +52,7 @@ class SearchSpace:
             varied: Ranges of other parameters as written by a user: `{"boxes": "0..6", "side": "3 m..6 m"}`.
 
         Raises:
-            InputError: A range is invalid or does not belong to a number of the family.
+            InputError: A range is invalid, does not belong to a number of the family, or its parameter is fixed.
         """
         declared = family_parameters(type(family))
         numbers = {n: p for n, p in declared.items() if p.type in (int, float) and n not in family.NOT_SAMPLED}
@@ -60,6 +60,10 @@ class SearchSpace:
         for name, text in varied.items():
             if name not in numbers:
                 raise InputError(unknown("number", name, numbers, f"The family {family.name}"))
+            if name in fixed:
+                raise InputError(
+                    Fault(f"the parameter '{name}' is fixed and varied.", hint="Remove one of --set and --vary.")
+                )
             ranges[name] = _range(numbers[name], text)
         return SearchSpace(family, ranges)
 
